@@ -1,0 +1,1 @@
+"""Questions asked of a diagram or of a log."""

@@ -1,0 +1,57 @@
+"""What can go wrong for a user, and the exit code that says so to a shell."""
+
+import difflib
+
+
+class ClieError(Exception):
+    """A fault that the user can mend; its text says what, where, why and how."""
+
+    exit_code = 2
+
+
+class RecordError(ClieError):
+    """A log or a robot file cannot be used as it stands."""
+
+    exit_code = 3
+
+
+class NotIdentifiableError(ClieError):
+    """The data cannot answer the question asked of them."""
+
+    exit_code = 4
+
+
+class DivergedError(ClieError):
+    """A simulation or an estimate left every bound."""
+
+    exit_code = 5
+
+
+class MissingExtraError(ClieError):
+    """A job needs an optional dependency that is not installed."""
+
+    def __init__(self, job, package, extra):
+        super().__init__(f"{job} needs {package}: pip install \"clie-blocks[{extra}]\"")
+
+
+def nearest(name, known):
+    """Return a hint that names the closest valid names, for the end of a message.
+
+    Parameters
+    ----------
+    name : str
+        What the user wrote.
+    known : iterable of str
+        The valid names.
+
+    Returns
+    -------
+    str
+        ``"did you mean 'x'? known: x, y"``; the list is cut after twelve names.
+
+    """
+    known = [str(k) for k in known]
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    listed = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    return f"{hint}known: {listed or 'none'}"

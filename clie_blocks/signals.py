@@ -1,0 +1,308 @@
+"""Port labels, the checks on parameters, and the strict `interconnect`.
+
+python-control joins blocks by name and forgives mistakes in silence: equal parameter keys are
+merged, unknown keys ignored, outputs of one name summed, unused signals only warned about, and a
+block that stands in two diagrams carries its last parameters from one to the other.  This is the
+one place where those traps are closed; every diagram of the package is built through it.
+"""
+
+import copy
+import re
+
+import control as ct
+import numpy as np
+
+from clie_blocks.errors import ClieError, nearest
+
+
+class DiagramError(ClieError, ValueError):
+    """A block or a wire of a diagram is not what the diagram needs."""
+
+
+def signals(*names, n):
+    """Labels of vector signals, in python-control's form ``'q[0]'``.
+
+    Parameters
+    ----------
+    *names : str
+        Base names, such as ``'q', 'dq'``.
+    n : int
+        Length of each vector.
+
+    Returns
+    -------
+    list of str
+        ``['q[0]', 'q[1]', 'dq[0]', 'dq[1]']`` for ``signals('q', 'dq', n=2)``.
+
+    """
+    return [f"{name}[{k}]" for name in names for k in range(n)]
+
+
+def vector(value, name, *, n=None, unit="", above=None, least=None):
+    """One value per joint as a float array, checked.
+
+    Parameters
+    ----------
+    value : array_like, shape () or (n,)
+        A scalar stands for all joints.
+    name : str
+        What the message calls it, such as ``'pd: kp'``.
+    n : int, optional
+        Number of joints; without it the length of `value` decides.
+    unit : str
+        Unit, for the message.
+    above, least : float, optional
+        Every entry must be greater than `above`, and at least `least`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        A fresh array.
+
+    Raises
+    ------
+    DiagramError
+        If the value is not numeric, not finite, of the wrong length or out of bounds.
+
+    """
+    try:
+        array = np.array(value, float, ndmin=1)
+    except (TypeError, ValueError):
+        raise DiagramError(f"{name} must be a number per joint [{unit}], got {value!r}") from None
+    if n is not None and array.size == 1:
+        array = np.full(n, array.item())
+    if array.ndim != 1 or (n is not None and array.size != n):
+        wanted = "one number per joint" if n is None else f"{n} numbers, one per joint"
+        raise DiagramError(f"{name} needs {wanted}, got shape {np.shape(value)}")
+    rules = [(np.isfinite(array), "finite")]
+    if above is not None:
+        rules.append((array > above, f"greater than {above:g}"))
+    if least is not None:
+        rules.append((array >= least, f"at least {least:g}"))
+    for holds, rule in rules:
+        if not np.all(holds):
+            raise DiagramError(f"{name} must be {rule}{f' [{unit}]' if unit else ''}, got {array}")
+    return array
+
+
+def ports(labels):
+    """Group labels by base name: ``{'q': [0, 1], 'dq': [2, 3]}``."""
+    found = {}
+    for position, label in enumerate(labels):
+        found.setdefault(re.sub(r"\[\d+\]$", "", label), []).append(position)
+    return found
+
+
+class Diagram(ct.InterconnectedSystem):
+    """An `InterconnectedSystem` that refuses parameters which none of its blocks has."""
+
+    nested = False
+
+    def _update_params(self, params):
+        if not self.nested:
+            check_params(self, params)
+        super()._update_params(params)
+
+
+def check_params(system, params):
+    """Refuse a parameter that no block of the system has.
+
+    Parameters
+    ----------
+    system : control.NonlinearIOSystem
+        A block or a diagram.
+    params : dict or None
+        New values by key.
+
+    Raises
+    ------
+    DiagramError
+        Names the key and the nearest valid one; python-control ignores it silently.
+
+    """
+    known = {} if system.params is None else system.params
+    for key in params or {}:
+        if key not in known:
+            raise DiagramError(
+                f"{system.name}: no block has the parameter {key!r}; {nearest(key, known)}")
+
+
+def interconnect(blocks, connections, *, inputs, outputs, name, unused=()):
+    """Join blocks into a diagram, with every silent trap of `control.interconnect` an error.
+
+    Parameters
+    ----------
+    blocks : list of control.NonlinearIOSystem or control.StateSpace
+        The blocks; they are copied, so that no two diagrams share a block.
+    connections : list of (str, str, ...)
+        ``('plant.u', 'pd.u')`` wires an input port to an output port, whole vectors at a time;
+        further sources are added, ``'-load.tau'`` subtracts.
+    inputs : dict
+        Diagram input to the block input port, or the list of ports, that it feeds.
+    outputs : dict
+        Diagram output to the block output port that it shows.
+    name : str
+        Name of the diagram.
+    unused : iterable of str
+        Output ports that are left open on purpose, such as ``'model.dq'``.
+
+    Returns
+    -------
+    Diagram
+        A `control.InterconnectedSystem`; its `params` are the union of those of its blocks.
+
+    Raises
+    ------
+    DiagramError
+        For two blocks of one name, a port that does not exist, sizes that differ, an input that
+        nothing drives, an output that nothing reads, or one parameter key with two values.
+
+    References
+    ----------
+    The traps, each shown against plain python-control, are in `tests/blocks/test_signals.py`.
+
+    """
+    blocks = _own_copies(blocks, name)
+    index = {block.name: k for k, block in enumerate(blocks)}
+    wiring = _Wiring(name, blocks, index)
+    for target, *sources in connections:
+        wiring.join(target, sources)
+    inplist, input_labels = wiring.feed(inputs)
+    outlist, output_labels = wiring.show(outputs)
+    wiring.refuse_loose_ends(unused)
+    return Diagram(
+        blocks, connections=wiring.connections, inplist=inplist, outlist=outlist,
+        inputs=input_labels, outputs=output_labels, params=_shared_params(blocks), name=name)
+
+
+def summing(*terms, output, n, name):
+    """Summing junction of vectors, a real LTI block: ``summing('u_model', '-u', ...)``.
+
+    Inputs: one port per term.  Outputs: `output`.  No state.
+
+    Parameters
+    ----------
+    *terms : str
+        Port names; a leading minus subtracts.
+    output : str
+        Name of the output port.
+    n : int
+        Length of the vectors.
+    name : str
+        Name of the block.
+
+    """
+    signs = [-1.0 if term.startswith("-") else 1.0 for term in terms]
+    gain = np.hstack([sign * np.eye(n) for sign in signs])
+    return ct.ss([], [], [], gain, name=name, outputs=signals(output, n=n),
+                 inputs=signals(*(term.lstrip("-") for term in terms), n=n))
+
+
+class _Wiring:
+    """Named wires as python-control's index tuples, each end checked."""
+
+    def __init__(self, name, blocks, index):
+        self.name, self.blocks, self.index = name, blocks, index
+        self.connections, self.driven, self.read = [], set(), set()
+
+    def join(self, target, sources):
+        into = self._find(target, "input")
+        for source in sources:
+            sign, start = (-1.0, source[1:]) if source.startswith("-") else (1.0, source)
+            out = self._find(start, "output")
+            if len(into) != len(out):
+                raise DiagramError(
+                    f"{self.name}: {target} has {len(into)} signals but {start} has {len(out)}; "
+                    "build both blocks for the same number of joints")
+            self.read |= set(out)
+            self.connections += [[i, (*o, sign)] for i, o in zip(into, out)]
+        self._drive(target, into)
+
+    def feed(self, inputs):
+        inplist, labels = [], []
+        for label, targets in inputs.items():
+            targets = [targets] if isinstance(targets, str) else list(targets)
+            found = [self._find(target, "input") for target in targets]
+            if len({len(into) for into in found}) != 1:
+                raise DiagramError(
+                    f"{self.name}: input {label!r} feeds ports of different sizes: {targets}")
+            for target, into in zip(targets, found):
+                self._drive(target, into)
+            inplist += [list(group) for group in zip(*found)]
+            labels += self._labels(label, targets[0], "input")
+        return inplist, labels
+
+    def show(self, outputs):
+        outlist, labels = [], []
+        for label, source in outputs.items():
+            out = self._find(source, "output")
+            self.read |= set(out)
+            outlist += out
+            labels += self._labels(label, source, "output")
+        return outlist, labels
+
+    def refuse_loose_ends(self, unused):
+        for port in unused:
+            self.read |= set(self._find(port, "output"))
+        for k, block in enumerate(self.blocks):
+            for kind, labels, used in (("input", block.input_labels, self.driven),
+                                       ("output", block.output_labels, self.read)):
+                loose = [label for i, label in enumerate(labels) if (k, i) not in used]
+                if loose and kind == "input":
+                    raise DiagramError(f"{self.name}: nothing drives {block.name}.{loose[0]}; "
+                                       f"add a connection to it or make it a diagram input")
+                if loose:
+                    raise DiagramError(
+                        f"{self.name}: nothing reads {block.name}.{loose[0]}; connect it, show "
+                        f"it as a diagram output, or list it in unused=")
+
+    def _drive(self, target, into):
+        if self.driven & set(into):
+            raise DiagramError(f"{self.name}: {target} is driven twice; python-control would add "
+                               "both; write the sources of a sum in one connection")
+        self.driven |= set(into)
+
+    def _find(self, port, kind):
+        block_name, dot, base = port.rpartition(".")
+        if not dot or block_name not in self.index:
+            raise DiagramError(f"{self.name}: no block {block_name or port!r} for the {kind} "
+                               f"{port!r}; write 'block.port'; {nearest(block_name, self.index)}")
+        k = self.index[block_name]
+        labels = getattr(self.blocks[k], f"{kind}_labels")
+        found = {**ports(labels), **{label: [i] for i, label in enumerate(labels)}}
+        if base not in found:
+            raise DiagramError(f"{self.name}: block {block_name!r} has no {kind} {base!r}; "
+                               f"{nearest(base, ports(labels))}")
+        return [(k, i) for i in found[base]]
+
+    def _labels(self, label, port, kind):
+        block_name, _, base = port.rpartition(".")
+        labels = getattr(self.blocks[self.index[block_name]], f"{kind}_labels")
+        return [label] if base in labels else signals(label, n=len(ports(labels)[base]))
+
+
+def _own_copies(blocks, name):
+    seen = set()
+    for block in blocks:
+        if block.name in seen:
+            raise DiagramError(f"{name}: two blocks are called {block.name!r}; "
+                               "give each its own name=")
+        seen.add(block.name)
+    copies = [copy.deepcopy(block) for block in blocks]
+    for block in copies:
+        if isinstance(block, Diagram):
+            block.nested = True
+    return copies
+
+
+def _shared_params(blocks):
+    merged, owner = {}, {}
+    for block in blocks:
+        for key, value in (getattr(block, "params", None) or {}).items():
+            if key in merged and not np.array_equal(merged[key], value):
+                raise DiagramError(
+                    f"parameter {key!r} is {merged[key]} in block {owner[key]!r} but {value} in "
+                    f"{block.name!r}; python-control would silently use the last one in both. "
+                    f"Give it one value, or qualify the key, e.g. '{block.name}.{key}'")
+            merged[key], owner[key] = value, block.name
+    return merged

@@ -1,0 +1,1 @@
+"""Diagrams: one figure per file."""
