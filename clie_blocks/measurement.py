@@ -1,0 +1,56 @@
+"""What a sensor adds: noise as a diagram input, and the steps of an encoder."""
+
+import control as ct
+import numpy as np
+
+from clie_blocks.signals import signals, summing, vector
+
+
+def quantized(q, resolution):
+    """Position rounded to the encoder's steps; resolution zero leaves it untouched."""
+    step = np.where(resolution > 0, resolution, 1.0)
+    return np.where(resolution > 0, step * np.floor(q / step + 0.5), q)
+
+
+def noisy_measurement(n, *, name="measured"):
+    """Measured position with additive noise, section 5.
+
+    Inputs: q [rad], noise [rad].  Outputs: q_measured [rad].  No state.
+
+    Parameters
+    ----------
+    n : int
+        Number of joints.
+    name : str
+        Name of the block.
+
+    Notes
+    -----
+    The noise is an input of the diagram, held over each sample, so that a run is a function of
+    its inputs: draw it with `clie_blocks.compiled.held_normal`.
+
+    """
+    return summing("q", "noise", output="q_measured", n=n, name=name)
+
+
+def encoder(resolution, *, name="encoder"):
+    """Encoder that rounds a position to its steps.
+
+    Inputs: q [rad].  Outputs: q_measured [rad].  No state.
+
+    Parameters
+    ----------
+    resolution : array_like, shape (n,)
+        Step [rad], not negative; zero removes the rounding.  Key ``'{name}.resolution'``.
+    name : str
+        Name of the block.
+
+    """
+    resolution = vector(resolution, f"{name}: resolution", unit="rad", least=0)
+    n = resolution.size
+
+    def output(t, x, u, params):
+        return quantized(u, params[f"{name}.resolution"])
+
+    return ct.nlsys(None, output, name=name, params={f"{name}.resolution": resolution},
+                    inputs=signals("q", n=n), outputs=signals("q_measured", n=n))
