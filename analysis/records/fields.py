@@ -1,0 +1,111 @@
+"""Kinds of value that a robot file holds: numbers per joint, words, flags, with their bounds."""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.errors import RecordError, nearest
+
+
+class FixedDict(dict):
+    """A dict that refuses changes, and unlike a mapping proxy can be pickled for a worker."""
+
+    def _refuse(self, *args, **kwargs):
+        raise TypeError("a record and a robot do not change; make a copy with other values")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    update = pop = popitem = setdefault = clear = _refuse
+
+    def __reduce__(self):
+        return FixedDict, (dict(self),)
+
+
+def known(keys, kind, default=None, **rules):
+    """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
+
+    Parameters
+    ----------
+    keys : str or tuple of str
+        Key in the file; of several, the first one present counts.
+    kind : str
+        ``joints``, ``number``, ``lists``, ``choice``, ``text`` or ``flag``.
+    default : object
+        Value when not stated.
+    **rules
+        ``above``, ``least`` or ``choices``.
+
+    """
+    keys = (keys,) if isinstance(keys, str) else tuple(keys)
+    return dataclasses.field(default=default, metadata={"keys": keys, "kind": kind, **rules})
+
+
+def checked(value, field, where):
+    """Return a value of a field's kind, checked against its bounds; `where` begins the message."""
+    rules = field.metadata
+    kind = rules["kind"]
+    if kind == "text" or kind == "choice":
+        return _word(value, rules.get("choices"), where)
+    if kind == "flag":
+        if not isinstance(value, bool):
+            raise RecordError(f"{where} must be true or false, got {value!r}")
+        return value
+    if kind == "lists":
+        return _lists(value, where)
+    return _numbers(value, rules, where)
+
+
+def _word(value, choices, where):
+    if not isinstance(value, str):
+        raise RecordError(f"{where} must be text in quotes, got {value!r}")
+    if choices and value not in choices:
+        raise RecordError(f"{where} = {value!r} is not known; {nearest(value, choices)}")
+    return value
+
+
+def _numbers(value, rules, where):
+    one = rules["kind"] == "number"
+    wanted = "a number" if one else "a number per joint"
+    array = _float_array(value, where, wanted)
+    if array.ndim != (0 if one else 1) and not (array.ndim == 0 and not one):
+        raise RecordError(f"{where} must be {wanted}, got {value!r}")
+    if not np.isfinite(array).all():
+        raise RecordError(f"{where} must be finite, got {value!r}")
+    if "above" in rules and not (array > rules["above"]).all():
+        raise RecordError(f"{where} must be greater than {rules['above']}, got {value!r}")
+    if "least" in rules and not (array >= rules["least"]).all():
+        raise RecordError(f"{where} must be at least {rules['least']}, got {value!r}")
+    return float(array) if one else _frozen(np.atleast_1d(array))
+
+
+def _lists(value, where):
+    if not isinstance(value, (list, tuple)):
+        raise RecordError(f"{where} must be a list with one entry per joint, got {value!r}")
+    return tuple(_frozen(np.atleast_1d(_float_array(row, where, "numbers"))) for row in value)
+
+
+def _float_array(value, where, wanted):
+    try:
+        array = np.array(value)
+    except ValueError:
+        raise RecordError(f"{where} must be {wanted}, got {value!r}") from None
+    if array.dtype.kind not in "iuf":
+        raise RecordError(f"{where} must be {wanted}, got {value!r}")
+    return array.astype(float)
+
+
+def _frozen(array):
+    array = np.array(array, float)
+    array.flags.writeable = False
+    return array
+
+
+def per_joint(array, n, where):
+    """Return one value per joint; a single one stands for all joints, None stays None."""
+    if array is None:
+        return None
+    if array.size == 1 and n > 1:
+        return _frozen(np.full(n, array.item()))
+    if array.size != n:
+        raise RecordError(f"{where} has {array.size} entries, but the robot has {n} joints; "
+                          "list one value per joint")
+    return array

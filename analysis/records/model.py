@@ -1,0 +1,237 @@
+"""The one form that every log is brought into: a `Record`, and the `Robot` that made it.
+
+A record keeps what was measured: samples that cannot be used are marked in `valid`, never filled
+in, and every guess or repair is a sentence in `decisions`.
+"""
+
+import dataclasses
+
+import numpy as np
+from clie_blocks.analysis.records.fields import FixedDict
+from clie_blocks.analysis.records.robot import Robot
+
+from clie_blocks.errors import RecordError, nearest
+
+__all__ = ["SIGNALS", "Record", "Robot"]
+
+SIGNALS = {
+    "q": "measured joint position",
+    "u": "command of the controller",
+    "qd": "reference position",
+    "pe": "injected excitation",
+    "dq": "measured joint velocity",
+    "tau": "measured or estimated joint torque",
+}
+DEFAULT_UNITS = {"time": "s", "q": "rad", "u": "N m", "qd": "rad", "pe": "N m", "dq": "rad/s",
+                 "tau": "N m"}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Record:
+    """One measured run of a robot with n joints and N samples; arrays are read-only.
+
+    Parameters
+    ----------
+    time : array_like, shape (N,)
+        Stamps [s] as logged; they may repeat, jump or run backwards.
+    q : array_like, shape (N, n)
+        Measured joint position [rad, or m for a sliding joint].
+    u : array_like, shape (N, n), optional
+        Command of the controller, motor side [N m, or what `units` says]; None when not logged.
+    qd, pe, dq, tau : array_like, shape (N, n), optional
+        Reference [as q], injected excitation [as u], measured velocity, measured torque [N m].
+    valid : array_like of bool, shape (N,), optional
+        False where a sample must not be used; by default where a value of q or u is not finite.
+    joints : sequence of str, optional
+        Names, unique; by default ``joint1, joint2, ...``.
+    units : mapping, optional
+        Unit of a signal, or one unit per joint; what is left out is SI with rad and N m.
+    source : str
+        Where the record came from: a file, and the part of it.
+    decisions : sequence of str
+        What the reader guessed, converted, repaired or left out, one sentence each.
+    segments : sequence of (int, int), optional
+        Half-open sample ranges between gaps; by default one that holds all samples.
+    extra : mapping, optional
+        Further channels by name, shape (N,) or (N, n), such as ``supply`` [V].
+
+    Raises
+    ------
+    RecordError
+        If shapes, names or ranges do not fit together, or the record is empty.
+
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    u: np.ndarray | None = None
+    qd: np.ndarray | None = None
+    pe: np.ndarray | None = None
+    dq: np.ndarray | None = None
+    tau: np.ndarray | None = None
+    valid: np.ndarray | None = None
+    joints: tuple[str, ...] = ()
+    units: FixedDict = dataclasses.field(default_factory=FixedDict)
+    source: str = ""
+    decisions: tuple[str, ...] = ()
+    segments: tuple[tuple[int, int], ...] = ()
+    extra: FixedDict = dataclasses.field(default_factory=FixedDict)
+
+    def __post_init__(self):
+        self._put("time", self._floats("time", self.time, 1))
+        self._put("q", self._floats("q", self.q, 2))
+        for name in SIGNALS:
+            value = getattr(self, name)
+            if name != "q" and value is not None:
+                self._put(name, self._floats(name, value, 2, (len(self), self.n)))
+        if len(self) == 0:
+            self._fail("has no samples; without samples nothing can be learned: check the export")
+        if self.q.shape[0] != len(self):
+            self._fail(f"has {len(self)} stamps but {self.q.shape[0]} positions")
+        if not np.isfinite(self.time).all():
+            self._fail("has stamps that are not finite; drop those rows")
+        self._put("joints", self._names())
+        self._put("units", self._all_units())
+        self._put("valid", self._mask())
+        self._put("segments", self._ranges())
+        self._put("decisions", tuple(str(sentence) for sentence in self.decisions))
+        self._put("extra", FixedDict({name: self._extra(name, value)
+                                             for name, value in dict(self.extra).items()}))
+
+    def __len__(self):
+        return self.time.size
+
+    @property
+    def n(self):
+        """Number of joints."""
+        return self.q.shape[1]
+
+    @property
+    def signals(self):
+        """Names of the signals that were logged, in the order of `SIGNALS`."""
+        return tuple(name for name in SIGNALS if getattr(self, name) is not None)
+
+    @property
+    def duration(self):
+        """Time from the first to the last stamp [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def sample_time(self):
+        """Median of the positive steps of the clock [s]; NaN when there is none."""
+        step = np.diff(self.time)
+        step = step[step > 0]
+        return float(np.median(step)) if step.size else float("nan")
+
+    def replace(self, **changes):
+        """Return a copy with some fields changed, checked again."""
+        return dataclasses.replace(self, **changes)
+
+    def noted(self, *sentences):
+        """Return a copy with sentences added to `decisions`."""
+        return self.replace(decisions=(*self.decisions, *sentences))
+
+    def part(self, start, stop):
+        """Return the samples ``start:stop`` as a record of their own.
+
+        Parameters
+        ----------
+        start, stop : int
+            Half-open range, counted from 0.
+
+        """
+        cut = slice(start, stop)
+        changes = {name: getattr(self, name)[cut] for name in ("time", "valid", *self.signals)}
+        ranges = [(max(a, start) - start, min(b, stop) - start) for a, b in self.segments]
+        return self.replace(segments=[(a, b) for a, b in ranges if b > a],
+                            extra={name: value[cut] for name, value in self.extra.items()},
+                            **changes)
+
+    def joint(self, which):
+        """Return the index of a joint given by name or by number from 0."""
+        if which in self.joints:
+            return self.joints.index(which)
+        if isinstance(which, int) and 0 <= which < self.n:
+            return which
+        raise RecordError(f"{self.source or 'record'} has no joint {which!r}; "
+                          f"{nearest(which, self.joints)}")
+
+    def _put(self, name, value):
+        object.__setattr__(self, name, value)
+
+    def _fail(self, what):
+        raise RecordError(f"{self.source or 'record'} {what}")
+
+    def _floats(self, name, value, ndim, shape=None):
+        try:
+            array = frozen(value)
+        except (TypeError, ValueError):
+            self._fail(f"has a {name} that is not numeric")
+        if ndim == 2 and array.ndim == 1:
+            array = array[:, None]
+        if array.ndim != ndim or (ndim == 2 and array.shape[1] == 0):
+            wanted = "(N,)" if ndim == 1 else "(N, n)"
+            self._fail(f"has a {name} of shape {array.shape}, wanted {wanted}")
+        if shape is not None and array.shape != shape:
+            self._fail(f"has a {name} of shape {array.shape}, but N x n is {shape}")
+        return array
+
+    def _names(self):
+        names = tuple(str(name) for name in self.joints)
+        names = names or tuple(f"joint{k + 1}" for k in range(self.n))
+        if len(names) != self.n:
+            self._fail(f"has {self.n} joints but {len(names)} names: {', '.join(names)}")
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            self._fail(f"names more than one joint {twice[0]!r}; every joint needs its own name")
+        return names
+
+    def _all_units(self):
+        given = dict(self.units)
+        unknown = [name for name in given if name not in DEFAULT_UNITS]
+        if unknown:
+            self._fail(f"gives a unit of {unknown[0]!r}; {nearest(unknown[0], DEFAULT_UNITS)}")
+        return FixedDict({name: self._unit(name, given.get(name, unit))
+                                 for name, unit in DEFAULT_UNITS.items()})
+
+    def _unit(self, name, unit):
+        if name == "time":
+            return unit
+        units = (unit,) * self.n if isinstance(unit, str) else tuple(unit)
+        if len(units) != self.n:
+            self._fail(f"has {self.n} joints but {len(units)} units of {name}")
+        return units
+
+    def _mask(self):
+        if self.valid is None:
+            valid = np.isfinite(self.q).all(axis=1)
+            if self.u is not None:
+                valid &= np.isfinite(self.u).all(axis=1)
+        else:
+            valid = np.array(self.valid, bool)
+        if valid.shape != (len(self),):
+            self._fail(f"has {len(self)} samples but a mask of shape {valid.shape}")
+        valid.flags.writeable = False
+        return valid
+
+    def _ranges(self):
+        ranges = tuple((int(a), int(b)) for a, b in self.segments) or ((0, len(self)),)
+        ends = [edge for pair in ranges for edge in pair]
+        if ends != sorted(ends) or ends[0] < 0 or ends[-1] > len(self):
+            self._fail(f"has segments that do not lie in order within {len(self)} samples")
+        return ranges
+
+    def _extra(self, name, value):
+        array = frozen(value)
+        if array.ndim not in (1, 2) or array.shape[0] != len(self):
+            self._fail(f"has a channel {name!r} of shape {array.shape} with {len(self)} samples")
+        return array
+
+
+def frozen(value):
+    """Return a read-only float array; one that is read-only already is not copied."""
+    if isinstance(value, np.ndarray) and value.dtype == float and not value.flags.writeable:
+        return value
+    array = np.array(value, float)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,300 @@
+"""What is known of a robot and its controller, as an engineer would state it in `robot.toml`.
+
+Each field carries its keys in the file and the kind of value it takes, so that the file, the
+check and the attribute cannot drift apart.  What is not stated is None and counts as unknown.
+Lists have one entry per joint.
+"""
+
+import dataclasses
+
+import numpy as np
+from clie_blocks.analysis.records.fields import FixedDict, checked, known, per_joint
+
+from clie_blocks.errors import RecordError
+
+LAWS = ("pd", "cascade", "servo", "unknown")
+FILTERS = ("two_corner", "two_tap", "difference", "exact")
+DISCRETISATIONS = ("tustin", "zoh", "backward", "forward")
+EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
+
+
+class _Section:
+    """Checks and freezes every field when built."""
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if value is not None and field.metadata:
+                where = f"{type(self).__name__}.{field.name}"
+                object.__setattr__(self, field.name, checked(value, field, where))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Motor(_Section):
+    """Datasheet of the drives, motor side.
+
+    Parameters
+    ----------
+    gear_ratio : array_like, shape (n,)
+        Motor turns per joint turn.
+    inertia : array_like, shape (n,)
+        Rotor inertia [kg m^2].
+    viscous_friction : array_like, shape (n,)
+        Rotor damping [N m s].
+    torque_gain : array_like, shape (n,)
+        Delivered torque per commanded torque; per volt for a voltage command (EMPS: N/V).
+    peak_torque : array_like, shape (n,)
+        Largest torque [N m].
+    inertia_tolerance, viscous_friction_tolerance : float
+        Relative tolerances of the datasheet.
+    torque_offset_tolerance : array_like, shape (n,)
+        Largest constant offset of the drive [N m].
+    torque_constant : array_like, shape (n,)
+        Torque per current [N m/A], equal to the back-EMF constant [V s].
+    resistance : array_like, shape (n,)
+        Winding resistance [ohm].
+
+    """
+
+    gear_ratio: np.ndarray | None = known("gear_ratio", "joints", above=0)
+    inertia: np.ndarray | None = known("inertia_kgm2", "joints", least=0)
+    viscous_friction: np.ndarray | None = known("viscous_friction_nms", "joints", least=0)
+    torque_gain: np.ndarray | None = known("torque_gain", "joints", above=0)
+    peak_torque: np.ndarray | None = known("peak_torque_nm", "joints", above=0)
+    inertia_tolerance: float | None = known("inertia_tolerance", "number", least=0)
+    viscous_friction_tolerance: float | None = known("viscous_friction_tolerance", "number",
+                                                      least=0)
+    torque_offset_tolerance: np.ndarray | None = known("torque_offset_tolerance_nm", "joints",
+                                                        least=0)
+    torque_constant: np.ndarray | None = known("torque_constant_nm_a", "joints", above=0)
+    resistance: np.ndarray | None = known("resistance_ohm", "joints", above=0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Links(_Section):
+    """CAD of the links, joint side.
+
+    Parameters
+    ----------
+    length, com : array_like, shape (n,)
+        Link length, and distance of the centre of mass from the joint [m].
+    mass : array_like, shape (n,)
+        Mass [kg].
+    inertia : array_like, shape (n,)
+        Inertia about the centre of mass [kg m^2].
+    joint_viscous_friction : array_like, shape (n,)
+        Damping of the bearing [N m s].
+
+    """
+
+    length: np.ndarray | None = known("length_m", "joints", least=0)
+    mass: np.ndarray | None = known("mass_kg", "joints", least=0)
+    com: np.ndarray | None = known("com_m", "joints")
+    inertia: np.ndarray | None = known("inertia_kgm2", "joints", least=0)
+    joint_viscous_friction: np.ndarray | None = known("joint_viscous_friction_nms", "joints",
+                                                       least=0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Nominal(_Section):
+    """What the nominal model holds besides A, B and D of each joint.
+
+    Parameters
+    ----------
+    gravity, coupling : bool
+        Whether it has the gravity vector, and the inertia coupling and Coriolis terms, of `Links`.
+    g : float
+        Acceleration of gravity [m/s^2].
+
+    """
+
+    gravity: bool = known("gravity", "flag", False)
+    coupling: bool = known("coupling", "flag", False)
+    g: float = known("g", "number", 9.81, least=0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Controller(_Section):
+    """The control law that ran on the robot.
+
+    The laws, with v the velocity estimate of `velocity_filter`:
+    ``pd``       u = Kp (qd - q) - Kd v + pe, eq. (11) with a moving reference;
+    ``cascade``  u = Kp Kv (qd - q) - Kv v + pe, position loop around a velocity loop;
+    ``servo``    u = clip(Kp (qd - q), +-saturation) is a duty cycle of the supply voltage;
+    ``unknown``  nothing is known, u is the logged torque or current.
+
+    Parameters
+    ----------
+    law : str
+        One of the four; by default ``pd`` where gains are given, else ``unknown``.
+    kp, kd, kv : array_like, shape (n,)
+        Gains [command per rad; command per rad/s]; in ``cascade`` kp is in 1/s.
+    velocity_filter : str
+        ``two_corner`` is G1 (47); ``two_tap`` the backward difference of the mean of the last two
+        samples, (q_k - q_{k-2}) / (2 T); ``difference`` the backward difference; ``exact`` a
+        measured velocity.
+    highpass, lowpass : float
+        Corners of G1 [rad/s].
+    discretisation : str
+        ``tustin``, ``zoh``, ``backward`` or ``forward``.
+    sample_time : float
+        Period of the controller [s].
+    hold : str
+        ``zero-order``: the command acts from its own sample instant on.
+    command_resolution : array_like, shape (n,)
+        Rounding step of u [unit of u].
+    saturation : array_like, shape (n,)
+        Limit of u [unit of u].
+    supply : float
+        Nominal supply voltage [V] of a servo.
+
+    """
+
+    law: str | None = known("law", "choice", choices=LAWS)
+    kp: np.ndarray | None = known("Kp", "joints")
+    kd: np.ndarray | None = known("Kd", "joints")
+    kv: np.ndarray | None = known("Kv", "joints")
+    velocity_filter: str | None = known("velocity_filter", "choice", choices=FILTERS)
+    highpass: float | None = known("velocity_filter_highpass_rad_s", "number", above=0)
+    lowpass: float | None = known("velocity_filter_lowpass_rad_s", "number", above=0)
+    discretisation: str | None = known("velocity_filter_discretisation", "choice",
+                                        choices=DISCRETISATIONS)
+    sample_time: float | None = known("sample_time_s", "number", above=0)
+    hold: str | None = known("hold", "choice", choices=("zero-order",))
+    command_resolution: np.ndarray | None = known(
+        ("command_resolution_nm", "command_resolution"), "joints", least=0)
+    saturation: np.ndarray | None = known(("saturation_nm", "saturation"), "joints", above=0)
+    supply: float | None = known("supply_v", "number", above=0)
+
+    def __post_init__(self):
+        super().__post_init__()
+        law = self.law or ("unknown" if self.kp is None else "pd")
+        object.__setattr__(self, "law", law)
+        needed = {"pd": ("kp", "kd"), "cascade": ("kp", "kv"), "servo": ("kp",)}
+        missing = [name for name in needed.get(law, ()) if getattr(self, name) is None]
+        if missing:
+            raise RecordError(f"the control law {law!r} needs {missing[0].capitalize()}, one gain "
+                              "per joint; without it the loop cannot be simulated")
+        if self.velocity_filter is None and self.highpass is not None:
+            object.__setattr__(self, "velocity_filter", "two_corner")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Encoder(_Section):
+    """The position sensor.
+
+    Parameters
+    ----------
+    mounting : str
+        ``joint side`` or ``motor side``.
+    shaft_ratio : array_like, shape (n,)
+        Turns of the encoder's shaft per joint turn.
+    resolution : array_like, shape (n,)
+        Step of the logged position [rad, or m].
+
+    """
+
+    mounting: str | None = known("mounting", "choice", choices=("joint side", "motor side"))
+    shaft_ratio: np.ndarray | None = known("shaft_ratio", "joints", above=0)
+    resolution: np.ndarray | None = known(("resolution_rad", "resolution_m"), "joints", least=0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Experiment(_Section):
+    """How one log was taken; fields that describe one kind of signal are None for the others.
+
+    Parameters
+    ----------
+    excitation, signal : str
+        Kind of motion, and its description in words.
+    start, set_point : array_like, shape (n,)
+        Position at rest at time 0, and centre of the motion [rad].
+    duration : float
+        Length [s].
+    amplitude, periods, hold : array_like, shape (n,)
+        Of a reference: amplitude [rad], period [s], time between steps [s].
+    scale : array_like, shape (n,)
+        Factor on the paper's excitation (48).
+    f_low : float
+        First frequency of a chirp [Hz].
+    f_high : array_like, shape (n,)
+        Last frequency of a chirp [Hz].
+    frequencies, amplitudes : tuple
+        Of an injected torque, per joint: frequencies [Hz] and amplitudes [N m].
+
+    """
+
+    excitation: str | None = known("excitation", "choice", choices=EXCITATIONS)
+    signal: str | None = known("signal", "text")
+    start: np.ndarray | None = known(("start_rad", "start_m"), "joints")
+    set_point: np.ndarray | None = known(("set_point_rad", "set_point_m"), "joints")
+    duration: float | None = known("duration_s", "number", above=0)
+    amplitude: np.ndarray | None = known(("amplitude_rad", "amplitude_m"), "joints")
+    periods: np.ndarray | None = known("periods_s", "joints", above=0)
+    hold: np.ndarray | None = known("hold_s", "joints", above=0)
+    scale: np.ndarray | None = known("scale", "joints")
+    f_low: float | None = known("f_low_hz", "number", above=0)
+    f_high: np.ndarray | None = known("f_high_hz", "joints", above=0)
+    frequencies: tuple | None = known("frequencies_hz", "lists")
+    amplitudes: tuple | None = known("amplitudes_nm", "lists")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Robot:
+    """All that is known of one robot.
+
+    Parameters
+    ----------
+    n : int
+        Number of joints; key ``joints``.
+    name : str
+        What it is.
+    joints : sequence of str
+        Joint names; key ``joint_names``; by default ``joint1, joint2, ...``.
+    motor, links, nominal, controller, encoder : Motor, Links, Nominal, Controller, Encoder
+        The sections of the file; a missing one holds only unknowns.
+    experiments : mapping of str to Experiment
+        By the stem of the log's file name.
+    units : mapping of str to str
+        Unit of a signal of `Record` where it is not rad and N m.
+    columns : mapping of str to str
+        Column patterns of the logs, such as ``{"q": "actual_pos_{joint}"}``.
+    source : str
+        The file.
+
+    Raises
+    ------
+    RecordError
+        If a value is not of its kind, out of bounds, or not one per joint.
+
+    """
+
+    n: int
+    name: str = ""
+    joints: tuple[str, ...] = ()
+    motor: Motor = Motor()
+    links: Links = Links()
+    nominal: Nominal = Nominal()
+    controller: Controller = Controller()
+    encoder: Encoder = Encoder()
+    experiments: FixedDict = dataclasses.field(default_factory=FixedDict)
+    units: FixedDict = dataclasses.field(default_factory=FixedDict)
+    columns: FixedDict = dataclasses.field(default_factory=FixedDict)
+    source: str = ""
+
+    def __post_init__(self):
+        names = tuple(self.joints) or tuple(f"joint{k + 1}" for k in range(self.n))
+        if len(set(names)) != self.n:
+            raise RecordError(f"{self.source or 'robot'}: {self.n} joints need {self.n} different "
+                              f"names, got {', '.join(map(str, names))}")
+        object.__setattr__(self, "joints", names)
+        for name in ("experiments", "units", "columns"):
+            object.__setattr__(self, name, FixedDict(dict(getattr(self, name))))
+        for name in ("motor", "links", "controller", "encoder"):
+            object.__setattr__(self, name, self._fitted(getattr(self, name)))
+
+    def _fitted(self, section):
+        changes = {field.name: per_joint(getattr(section, field.name), self.n,
+                                         f"{type(section).__name__}.{field.name}")
+                   for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
+        return dataclasses.replace(section, **changes)

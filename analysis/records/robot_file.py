@@ -1,0 +1,172 @@
+"""Reading `robot.toml`; what is wrong is named with field, file and line."""
+
+import dataclasses
+import re
+import tomllib
+from pathlib import Path
+
+from clie_blocks.analysis.records.fields import checked, per_joint
+from clie_blocks.analysis.records.model import DEFAULT_UNITS
+from clie_blocks.analysis.records.robot import (
+    Controller,
+    Encoder,
+    Experiment,
+    Links,
+    Motor,
+    Nominal,
+    Robot,
+)
+
+from clie_blocks.errors import RecordError, nearest
+
+SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Controller,
+            "encoder": Encoder}
+TABLES = ("experiment", "units", "columns")
+TOP = ("name", "joints", "joint_names", *SECTIONS, *TABLES)
+LARGEST_FILE = 1_000_000
+
+
+def read_robot(path):
+    """Read a `robot.toml`.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its keys are those of the fields of `Robot` and its sections, with units.
+
+    Returns
+    -------
+    Robot
+        What is known of the robot.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, has an unknown key, or a value of the wrong kind.
+
+    """
+    path = Path(path)
+    return _robot(_RobotFile(path, _text(path)))
+
+
+def _text(path):
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise RecordError(f"{path} is larger than {LARGEST_FILE} bytes, a robot file has a few "
+                              "thousand; is it a log?")
+        return path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise RecordError(f"cannot read robot file {path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise RecordError(f"{path} is not text in UTF-8; save the robot file as UTF-8") from None
+
+
+class _RobotFile:
+    """The parsed text, and where each key stands."""
+
+    def __init__(self, path, text):
+        self.path = path
+        self.text = text
+        try:
+            self.table = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
+            raise RecordError(f"{path} is not valid TOML: {error}") from None
+
+    def where(self, *keys):
+        """Place of a key: file, line, section, key."""
+        section, key = ".".join(keys[:-1]), keys[-1]
+        shown = f"[{section}] {key}" if section else key
+        return f"{self.path}:{self._line(section, key)}: {shown}"
+
+    def _line(self, section, key):
+        current = ""
+        for number, line in enumerate(self.text.splitlines(), 1):
+            header = re.match(r"\s*\[+([^\]]*)\]", line)
+            if header:
+                current = re.sub(r"[\"'\s]", "", header[1])
+                if current in (key, f"{section}.{key}"):
+                    return number
+            elif current == section and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+                return number
+        return 1
+
+
+def _robot(file):
+    _refuse_unknown(file, (), file.table, TOP)
+    n = _count(file)
+    experiments = _table(file, "experiment")
+    return Robot(
+        n=n, name=str(file.table.get("name", "")), joints=_names(file, n),
+        **{name: _section(file, (name,), _table(file, name), kind, n)
+           for name, kind in SECTIONS.items()},
+        experiments={name: _section(file, ("experiment", name), _entry(file, name), Experiment, n)
+                     for name in experiments},
+        units=_words(file, "units", DEFAULT_UNITS), columns=_words(file, "columns", DEFAULT_UNITS),
+        source=str(file.path))
+
+
+def _count(file):
+    n = file.table.get("joints")
+    if n is None:
+        raise RecordError(f"{file.path}:1: 'joints' is missing; write the number of joints, "
+                          "joints = 2")
+    if not isinstance(n, int) or isinstance(n, bool) or not 1 <= n <= 1000:
+        raise RecordError(f"{file.where('joints')} must be the number of joints, got {n!r}")
+    return n
+
+
+def _names(file, n):
+    names = file.table.get("joint_names", ())
+    good = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
+    if not good or (names and len(set(names)) != n):
+        raise RecordError(f"{file.where('joint_names')} must list {n} different names, one per "
+                          f"joint, got {names!r}")
+    return tuple(names)
+
+
+def _table(file, name):
+    table = file.table.get(name, {})
+    if not isinstance(table, dict):
+        raise RecordError(f"{file.where(name)} must be a section [{name}], got {table!r}")
+    return table
+
+
+def _entry(file, name):
+    entry = file.table["experiment"][name]
+    if not isinstance(entry, dict):
+        raise RecordError(f"{file.where('experiment', name)} must be a section "
+                          f"[experiment.{name}], named after the log's file")
+    return entry
+
+
+def _section(file, keys, table, kind, n):
+    fields = [field for field in dataclasses.fields(kind)]
+    known = {key: field for field in fields for key in field.metadata["keys"]}
+    _refuse_unknown(file, keys, table, known)
+    values = {}
+    for key, value in table.items():
+        where = file.where(*keys, key)
+        found = checked(value, known[key], where)
+        if known[key].metadata["kind"] == "joints":
+            found = per_joint(found, n, where)
+        values[known[key].name] = found
+    try:
+        return kind(**values)
+    except RecordError as error:
+        raise RecordError(f"{file.where(*keys)}: {error}") from None
+
+
+def _refuse_unknown(file, keys, table, known):
+    for key in table:
+        if key not in known:
+            raise RecordError(f"{file.where(*keys, key)} is not a key of a robot file, and would "
+                              f"have no effect; {nearest(key, known)}")
+
+
+def _words(file, name, known):
+    table = _table(file, name)
+    _refuse_unknown(file, (name,), table, known)
+    for key, value in table.items():
+        if not isinstance(value, str):
+            raise RecordError(f"{file.where(name, key)} must be text in quotes, got {value!r}")
+    return table
