@@ -1,4 +1,4 @@
-"""PD control with excitation, which drives both the robot and its model; feedback linearisation."""
+"""PD control with excitation, for the robot and its model alike; feedback linearisation."""
 
 import control as ct
 

@@ -1,0 +1,50 @@
+"""The command ``clie VERB ...``: a table from each verb to the module that answers it."""
+
+import importlib
+import sys
+
+from clie_blocks import __version__
+from clie_blocks.errors import ClieError, nearest
+from clie_blocks.output import guarded
+
+VERBS = {
+    "loop": ("clie_blocks.diagrams.clie_loop", "run the paper's identification, Fig. 2"),
+    "recorded": ("clie_blocks.diagrams.recorded_loop", "run Fig. 2 on a recorded machine"),
+}
+
+USAGE = """usage: clie VERB [options]
+
+{verbs}
+
+'clie VERB --help' lists the options of a verb; --version shows the version.
+Exit codes: 0 ok, 1 bad news, 2 usage, 3 bad data, 4 not identifiable, 5 diverged."""
+
+
+def main(argv=None):
+    """Run one verb and return its exit code.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Arguments after the program name; by default those of the process.
+
+    Returns
+    -------
+    int
+        The exit code, see `clie_blocks.output.guarded`.
+
+    """
+    return guarded(_dispatch, sys.argv[1:] if argv is None else list(argv))
+
+
+def _dispatch(argv):
+    if argv and argv[0] == "--version":
+        print(f"clie {__version__}")
+    elif not argv or argv[0] in ("-h", "--help"):
+        width = max(map(len, VERBS))
+        print(USAGE.format(verbs="\n".join(
+            f"  {verb:{width}}  {text}" for verb, (_, text) in VERBS.items())))
+    elif argv[0] not in VERBS:
+        raise ClieError(f"no verb {argv[0]!r}; {nearest(argv[0], VERBS)}")
+    else:
+        return importlib.import_module(VERBS[argv[0]][0]).main(argv[1:])

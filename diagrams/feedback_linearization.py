@@ -1,0 +1,42 @@
+"""Fig. 5: feedback linearisation with the estimated parameters, eq. (50)."""
+
+from clie_blocks.controllers import linearizing_controller
+from clie_blocks.signals import interconnect
+
+
+def feedback_linearization(plant, theta_hat, kp, kd, *, printed_sign=False,
+                           name="feedback_linearization"):
+    """Tracking with feedback linearisation, Fig. 5, eqs. (9) and (50).
+
+    Inputs: q_d, dq_d, ddq_d [rad, rad/s, rad/s^2].  Outputs: q [rad], dq [rad/s], u [N m].
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        Any plant with ports ``u -> q, dq``.
+    theta_hat : array_like, shape (3n,)
+        Estimates ``[a_hat, b_hat, d_hat]``.
+    kp, kd : array_like, shape (n,)
+        Gains of the error dynamics [1/s^2], [1/s].
+    printed_sign : bool
+        Use ``-d_hat`` as printed, which doubles D instead of cancelling it.
+    name : str
+        Name of the diagram.
+
+    Returns
+    -------
+    clie_blocks.signals.Diagram
+        The closed loop.
+
+    """
+    n = plant.ninputs
+    a, b, d = (theta_hat[k * n:(k + 1) * n] for k in range(3))
+    controller = linearizing_controller(a, b, d, kp, kd, printed_sign=printed_sign)
+    return interconnect(
+        [controller, plant], name=name,
+        connections=[
+            (f"{plant.name}.u", "controller.u"),
+            ("controller.q", f"{plant.name}.q"),
+            ("controller.dq", f"{plant.name}.dq")],
+        inputs={port: f"controller.{port}" for port in ("q_d", "dq_d", "ddq_d")},
+        outputs={"q": f"{plant.name}.q", "dq": f"{plant.name}.dq", "u": "controller.u"})

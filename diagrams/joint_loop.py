@@ -1,0 +1,36 @@
+"""Fig. 1: each robot joint in closed loop with a PD controller."""
+
+import numpy as np
+
+from clie_blocks.controllers import pd_controller
+from clie_blocks.signals import interconnect
+
+
+def joint_loop(plant, kp, kd, *, name="joint_loop"):
+    """Joints under PD control with excitation, Fig. 1, eqs. (8) or (9) with (11).
+
+    Inputs: q_d [rad], pe [N m].  Outputs: q [rad], dq [rad/s], u [N m].
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        Any plant with ports ``u -> q, dq``.
+    kp, kd : array_like, shape (n,)
+        PD gains [N m/rad], [N m s/rad].
+    name : str
+        Name of the diagram.
+
+    Returns
+    -------
+    clie_blocks.signals.Diagram
+        The closed loop.
+
+    """
+    return interconnect(
+        [pd_controller(kp, kd, name="pd"), plant], name=name,
+        connections=[
+            (f"{plant.name}.u", "pd.u"),
+            ("pd.q", f"{plant.name}.q"),
+            ("pd.dq", f"{plant.name}.dq")],
+        inputs={"q_d": "pd.q_d", "pe": "pd.pe"},
+        outputs={"q": f"{plant.name}.q", "dq": f"{plant.name}.dq", "u": "pd.u"})
