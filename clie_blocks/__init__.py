@@ -28,7 +28,6 @@ _HOME = {
     "gradient_update": "identification",
     "composite_update": "identification",
     "interconnect": "signals",
-    "signals": "signals",
     "summing": "signals",
     "compile_diagram": "compiled",
     "held_normal": "compiled",

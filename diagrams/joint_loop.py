@@ -1,6 +1,5 @@
 """Fig. 1: each robot joint in closed loop with a PD controller."""
 
-import numpy as np
 
 from clie_blocks.controllers import pd_controller
 from clie_blocks.signals import interconnect
