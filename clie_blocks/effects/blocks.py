@@ -1,0 +1,110 @@
+"""From a kernel to a block: the one place where effects become python-control systems.
+
+A kernel takes its signals in order, then its parameters by keyword, all as arrays whose last
+axis is the joint.  So one function serves the block, the tests and the regression of a
+diagnosis.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import control as ct
+import numpy as np
+
+from clie_blocks.signals import signals
+
+
+@dataclass(frozen=True)
+class Static:
+    """Block without memory: ``outputs = kernel(*inputs, **parameters)``.
+
+    Parameters
+    ----------
+    kernel : callable
+        Returns one array per output, in a tuple if there are several.
+    inputs : tuple of str
+        Signals it reads: ``'q'``, ``'dq'``, ``'u'`` and ``'t'`` for the time.
+    outputs : tuple of str
+        Signals it gives; a load gives ``'tau'``, the torque that opposes [N m].
+
+    """
+
+    kernel: Callable
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...] = ("tau",)
+
+    def __call__(self, values, n, name):
+        """Return the block for n joints with the given parameter vectors."""
+        kernel, several = self.kernel, len(self.outputs) > 1
+        read = _reader(self.inputs, n)
+        keys = {key: f"{name}.{key}" for key in values}
+
+        def output(t, x, u, params):
+            found = kernel(*read(t, u), **{key: params[k] for key, k in keys.items()})
+            return np.concatenate([part.reshape(-1) for part in found]) if several else found
+
+        return ct.nlsys(
+            None, output, name=name, params={keys[key]: values[key] for key in values},
+            inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
+
+
+@dataclass(frozen=True)
+class Dynamic:
+    """Block with a state per joint: ``x' = rate(x, *inputs)``, ``outputs = kernel(x, *inputs)``.
+
+    Parameters
+    ----------
+    rate, kernel : callable
+        Both take the state, then the signals, then the parameters by keyword.
+    inputs, outputs : tuple of str
+        As in `Static`.
+    state : str
+        Name of the state.
+    size : int
+        Values per joint; the state reaches the kernels as (n,) for one, (size, n) for more.
+
+    """
+
+    rate: Callable
+    kernel: Callable
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...] = ("tau",)
+    state: str = "z"
+    size: int = 1
+
+    def __call__(self, values, n, name):
+        """Return the block for n joints with the given parameter vectors."""
+        rate, kernel, several = self.rate, self.kernel, len(self.outputs) > 1
+        shape = (n,) if self.size == 1 else (self.size, n)
+        read = _reader(self.inputs, n)
+        keys = {key: f"{name}.{key}" for key in values}
+
+        def update(t, x, u, params):
+            numbers = {key: params[k] for key, k in keys.items()}
+            return rate(x.reshape(shape), *read(t, u), **numbers).reshape(-1)
+
+        def output(t, x, u, params):
+            numbers = {key: params[k] for key, k in keys.items()}
+            found = kernel(x.reshape(shape), *read(t, u), **numbers)
+            return np.concatenate([part.reshape(-1) for part in found]) if several else found
+
+        return ct.nlsys(
+            update, output, name=name, params={keys[key]: values[key] for key in values},
+            states=signals(self.state, n=self.size * n),
+            inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
+
+
+def _reader(inputs, n):
+    """Split the input vector of a block into the arguments of its kernel."""
+    wired = [name for name in inputs if name != "t"]
+
+    def read(t, u):
+        rows = dict(zip(wired, u.reshape(len(wired), n)))
+        return [t if name == "t" else rows[name] for name in inputs]
+
+    return read
+
+
+def _labels(names, n):
+    return [label for name in names if name != "t"
+            for label in signals(name, n=n * n if name == "inertia" else n)]

@@ -1,0 +1,16 @@
+"""A planar chain of links: what gravity, payload and coupling share.
+
+Joint angles are relative to the link before; q[0] = 0 is horizontal and gravity pulls along -y.
+"""
+
+import numpy as np
+
+
+def absolute(joint):
+    """Absolute angle (or rate) of each link: the sum over the joints up to it."""
+    return joint @ np.triu(np.ones((joint.shape[-1],) * 2))
+
+
+def onto_joints(link):
+    """Torque of each joint from torques on the links: the sum over the links beyond it."""
+    return link @ np.tril(np.ones((link.shape[-1],) * 2))

@@ -1,0 +1,45 @@
+"""Coulomb (dry) friction of a joint, smoothed at rest."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+
+WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,
+                  "speed over which the sign is smoothed; the creep of a stuck joint")
+
+
+def coulomb_torque(dq, level, width):
+    """Friction torque level tanh(dq / width) [N m]: odd in dq, and dq tau >= 0."""
+    return level * np.tanh(dq / width)
+
+
+COULOMB = Effect(
+    name="coulomb", family="friction", port="load",
+    build=Static(coulomb_torque, inputs=("dq",)),
+    parameters=(
+        Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "friction torque of a moving joint"),
+        WIDTH,
+    ),
+    equation="tau = level tanh(dq / width)",
+    reference="C. A. de Coulomb (1785); smoothed: B. Armstrong-Helouvry, P. Dupont, C. Canudas "
+              "de Wit, Automatica 30(7), 1994, section 2",
+    signature="A step of torque at each reversal of the velocity; an error at rest of up to "
+              "level/Kp; the lag behind a sine falls as its amplitude grows.",
+    confused_with={
+        "viscous": "speed ladder: friction that does not grow with speed is Coulomb",
+        "stribeck": "constant speeds down to 1 mrad/s, both directions",
+        "backlash": "vary Kp: level/Kp scales, a gap does not",
+        "dead_zone": "vary Kp; a dead zone acts on the command, also while the joint moves",
+        "presliding": "amplitude ladder below 1 mrad: presliding is elastic there",
+    },
+    simulators={
+        "mujoco": "joint frictionloss (soft constraint, creeps)",
+        "isaac": "dynamicFrictionEffort",
+        "gazebo": "<dynamics><friction>",
+        "simscape": "Rotational Friction, Coulomb friction torque",
+    },
+    wrong="Smoothed, it creeps: under a load below the level the joint moves at "
+          "width atanh(load/level) instead of sticking. Presliding models stick.",
+    passive=True, symmetry="odd", stiff=True, curve=("dq", 0.01),
+)

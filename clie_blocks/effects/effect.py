@@ -1,0 +1,221 @@
+"""What the catalogue knows of an effect: physics, numbers, how it is told from others."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from clie_blocks.errors import nearest
+from clie_blocks.signals import DiagramError, vector
+
+FAMILIES = ("friction", "load", "transmission", "drive", "timing", "controller", "sensor",
+            "environment", "parametric")
+PORTS = ("controller", "drive", "load", "body", "environment", "transmission", "sensor", "log")
+SIMULATORS = ("mujoco", "isaac", "gazebo", "simscape")
+SYMMETRIES = ("odd", "even", "none")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    Parameters
+    ----------
+    name : str
+        Keyword of the kernel; in a block the key is ``'<block>.<name>'``.
+    unit : str
+        SI unit, ``'1'`` for a pure number.
+    lower, upper : float
+        Bounds; values outside are refused.
+    typical : float
+        A value met on real joints.
+    neutral : float or None
+        The value that removes the effect bit for bit.  None for a shape parameter (a width, a
+        frequency), which removes nothing on its own and takes `typical` when it is left out.
+    meaning : str
+        One phrase.
+    per_joint : bool
+        One value per joint; otherwise one value for the robot.
+
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    typical: float
+    neutral: float | None
+    meaning: str
+    per_joint: bool = True
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect of the catalogue; call it with numbers to get a `Setting` for `with_effects`.
+
+    Parameters
+    ----------
+    name, family : str
+        Its name in diagnoses, and its family of `FAMILIES`.
+    port : str
+        Where it enters, one of `PORTS`; see `clie_blocks.effects.insertion`.
+    build : callable
+        ``build(values, n, name)`` makes the block; its `kernel` is the pure function.
+    parameters : tuple of Parameter
+        Its numbers, those with a neutral value first.
+    equation : str
+        The kernel as one line of text.
+    reference : str
+        Where the model comes from.
+    signature : str
+        What a log looks like.
+    confused_with : dict
+        Effect that looks alike -> the experiment that separates the two.
+    simulators : dict
+        Name and parameter in each of `SIMULATORS`, or ``'none'``.
+    wrong : str
+        Where the model is wrong.
+    passive : bool
+        It never gives energy to the joint.
+    symmetry : str
+        ``'odd'`` or ``'even'`` under a change of sign of all its input signals, or ``'none'``.
+    per_joint : bool
+        Joint k acts on joint k alone.
+    stiff : bool
+        It has a fast or discontinuous mode; the halved-step table covers it.
+    side : str
+        Where a load acts when a transmission has a motor and a link: ``'motor'`` or ``'link'``.
+    curve : tuple of (str, float) or None
+        Input signal and its largest value, for the drawn characteristic.
+
+    """
+
+    name: str
+    family: str
+    port: str
+    build: Callable
+    parameters: tuple[Parameter, ...]
+    equation: str
+    reference: str
+    signature: str
+    confused_with: Mapping[str, str]
+    simulators: Mapping[str, str]
+    wrong: str
+    passive: bool = False
+    symmetry: str = "none"
+    per_joint: bool = True
+    stiff: bool = False
+    side: str = "motor"
+    curve: tuple[str, float] | None = None
+
+    def __call__(self, *, joints=None, name=None, **values):
+        """Set the numbers: ``coulomb(level=0.3, joints=[1])``.
+
+        Parameters
+        ----------
+        joints : int or list of int, optional
+            Joints (from 0) that have the effect; on the others it is neutral.  All by default.
+        name : str, optional
+            Name of the block, by default that of the effect.
+        **values : array_like, shape () or (n,)
+            Parameters by name; at least one with a neutral value, since without any the effect
+            does nothing.
+
+        Returns
+        -------
+        Setting
+            The effect with its numbers.
+
+        Raises
+        ------
+        DiagramError
+            For an unknown name, a value out of bounds, or no amplitude at all.
+
+        """
+        known = {p.name: p for p in self.parameters}
+        for key, value in values.items():
+            if key not in known:
+                raise DiagramError(f"{self.name}: no parameter {key!r}; {nearest(key, known)}")
+            _check_bounds(self.name, known[key], value)
+        amplitudes = [p.name for p in self.parameters if p.neutral is not None]
+        if not set(amplitudes) & set(values):
+            raise DiagramError(f"{self.name}: without a value for {' or '.join(amplitudes)} it "
+                               f"changes nothing; typical: {self.typical_values(amplitudes)}")
+        return Setting(self, values, _joint_list(joints), name or self.name)
+
+    def typical(self, *, joints=None, name=None, **values):
+        """Set every number to its typical value, save those given."""
+        return self(joints=joints, name=name, **{**self.typical_values(), **values})
+
+    def neutral(self, *, name=None):
+        """Set every amplitude to the value that removes the effect bit for bit."""
+        return self(name=name, **{p.name: p.neutral for p in self.parameters
+                                  if p.neutral is not None})
+
+    def typical_values(self, names=None):
+        """Typical values by parameter name."""
+        return {p.name: p.typical for p in self.parameters if names is None or p.name in names}
+
+    def as_dict(self):
+        """Return the catalogue's entry as plain JSON types; an infinite bound is null."""
+        return {
+            "name": self.name, "family": self.family, "port": self.port,
+            "parameters": [
+                {"name": p.name, "unit": p.unit, "lower": _finite(p.lower),
+                 "upper": _finite(p.upper), "typical": p.typical, "neutral": p.neutral,
+                 "meaning": p.meaning, "per_joint": p.per_joint} for p in self.parameters],
+            "equation": self.equation, "signature": self.signature,
+            "confused_with": [{"name": other, "experiment": experiment}
+                              for other, experiment in self.confused_with.items()],
+            "simulators": dict(self.simulators), "wrong": self.wrong, "passive": self.passive,
+            "symmetry": self.symmetry, "per_joint": self.per_joint, "reference": self.reference}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An effect with its numbers, made by calling an `Effect`; `with_effects` inserts it."""
+
+    effect: Effect
+    values: Mapping = field(repr=False)
+    joints: tuple[int, ...] | None
+    name: str
+
+    def block(self, n):
+        """Build the block for n joints: a `control.NonlinearIOSystem` named `name`."""
+        if self.joints is not None and not all(k < n for k in self.joints):
+            raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
+                               f"has {n}; joints count from 0")
+        return self.effect.build(self._vectors(n), n, self.name)
+
+    def _vectors(self, n):
+        vectors = {}
+        for p in self.effect.parameters:
+            default = p.typical if p.neutral is None else p.neutral
+            value = vector(self.values.get(p.name, default), f"{self.name}: {p.name}",
+                           n=n if p.per_joint else 1, unit=p.unit)
+            if self.joints is not None and p.neutral is not None and p.per_joint:
+                value[[k for k in range(n) if k not in self.joints]] = p.neutral
+            vectors[p.name] = value
+        return vectors
+
+
+def _check_bounds(effect, parameter, value):
+    array = vector(value, f"{effect}: {parameter.name}", unit=parameter.unit)
+    if not np.all((parameter.lower <= array) & (array <= parameter.upper)):
+        raise DiagramError(
+            f"{effect}: {parameter.name} ({parameter.meaning}) must lie within "
+            f"[{parameter.lower:g}, {parameter.upper:g}] {parameter.unit}, got {array}")
+
+
+def _joint_list(joints):
+    if joints is None:
+        return None
+    joints = tuple(np.atleast_1d(joints).tolist())
+    if not all(isinstance(k, int) and k >= 0 for k in joints):
+        raise DiagramError(f"joints must be whole numbers from 0, got {list(joints)}")
+    return joints
+
+
+def _finite(value):
+    return value if math.isfinite(value) else None

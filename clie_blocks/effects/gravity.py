@@ -1,0 +1,43 @@
+"""Weight of the links of a planar arm."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def gravity_torque(q, weight):
+    """Gravity torque sum_(j >= k) weight_j cos(q_0 + ... + q_j) of joint k [N m], as in (1)."""
+    return onto_joints(weight * np.cos(absolute(q)))
+
+
+GRAVITY = Effect(
+    name="gravity", family="load", port="load",
+    build=Static(gravity_torque, inputs=("q",)),
+    parameters=(
+        Parameter("weight", "N m", -1e3, 1e3, 0.05, 0.0,
+                  "moment m c g / r of the link, and of all it carries at its end, motor side"),
+    ),
+    equation="tau_k = sum over j >= k of weight_j cos(q_0 + ... + q_j)",
+    reference="paper, eqs. (1)-(7); M. W. Spong, S. Hutchinson, M. Vidyasagar, Robot Modeling "
+              "and Control, section 7.3",
+    signature="A torque that depends on the pose alone, equal in both directions of motion; at "
+              "one pose only a constant offset.",
+    confused_with={
+        "payload": "fast motion: a payload adds inertia as well",
+        "offset": "hold at several poses over more than 1 rad",
+        "spring": "sweep the full range: a cosine against a straight line",
+        "encoder_offset": "compare poses with an external measurement",
+        "step_fault": "return to the first pose: gravity comes back to its first value",
+    },
+    simulators={
+        "mujoco": "option gravity with body mass and ipos; joint gravcomp takes it away",
+        "isaac": "gravity with link mass and centre of mass",
+        "gazebo": "<gravity> with <inertial>",
+        "simscape": "Mechanism Configuration, gravity",
+    },
+    wrong="All links move in one vertical plane and all joints have the same gear ratio; the "
+          "links' inertia belongs to the plant.",
+    passive=True, symmetry="none", per_joint=False, side="link", curve=("q", 3.2),
+)

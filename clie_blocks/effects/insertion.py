@@ -1,0 +1,229 @@
+"""Insertion of effects: the result has the ports of what it was made from.
+
+Order along the signals, whatever the order of the list::
+
+    controller: q_d, q, dq -> [effects] -> law -> [effects] -> u
+    plant:      u -> drive -> (+) -> joints -> transmission -> sensor -> q, dq
+                              (-) load, environment, body
+    loop:       q, dq, u -> log -> the outputs
+
+Within one port the order is that of the list.  One sign convention: a load returns the torque that
+opposes, ``tau`` [N m] on the motor side, and the sum subtracts it.  Loads of side ``'link'`` see
+the link and act on it where a transmission gives it a motion of its own.
+"""
+
+import control as ct
+import numpy as np
+
+from clie_blocks.effects.body import plant_with_inertia
+from clie_blocks.effects.rewiring import controller_of, with_blocks
+from clie_blocks.errors import nearest
+from clie_blocks.signals import DiagramError, interconnect, ports, summing
+
+_LOAD_PORTS = ("load", "environment", "body")
+_PLANT_PORTS = ("drive", "transmission", "sensor", *_LOAD_PORTS)
+_SUMMED = ("tau", "inertia")
+
+
+def with_effects(system, effects, *, plant="plant"):
+    """Insert effects into a plant or into a closed loop; its ports stay the same.
+
+    Parameters
+    ----------
+    system : control.NonlinearIOSystem
+        A plant with ports ``u -> q, dq``, or a diagram that has such a block.
+    effects : list of Setting
+        Effects with their numbers, such as ``[LIBRARY['coulomb'](level=0.3)]``.
+    plant : str
+        Name of the plant block inside a diagram.
+
+    Returns
+    -------
+    clie_blocks.signals.Diagram
+        A system of the same name and ports; parameters are ``'<effect>.<parameter>'``.  Without
+        effects, `system` itself.
+
+    Raises
+    ------
+    DiagramError
+        If an effect has no place in `system`, or two effects have the same name.
+
+    """
+    effects = list(effects)
+    _refuse_strangers(effects)
+    if not effects:
+        return system
+    if _is_plant(system):
+        misplaced = [s for s in effects if s.effect.port not in _PLANT_PORTS]
+        if misplaced:
+            raise DiagramError(
+                f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which a plant "
+                "does not have; insert it into a loop, such as joint_loop(plant, kp, kd)")
+        return _effective_plant(system, effects)
+    return _effective_loop(system, effects, plant)
+
+
+def _effective_loop(loop, effects, plant_name):
+    blocks = {block.name: block for block in getattr(loop, "syslist", ())}
+    if plant_name not in blocks:
+        raise DiagramError(f"{loop.name}: no block {plant_name!r} to put effects into; "
+                           f"{nearest(plant_name, blocks)}")
+    replaced = {}
+    in_plant = [s for s in effects if s.effect.port in _PLANT_PORTS]
+    if in_plant:
+        replaced[plant_name] = _effective_plant(blocks[plant_name], in_plant)
+    in_law = [s for s in effects if s.effect.port == "controller"]
+    if in_law:
+        law = controller_of(loop, plant_name)
+        replaced[law] = _effective_controller(blocks[law], in_law)
+    changed = with_blocks(loop, replaced) if replaced else loop
+    in_log = [s for s in effects if s.effect.port == "log"]
+    return _recorded_loop(changed, in_log) if in_log else changed
+
+
+def _effective_plant(plant, settings):
+    if not _is_plant(plant):
+        raise DiagramError(f"{plant.name}: a plant has the ports u -> q, dq, not "
+                           f"{list(ports(plant.input_labels))} -> "
+                           f"{list(ports(plant.output_labels))}")
+    n = plant.ninputs
+    bus = _Bus(external=["u"], n=n)
+    bus.source.update({signal + end: f"{plant.name}.{signal}" for signal in ("q", "dq")
+                       for end in ("", "_motor", "_link")})
+    for port in ("drive", "transmission", "sensor"):
+        for setting in _at(settings, port):
+            bus.insert(setting.block(n))
+    for setting in (s for port in _LOAD_PORTS for s in _at(settings, port)):
+        side = setting.effect.side
+        bus.insert(setting.block(n), reading={"q": f"q_{side}", "dq": f"dq_{side}"}, side=side)
+    bus.close_sums(plant)
+    return bus.diagram(plant.name, outputs=("q", "dq"))
+
+
+def _effective_controller(law, settings):
+    n = law.noutputs
+    bus = _Bus(external=list(ports(law.input_labels)), n=n)
+    blocks = [setting.block(n) for setting in settings]
+    for block in (b for b in blocks if "u" not in ports(b.output_labels)):
+        bus.insert(block)
+    bus.insert(law, replaces=True)
+    for block in (b for b in blocks if "u" in ports(b.output_labels)):
+        bus.insert(block)
+    return bus.diagram(law.name, outputs=("u",))
+
+
+def _recorded_loop(loop, settings):
+    shown = list(ports(loop.output_labels))
+    n = len(ports(loop.output_labels)[shown[0]])
+    bus = _Bus(external=list(ports(loop.input_labels)), n=n)
+    bus.insert(loop, replaces=True)
+    for setting in settings:
+        bus.insert(setting.block(n))
+    return bus.diagram(loop.name, outputs=shown)
+
+
+class _Bus:
+    """Signals by name and the block port that gives each of them at the moment."""
+
+    def __init__(self, external, n):
+        self.n, self.blocks, self.connections = n, [], []
+        self.external = {signal: [] for signal in external}
+        self.source = dict.fromkeys(external)
+        self.sums = {"tau_motor": [], "tau_link": [], "inertia": []}
+        self.read_ports = set()
+
+    def insert(self, block, *, reading=None, side="motor", replaces=False):
+        """Add a block: it reads the bus, then gives the bus its outputs."""
+        given = list(ports(block.output_labels))
+        wanted = list(ports(block.input_labels))
+        for signal in given:
+            if signal in self.source and signal not in wanted and not replaces:
+                raise DiagramError(f"{block.name}: it replaces {signal!r} and must read it too, "
+                                   "so that its neutral value can pass it on untouched")
+        self.blocks.append(block)
+        for signal in wanted:
+            if signal != "tau_link":
+                self.read(f"{block.name}.{signal}", (reading or {}).get(signal, signal))
+        for signal in given:
+            if signal in _SUMMED:
+                key = f"tau_{side}" if signal == "tau" else signal
+                self.sums[key].append(f"{block.name}.{signal}")
+            else:
+                self.source[signal] = f"{block.name}.{signal}"
+
+    def read(self, target, signal):
+        """Wire an input port to the present source of a signal."""
+        if signal not in self.source:
+            raise DiagramError(f"{target}: there is no signal {signal!r} here; "
+                               f"{nearest(signal, self.source)}")
+        if self.source[signal] is None:
+            self.external[signal].append(target)
+        else:
+            self.connections.append((target, self.source[signal]))
+            self.read_ports.add(self.source[signal])
+
+    def close_sums(self, plant):
+        """Lead the loads to link and motor, and the torque that is left to the plant."""
+        taking = [b.name for b in self.blocks if "tau_link" in ports(b.input_labels)]
+        if len(taking) > 1:
+            raise DiagramError(f"{plant.name}: {' and '.join(taking)} each give the link a motion "
+                               "of its own; one transmission can")
+        if taking:
+            self._lead(f"{taking[0]}.tau_link", self.sums["tau_link"])
+        else:
+            self.sums["tau_motor"] += self.sums["tau_link"]
+        inertias = self.sums["inertia"]
+        self.blocks.append(plant_with_inertia(plant) if inertias else plant)
+        if inertias:
+            self._lead(f"{plant.name}.inertia", inertias)
+        loads = self.sums["tau_motor"]
+        if loads:
+            self.blocks.append(summing("u", *(f"-{load.partition('.')[0]}" for load in loads),
+                                       output="u", n=self.n, name="torque_sum"))
+            self.read("torque_sum.u", "u")
+            for load in loads:
+                self._lead(f"torque_sum.{load.partition('.')[0]}", [load])
+            self.source["u"] = "torque_sum.u"
+        self.read(f"{plant.name}.u", "u")
+
+    def diagram(self, name, outputs):
+        """Return the diagram whose outputs are the present sources."""
+        shown = {signal: self.source[signal] for signal in outputs}
+        every = {f"{block.name}.{port}" for block in self.blocks
+                 for port in ports(block.output_labels)}
+        return interconnect(self.blocks, self.connections, inputs=self.external, outputs=shown,
+                            name=name, unused=sorted(every - self.read_ports - {*shown.values()}))
+
+    def _lead(self, target, sources):
+        if not sources:
+            self.blocks.append(_no_load(self.n))
+            sources = ["no_load.tau"]
+        self.connections.append((target, *sources))
+        self.read_ports |= set(sources)
+
+
+def _no_load(n):
+    labels = [f"tau[{k}]" for k in range(n)]
+    return ct.nlsys(None, lambda t, x, u, params: np.zeros(n), inputs=0, outputs=labels,
+                    name="no_load")
+
+
+def _at(settings, port):
+    return [setting for setting in settings if setting.effect.port == port]
+
+
+def _is_plant(system):
+    return (list(ports(system.input_labels)) == ["u"]
+            and list(ports(system.output_labels)) == ["q", "dq"])
+
+
+def _refuse_strangers(effects):
+    names = set()
+    for setting in effects:
+        if not hasattr(setting, "effect"):
+            raise DiagramError(f"not an effect with its numbers: {setting!r}; write "
+                               "LIBRARY['coulomb'](level=0.3)")
+        if setting.name in names:
+            raise DiagramError(f"two effects are called {setting.name!r}; "
+                               "give each its own name=")
+        names.add(setting.name)
