@@ -46,7 +46,7 @@ def pd_controller(kp, kd, *, name="pd"):
         q_d, q, dq, pe = u.reshape(4, n)
         return pd_torque(q_d, q, dq, pe, params["kp"], params["kd"])
 
-    return ct.nlsys(None, output, name=name, params=gains, outputs=signals("u", n=n),
+    return ct.nlsys(None, output, dt=None, name=name, params=gains, outputs=signals("u", n=n),
                     inputs=signals("q_d", "q", "dq", "pe", n=n))
 
 
@@ -94,7 +94,7 @@ def linearizing_controller(a, b, d, kp, kd, *, printed_sign=False, name="control
         a, b, d = (params[f"{name}.{key}"] for key in "abd")
         return linearizing_torque(*u.reshape(5, n), a, b, sign * d, params["kp"], params["kd"])
 
-    return ct.nlsys(None, output, name=name, params={**gains, **estimates},
+    return ct.nlsys(None, output, dt=None, name=name, params={**gains, **estimates},
                     inputs=signals("q_d", "dq_d", "ddq_d", "q", "dq", n=n),
                     outputs=signals("u", n=n))
 

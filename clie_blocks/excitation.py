@@ -123,4 +123,4 @@ def source(signal, port, n, *, name=None):
     def output(t, x, u, params):
         return at(t) * np.ones(n)
 
-    return ct.nlsys(None, output, name=name or port, inputs=0, outputs=signals(port, n=n))
+    return ct.nlsys(None, output, dt=None, name=name or port, inputs=0, outputs=signals(port, n=n))

@@ -90,16 +90,48 @@ def lowpass_with_rate(n, *, omega_f=300.0, name="lowpass_dq"):
                       inputs="dq", outputs=["dq_f", "y_f"], name=name)
 
 
-def _per_joint(a, b, c, d, n, *, inputs, outputs, name):
+def difference_filter(n, period, *, taps=2, name="velocity_filter"):
+    """Velocity as the backward difference of a mean of `taps` samples, as servo drives take it.
+
+    Inputs: q [rad].  Outputs: dq = ``(q[k] - q[k - taps]) / (taps period)`` [rad/s].
+    State: the last `taps` positions per joint.
+
+    Parameters
+    ----------
+    n : int
+        Number of joints.
+    period : float
+        Sample time [s].
+    taps : int
+        Samples averaged; the delay is ``taps / 2`` samples.
+    name : str
+        Name of the block.
+
+    Returns
+    -------
+    control.StateSpace
+        A discrete-time block; started at rest at position q0 all its states are q0.
+
+    """
+    _positive(name, period=period, taps=taps)
+    shift = np.eye(taps, k=-1)
+    newest = np.eye(taps)[:, :1]
+    gain = 1.0 / (taps * period)
+    oldest = -gain * np.eye(taps)[-1:]
+    return _per_joint(shift, newest, oldest, [[gain]], n, inputs="q", outputs=["dq"], name=name,
+                      dt=period)
+
+
+def _per_joint(a, b, c, d, n, *, inputs, outputs, name, dt=0):
     """Repeat a single-input filter for n joints; ports are vectors, states joint by joint."""
     eye = np.eye(n)
     rows = [np.kron(eye, np.atleast_2d(row)) for row in c]
     gains = [np.kron(eye, np.atleast_2d(row)) for row in d]
-    return ct.ss(np.kron(eye, a), np.kron(eye, b), np.vstack(rows), np.vstack(gains), name=name,
-                 inputs=signals(inputs, n=n), outputs=signals(*outputs, n=n))
+    return ct.ss(np.kron(eye, a), np.kron(eye, b), np.vstack(rows), np.vstack(gains), dt,
+                 name=name, inputs=signals(inputs, n=n), outputs=signals(*outputs, n=n))
 
 
 def _positive(name, **corners):
     for key, value in corners.items():
         if not value > 0:
-            raise DiagramError(f"{name}: {key} must be a positive frequency [rad/s], got {value}")
+            raise DiagramError(f"{name}: {key} must be positive, got {value}")

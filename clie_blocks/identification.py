@@ -44,7 +44,7 @@ def regressor(n, *, name="regressor"):
         dq, torque = u.reshape(2, n)
         return regressor_matrix(dq, torque).reshape(-1)
 
-    return ct.nlsys(None, output, name=name, inputs=signals("dq", "u", n=n),
+    return ct.nlsys(None, output, dt=None, name=name, inputs=signals("dq", "u", n=n),
                     outputs=signals("phi", n=3 * n * n))
 
 
@@ -71,7 +71,7 @@ def filtered_regressor(n, *, omega_f=300.0, name="filtered_regressor"):
         dq_f, u_f = u.reshape(2, n)
         return filtered_regressor_matrix(dq_f, u_f, params[f"{name}.omega_f"], t).reshape(-1)
 
-    return ct.nlsys(None, output, name=name, params={f"{name}.omega_f": float(omega_f)},
+    return ct.nlsys(None, output, dt=None, name=name, params={f"{name}.omega_f": float(omega_f)},
                     inputs=signals("dq_f", "u_f", n=n), outputs=signals("phi_f", n=3 * n * n))
 
 
@@ -93,12 +93,12 @@ def identification_error(n, *, name="identification_error"):
         return -(phi_f.reshape(3 * n, n).T @ theta_hat) - y_f
 
     return ct.nlsys(
-        None, output, name=name, outputs=signals("e_f", n=n),
+        None, output, dt=None, name=name, outputs=signals("e_f", n=n),
         inputs=(signals("phi_f", n=3 * n * n) + signals("theta_hat", n=3 * n)
                 + signals("y_f", n=n)))
 
 
-def gradient_update(gamma, kp, kd, *, name="update"):
+def gradient_update(gamma, kp, kd, *, period=None, name="update"):
     """Update law, eq. (27).
 
     Inputs: e_u [N m], phi (flat).  Outputs: theta_hat (3n,) = [a_hat, b_hat, d_hat].
@@ -110,6 +110,8 @@ def gradient_update(gamma, kp, kd, *, name="update"):
         Adaptation gain, positive definite; a vector is its diagonal.  Key ``'{name}.gamma'``.
     kp, kd : array_like, shape (n,)
         The gains of both loops (shared keys).
+    period : float, optional
+        Sample time [s] of a discrete-time update, one Euler step a sample.
     name : str
         Name of the block.
 
@@ -123,16 +125,17 @@ def gradient_update(gamma, kp, kd, *, name="update"):
 
     def update(t, x, u, params):
         e_u, phi = u[:n], u[n:].reshape(3 * n, n)
-        return gradient_rate(phi, e_u, params[f"{name}.gamma"], params["kp"], params["kd"])
+        rate = gradient_rate(phi, e_u, params[f"{name}.gamma"], params["kp"], params["kd"])
+        return rate if period is None else x + period * rate
 
     return ct.nlsys(
-        update, _state, name=name, states=signals("theta_hat", n=3 * n),
+        update, _state, dt=period or 0, name=name, states=signals("theta_hat", n=3 * n),
         inputs=signals("e_u", n=n) + signals("phi", n=3 * n * n),
         outputs=signals("theta_hat", n=3 * n),
         params={f"{name}.gamma": adaptation_gain(gamma, n, name), "kp": kp, "kd": kd})
 
 
-def composite_update(gamma, alpha, kp, kd, *, name="update"):
+def composite_update(gamma, alpha, kp, kd, *, period=None, name="update"):
     """Composite update law, eq. (40).
 
     Inputs: e_u [N m], phi (flat), e_f [rad/s^2], phi_f (flat).
@@ -146,6 +149,8 @@ def composite_update(gamma, alpha, kp, kd, *, name="update"):
         Gain of the gradient method, not negative; zero gives (27).  Key ``'{name}.alpha'``.
     kp, kd : array_like, shape (n,)
         The gains of both loops (shared keys).
+    period : float, optional
+        Sample time [s] of a discrete-time update, one Euler step a sample.
     name : str
         Name of the block.
 
@@ -166,17 +171,45 @@ def composite_update(gamma, alpha, kp, kd, *, name="update"):
     def update(t, x, u, params):
         sizes = np.cumsum([n, 3 * n * n, n])
         e_u, phi, e_f, phi_f = np.split(u, sizes)
-        return composite_rate(
+        rate = composite_rate(
             phi.reshape(3 * n, n), e_u, phi_f.reshape(3 * n, n), e_f,
             params[f"{name}.gamma"], params[f"{name}.alpha"], params["kp"], params["kd"])
+        return rate if period is None else x + period * rate
 
     return ct.nlsys(
-        update, _state, name=name, states=signals("theta_hat", n=3 * n),
+        update, _state, dt=period or 0, name=name, states=signals("theta_hat", n=3 * n),
         inputs=(signals("e_u", n=n) + signals("phi", n=3 * n * n)
                 + signals("e_f", n=n) + signals("phi_f", n=3 * n * n)),
         outputs=signals("theta_hat", n=3 * n),
         params={f"{name}.gamma": adaptation_gain(gamma, n, name), f"{name}.alpha": alpha,
                 "kp": kp, "kd": kd})
+
+
+def scaled_gain(phi, rate, kp, kd, b):
+    """Diagonal adaptation gain that lets every estimate converge at about the same rate.
+
+    Below the bandwidth of the loop the averaged estimates of (27) obey ``dTheta_err/dt = -Gamma
+    mean(Phi Phi^T) Kd Kp^-1 B^-1 Theta_err``; the gain makes the diagonal of that matrix `rate`.
+
+    Parameters
+    ----------
+    phi : array_like, shape (samples, 3n, n)
+        Regressors (13) along a motion.
+    rate : float
+        Wanted rate [1/s]; keep it well below the bandwidth of the loop.
+    kp, kd : array_like, shape (n,)
+        PD gains [N m/rad], [N m s/rad].
+    b : array_like, shape (n,)
+        Rough values of B [1/(kg m^2)]; the order of magnitude is enough.
+
+    Returns
+    -------
+    ndarray, shape (3n,)
+        Diagonal of Gamma.
+
+    """
+    weight = np.tile(np.asarray(kd) / (np.asarray(kp) * np.asarray(b)), 3)
+    return rate / (np.mean(np.sum(np.square(phi), axis=2), axis=0) * weight)
 
 
 def adaptation_gain(gamma, n, name="update"):

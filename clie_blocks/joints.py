@@ -95,7 +95,25 @@ def inertial_joints(inertia, damping, load, *, name="plant"):
                                        f"{name}.load": load}, n=n, name=name)
 
 
-def estimated_model(n, *, name="model"):
+def held_joint_step(q, dq, u, a, b, d, period):
+    """State of eq. (9) one period later, with u held: exact, and finite for ``a = 0``.
+
+    Returns
+    -------
+    q, dq : ndarray, shape (n,)
+        Position [rad] and velocity [rad/s] after `period` [s].
+
+    """
+    small = np.abs(a) * period < 1e-6
+    rate = np.where(small, 1.0, a)
+    decay = np.exp(-a * period)
+    travel = np.where(small, period - a * period**2 / 2, (1.0 - decay) / rate)
+    push = np.where(small, period**2 / 2 - a * period**3 / 6, (period - travel) / rate)
+    force = b * u - d
+    return q + travel * dq + push * force, decay * dq + travel * force
+
+
+def estimated_model(n, *, period=None, name="model"):
     """Estimated model, eq. (19), whose parameters arrive as a signal.
 
     Inputs: u [N m], theta_hat (3n,) = [a_hat, b_hat, d_hat] [1/s, 1/(kg m^2), rad/s^2].
@@ -105,6 +123,9 @@ def estimated_model(n, *, name="model"):
     ----------
     n : int
         Number of joints.
+    period : float, optional
+        Sample time [s] of a discrete-time model, whose input is held over each sample, as a
+        digital controller holds it.
     name : str
         Name of the block.
 
@@ -115,11 +136,13 @@ def estimated_model(n, *, name="model"):
 
     """
     def update(t, x, u, params):
-        dq, torque = x[n:], u[:n]
+        q, dq, torque = x[:n], x[n:], u[:n]
         a_hat, b_hat, d_hat = u[n:].reshape(3, n)
+        if period is not None:
+            return np.concatenate(held_joint_step(q, dq, torque, a_hat, b_hat, d_hat, period))
         return np.concatenate((dq, joint_acceleration(dq, torque, a_hat, b_hat, d_hat)))
 
-    return ct.nlsys(update, _state, name=name, states=signals("q", "dq", n=n),
+    return ct.nlsys(update, _state, dt=period or 0, name=name, states=signals("q", "dq", n=n),
                     inputs=signals("u", n=n) + signals("theta_hat", n=3 * n),
                     outputs=signals("q", "dq", n=n))
 

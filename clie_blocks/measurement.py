@@ -52,5 +52,5 @@ def encoder(resolution, *, name="encoder"):
     def output(t, x, u, params):
         return quantized(u, params[f"{name}.resolution"])
 
-    return ct.nlsys(None, output, name=name, params={f"{name}.resolution": resolution},
+    return ct.nlsys(None, output, dt=None, name=name, params={f"{name}.resolution": resolution},
                     inputs=signals("q", n=n), outputs=signals("q_measured", n=n))

@@ -1,0 +1,76 @@
+"""Fig. 2 with a recorded robot and the composite update law (40)."""
+
+import control as ct
+from clie_blocks.diagrams.recorded_loop import model_half
+
+from clie_blocks.filters import lowpass, lowpass_with_rate, velocity_filter
+from clie_blocks.identification import composite_update, filtered_regressor, identification_error
+from clie_blocks.signals import interconnect
+
+
+def recorded_composite(kp, kd, gamma, alpha, velocity, *, omega_f=300.0,
+                       name="recorded_composite"):
+    """Model half of Fig. 2 beside a recorded robot, with the composite law (40).
+
+    Inputs: u, pe [N m], q_d, q [rad], one recorded row per sample.
+    Outputs: as `clie_blocks.diagrams.recorded_loop.recorded_loop`, and e_f [rad/s^2].
+
+    Parameters
+    ----------
+    kp, kd : array_like, shape (n,)
+        PD gains of the recorded controller [N m/rad], [N m s/rad].
+    gamma : array_like, shape (), (3n,) or (3n, 3n)
+        Adaptation gain of (40), positive definite.
+    alpha : float
+        Gain of the gradient method, not negative.
+    velocity : control.StateSpace
+        The recorded controller's velocity estimate, discrete-time, with ports ``q -> dq``.
+    omega_f : float
+        Corner frequency of G2 (34) [rad/s]; the filters are sampled by Tustin's rule.
+    name : str
+        Name of the diagram.
+
+    Returns
+    -------
+    clie_blocks.signals.Diagram
+        A discrete-time diagram.
+
+    Notes
+    -----
+    u passes G2 but q passes G1 and G2, as in the paper: the delay of G1 biases the estimates.
+
+    """
+    half = model_half(kp, kd, velocity)
+    n, period = velocity.ninputs, velocity.dt
+
+    def sampled(block):
+        return ct.sample_system(block, period, "tustin", name=block.name)
+
+    return interconnect(
+        [
+            *half["blocks"], sampled(velocity_filter(n, name="measured_velocity")),
+            sampled(lowpass_with_rate(n, omega_f=omega_f, name="lowpass_dq")),
+            sampled(lowpass(n, omega_f=omega_f, port="u", name="lowpass_u")),
+            filtered_regressor(n, omega_f=omega_f), identification_error(n),
+            composite_update(gamma, alpha, kp, kd, period=period, name="update")],
+        connections=[
+            *half["connections"],
+            # the recorded robot filtered by G1 and G2, eqs. (34)-(36)
+            ("lowpass_dq.dq", "measured_velocity.dq"),
+            ("filtered_regressor.dq_f", "lowpass_dq.dq_f"),
+            ("filtered_regressor.u_f", "lowpass_u.u_f"),
+            # the identification error, eqs. (37), (38)
+            ("identification_error.phi_f", "filtered_regressor.phi_f"),
+            ("identification_error.theta_hat", "update.theta_hat"),
+            ("identification_error.y_f", "lowpass_dq.y_f"),
+            # the composite update law, eq. (40)
+            ("update.e_u", "input_error.e_u"),
+            ("update.phi", "regressor.phi"),
+            ("update.e_f", "identification_error.e_f"),
+            ("update.phi_f", "filtered_regressor.phi_f"),
+            ("model.theta_hat", "update.theta_hat")],
+        inputs={**half["inputs"], "u": ["input_error.u", "lowpass_u.u"],
+                "q": "measured_velocity.q"},
+        outputs={**half["outputs"], "theta_hat": "update.theta_hat",
+                 "e_f": "identification_error.e_f"},
+        name=name)
