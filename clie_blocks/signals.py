@@ -93,6 +93,33 @@ def ports(labels):
     return found
 
 
+def signal(response, name):
+    """Vector signal of a response, such as ``signal(response, 'theta_hat')``.
+
+    Parameters
+    ----------
+    response : control.TimeResponseData
+        The response of a diagram.
+    name : str
+        Base name of an output.
+
+    Returns
+    -------
+    ndarray, shape (n, samples)
+        Its rows.
+
+    Raises
+    ------
+    DiagramError
+        If the response has no such output.
+
+    """
+    groups = ports(response.output_labels)
+    if name not in groups:
+        raise DiagramError(f"the response has no output {name!r}; {nearest(name, groups)}")
+    return response.outputs.reshape(len(response.output_labels), -1)[groups[name]]
+
+
 class Diagram(ct.InterconnectedSystem):
     """An `InterconnectedSystem` that refuses parameters which none of its blocks has."""
 
