@@ -1,1 +1,25 @@
-"""."""
+"""A diagram as one machine-code program: the names to use, imported when first asked for."""
+
+import importlib
+
+_HOME = {
+    "compile_diagram": "program",
+    "Program": "program",
+    "held_normal": "inputs",
+    "TraceError": "symbols",
+    "InputError": "inputs",
+    "CompiledDifferenceError": "selfcheck",
+    "METHODS": "methods",
+}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+def __dir__():
+    return __all__

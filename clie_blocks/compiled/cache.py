@@ -1,0 +1,69 @@
+"""Machine code on disk, found by its content, safe against damage and other versions."""
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+
+from clie_blocks.errors import ClieError
+from clie_blocks.output import write
+
+KEPT = 200
+
+
+def folder():
+    """Return the cache folder, or None where the user has switched the cache off.
+
+    ``CLIE_BLOCKS_CACHE`` names another folder; ``off`` switches the cache off.
+    """
+    chosen = os.environ.get("CLIE_BLOCKS_CACHE")
+    if chosen == "off":
+        return None
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(chosen) if chosen else Path(base) / "clie_blocks" / "programs"
+
+
+def key(*parts):
+    """Return the name under which content that depends on these texts is kept."""
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+
+def load(name):
+    """Return the stored bytes, or None if there are none or they are damaged.
+
+    Parameters
+    ----------
+    name : str
+        From `key`.
+
+    """
+    try:
+        stored = (folder() / f"{name}.bin").read_bytes()
+    except (OSError, TypeError):
+        return None
+    digest, content = stored[:32], stored[32:]
+    return content if digest == hashlib.sha256(content).digest() else None
+
+
+def save(name, content):
+    """Store bytes; a cache that cannot be written is no reason to stop.
+
+    Parameters
+    ----------
+    name : str
+        From `key`.
+    content : bytes
+        What to keep.
+
+    """
+    if folder() is None:
+        return
+    with contextlib.suppress(ClieError, OSError):
+        write(folder() / f"{name}.bin", hashlib.sha256(content).digest() + content)
+        _forget_oldest(folder())
+
+
+def _forget_oldest(place):
+    files = sorted(place.glob("*.bin"), key=lambda file: file.stat().st_mtime)
+    for file in files[:-KEPT]:
+        file.unlink(missing_ok=True)

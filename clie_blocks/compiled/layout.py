@@ -1,0 +1,82 @@
+"""What a program computes: derivatives, and the record of every signal that can be logged."""
+
+from dataclasses import dataclass
+
+from clie_blocks.compiled.symbols import F, Symbol, topological
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The two lists of expressions that an emitter turns into functions.
+
+    Parameters
+    ----------
+    derivatives : list
+        One expression per state.
+    record : list
+        States, inputs, then every distinct signal.
+    slots : dict
+        Entry of the record by signal name.
+    nu : int
+        Number of inputs.
+
+    """
+
+    derivatives: list
+    record: list
+    slots: dict
+    nu: int
+
+    @property
+    def nx(self):
+        """Number of states."""
+        return len(self.derivatives)
+
+
+def layout(trace, driven=None):
+    """Arrange a trace for the emitters.
+
+    Parameters
+    ----------
+    trace : Trace
+        The program.
+    driven : dict, optional
+        Expression in t by input index, for inputs that are functions of time.
+
+    """
+    graph, driven = trace.graph, driven or {}
+    x = [graph.variable("x", k) for k in range(len(trace.derivatives))]
+    u = [graph.variable("u", k) for k in range(len(trace.inputs))]
+    roots = [*trace.derivatives, *x, *u, *trace.signals.values()]
+    final = substitute(roots, {u[k]: expression for k, expression in driven.items()})
+    record, slots = final[len(x):2 * len(x) + len(u)], {}
+    entry = {expression: k for k, expression in enumerate(record)}
+    for k, name in enumerate(trace.signals):
+        expression = final[2 * len(x) + len(u) + k]
+        if expression not in entry:
+            entry[expression] = len(record)
+            record.append(expression)
+        slots[name] = entry[expression]
+    return Layout(final[:len(x)], record, slots, len(u))
+
+
+def substitute(roots, replacement):
+    """Return the expressions with variables replaced.
+
+    Parameters
+    ----------
+    roots : list of Symbol or float
+        The expressions.
+    replacement : dict
+        Expression by variable.
+
+    """
+    final = dict(replacement)
+    if not final:
+        return list(roots)
+    for node in topological(roots):
+        if node in final:
+            continue
+        final[node] = node if node.op == "variable" else getattr(F, node.op)(
+            *(final[a] if isinstance(a, Symbol) else a for a in node.args))
+    return [final[root] if isinstance(root, Symbol) else root for root in roots]

@@ -1,0 +1,84 @@
+"""LLVM text to machine code that Python can call."""
+
+import ctypes
+import itertools
+import threading
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from clie_blocks.compiled import cache
+
+_lock, _library = threading.Lock(), itertools.count()
+_state = {}
+
+
+class Machine:
+    """Loaded machine code; functions live as long as this object.
+
+    Parameters
+    ----------
+    text : str
+        LLVM module.
+    names : list of str
+        Functions that are called from Python.
+
+    """
+
+    def __init__(self, text, names):
+        with _lock:
+            target, jit = _target(), _jit()
+            name = cache.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
+                             target.triple, llvm.get_host_cpu_name(),
+                             llvm.get_host_cpu_features().flatten())
+            stored = cache.load(name)
+            self.cached = stored is not None
+            self._tracker = _link(jit, stored, names) if stored else None
+            if self._tracker is None:
+                self.cached, stored = False, _compile(text, target)
+                self._tracker = _link(jit, stored, names)
+                cache.save(name, stored)
+
+    def address(self, name):
+        """Return the address of a function."""
+        return self._tracker[name]
+
+    def function(self, name, *types):
+        """Return a function as a callable that frees the interpreter lock while it runs."""
+        return ctypes.CFUNCTYPE(None, *types)(self.address(name))
+
+
+def _target():
+    if "target" not in _state:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        _state["target"] = llvm.Target.from_default_triple().create_target_machine(
+            cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(),
+            opt=2, jit=True)
+    return _state["target"]
+
+
+def _jit():
+    if "jit" not in _state:
+        _state["jit"] = llvm.create_lljit_compiler()
+    return _state["jit"]
+
+
+def _compile(text, target):
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = True
+    builder = llvm.create_pass_builder(target, options)
+    builder.getModulePassManager().run(module, builder)
+    return target.emit_object(module)
+
+
+def _link(jit, code, names):
+    library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+    for name in names:
+        library.export_symbol(name)
+    try:
+        return library.link(jit, f"clie_blocks_{next(_library)}")
+    except RuntimeError:
+        return None

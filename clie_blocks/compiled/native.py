@@ -1,0 +1,70 @@
+"""The program as machine code."""
+
+import ctypes
+
+import numpy as np
+
+from clie_blocks.compiled.emit_llvm import function
+from clie_blocks.compiled.machine import Machine
+from clie_blocks.compiled.stepper import run_function
+
+_REAL, _COUNT, _ARRAY = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
+
+
+def module(layout, method):
+    """Return the LLVM text of a program: derivative, observe and the loop over steps.
+
+    Parameters
+    ----------
+    layout : Layout
+        What to compute.
+    method : Method
+        The Butcher table.
+
+    """
+    derivative, first = function("derivative", layout.derivatives, "noinline")
+    observe, second = function("observe", layout.record, "noinline")
+    loop = run_function(method, layout.nx, layout.nu, len(layout.record))
+    return "\n".join([*sorted(first | second), derivative, observe, loop])
+
+
+class NativeEngine:
+    """The program compiled for this processor.
+
+    Parameters
+    ----------
+    layout : Layout
+        What to compute.
+    method : Method
+        The Butcher table.
+
+    """
+
+    def __init__(self, layout, method):
+        self._machine = Machine(module(layout, method), ["derivative", "observe", "run"])
+        self.cached, self._sizes = self._machine.cached, (layout.nx, len(layout.record))
+        point = (_REAL, *[_ARRAY] * 4)
+        self._derivative = self._machine.function("derivative", *point)
+        self._observe = self._machine.function("observe", *point)
+        self._run = self._machine.function(
+            "run", _COUNT, _REAL, _REAL, _COUNT, *[_ARRAY] * 3, _COUNT, _COUNT, *[_ARRAY] * 2)
+
+    def derivative(self, t, x, u, p):
+        """Return the derivatives of the states."""
+        return _at_point(self._derivative, self._sizes[0], t, x, u, p)
+
+    def observe(self, t, x, u, p):
+        """Return the record."""
+        return _at_point(self._observe, self._sizes[1], t, x, u, p)
+
+    def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
+        """Take n steps in place; rows of `log` are filled every so many steps."""
+        self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data, every,
+                  len(slots), slots.ctypes.data, log.ctypes.data)
+
+
+def _at_point(function, size, t, x, u, p):
+    x, u, p = (np.ascontiguousarray(value, dtype=float) for value in (x, u, p))
+    result = np.zeros(size)
+    function(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, result.ctypes.data)
+    return result

@@ -1,0 +1,316 @@
+"""A compiled diagram: run it, read it, hand it back."""
+
+import fnmatch
+import re
+import sys
+
+import control as ct
+import numpy as np
+
+from clie_blocks.compiled.emit_python import PythonEngine, source
+from clie_blocks.compiled.inputs import bind
+from clie_blocks.compiled.layout import layout
+from clie_blocks.compiled.methods import method_named
+from clie_blocks.compiled.selfcheck import POINTS, check
+from clie_blocks.compiled.simulate import Plan, simulate
+from clie_blocks.compiled.tracing import trace
+from clie_blocks.errors import ClieError, DivergedError, nearest
+from clie_blocks.signals import DiagramError, ports, vector
+
+QUICK_POINTS = 4
+
+
+def compile_diagram(diagram, engine="llvm"):
+    """Compile a diagram to machine code.
+
+    Parameters
+    ----------
+    diagram : control.NonlinearIOSystem
+        A diagram in continuous time, nested or not, or a single block.
+    engine : str
+        ``'llvm'``, or ``'python'`` for plain Python, slower, without llvmlite.
+
+    Returns
+    -------
+    Program
+        Checked against the diagram at random points.
+
+    Raises
+    ------
+    TraceError
+        If a block cannot be traced; names the block and the remedy.
+    DiagramError
+        For an algebraic loop, named signal by signal, or a diagram in discrete time.
+    CompiledDifferenceError
+        If the program differs from the diagram.
+
+    """
+    if isinstance(diagram, ct.TransferFunction):
+        diagram = ct.ss(diagram)
+    program = Program(diagram, engine)
+    check(program, diagram, QUICK_POINTS if program.cached else POINTS)
+    return program
+
+
+class Program:
+    """A diagram as one straight-line program; made by `compile_diagram`.
+
+    Parameters
+    ----------
+    diagram : control.NonlinearIOSystem
+        The diagram.
+    engine : str
+        ``'llvm'`` or ``'python'``.
+
+    Attributes
+    ----------
+    name : str
+        Name of the diagram.
+    inputs, outputs : list of str
+        Labels of the diagram.
+    states : list of (str, str)
+        Block and label of every state.
+    signals : list of str
+        Everything that can be logged: the outputs, and every port of every block.
+    params : dict
+        Default value by key.
+
+    """
+
+    def __init__(self, diagram, engine="llvm"):
+        self.name = diagram.name
+        self._trace, self._engines, self._engine = trace(diagram), {}, _available(engine)
+        self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
+        self.states, self.signals = self._trace.states, list(self._trace.signals)
+        self._layout = layout(self._trace)
+        self._default = self._build(self._layout, "ode5")
+
+    @property
+    def params(self):
+        """Default value by key."""
+        return {key: self._slots_of(key, self._trace.parameters.defaults).copy()
+                for key in self._trace.parameters.offset}
+
+    @property
+    def cached(self):
+        """Whether the machine code came from the disk."""
+        return self._default.cached
+
+    def dynamics(self, t, x, u, params=None):
+        """Derivatives of the states, as ``diagram.dynamics``."""
+        return self._default.derivative(t, x, u, self._parameter_vector(params))
+
+    def output(self, t, x, u, params=None):
+        """Outputs, as ``diagram.output``."""
+        record = self._default.observe(t, x, u, self._parameter_vector(params))
+        return record[[self._layout.slots[name] for name in self.outputs]]
+
+    def run(self, duration, step=1e-4, method="ode5", inputs=None, initial_state=None,
+            params=None, log=None, every=1):
+        """Simulate with a fixed step.
+
+        Parameters
+        ----------
+        duration : float
+            Simulated time [s], a multiple of the step.
+        step : float
+            Step [s].
+        method : str
+            ``'ode1'`` Euler, ``'ode2'`` Heun, ``'ode3'`` Bogacki-Shampine, ``'ode4'``
+            Runge-Kutta, ``'ode5'`` Dormand-Prince: Simulink's fixed-step methods.
+        inputs : dict, optional
+            By base name (``'q_d'``) or label (``'q_d[0]'``); every diagram input needs one of:
+
+            - a constant, or an array of shape (n,): constant;
+            - an array of shape (steps, n): one row per step, *held* over all stages of it;
+            - `held_normal`: noise, held likewise;
+            - a function of time that returns (n,): evaluated at every stage.
+
+            Held matters: python-control interpolates between rows, so that a stage at the end
+            of the step sees the next sample.  On noise the two differ by far more than the
+            error of the method; Simulink and a sampled controller hold.
+        initial_state : array_like or dict, optional
+            All states in the diagram's order, or values by block (``{'plant': [...]}``); zero
+            by default.
+        params : dict, optional
+            Values by key, in the place of the diagram's; no new compilation.
+        log : str or list of str, optional
+            What the response holds as outputs: names (``'q'``, ``'update.theta_hat'``) or
+            patterns (``'pd*.u'``) among `signals`; by default the diagram's outputs.
+        every : int
+            Every so many steps one row is kept.
+
+        Returns
+        -------
+        control.TimeResponseData
+            With ``.time``, ``.outputs``, ``.states``, ``.inputs`` and ``.plot()``.
+
+        Raises
+        ------
+        ClieError
+            For unknown names, with the nearest valid one, and wrong shapes.
+        DivergedError
+            If a state becomes infinite or NaN: names time, block and state; its attribute
+            `response` holds what was computed until then.
+
+        """
+        steps = _steps(duration, step, every)
+        rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
+        arranged = layout(self._trace, driven) if driven else self._layout
+        engine = self._build(arranged, method)
+        chosen = self._select(log)
+        entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
+        plan = Plan(steps, int(every), float(step), np.array(entries, np.int64))
+        p = self._parameter_vector(params)
+        done = simulate(engine, plan, self._state_vector(initial_state), p, rows,
+                        f"running {self.name}")
+        response = self._response(done, chosen)
+        if done.stopped_at is not None:
+            raise self._diverged(done, response)
+        return response
+
+    def source(self, language="python"):
+        """Return the program as text.
+
+        Parameters
+        ----------
+        language : str
+            ``'python'``, a listing with the diagram's names in comments, or ``'llvm'``.
+
+        """
+        if language == "python":
+            return source(self._layout, self._names(), self._legend())
+        if language == "llvm":
+            from clie_blocks.compiled.native import module
+            return module(self._layout, method_named("ode5"))
+        raise ClieError(f"no source in {language!r}; {nearest(language, ['python', 'llvm'])}")
+
+    def _build(self, arranged, method):
+        method = method_named(method)
+        if self._engine == "python":
+            return PythonEngine(arranged, method)
+        from clie_blocks.compiled.native import NativeEngine
+        key = (method.name, tuple(arranged.derivatives), tuple(arranged.record))
+        if key not in self._engines:
+            self._engines[key] = NativeEngine(arranged, method)
+        return self._engines[key]
+
+    def _slots_of(self, key, values):
+        layout, shape = self._trace.parameters, self._trace.parameters.shape[key]
+        start = layout.offset[key]
+        return values[start:start + int(np.prod(shape))].reshape(shape)
+
+    def _parameter_vector(self, params):
+        values = self._trace.parameters.defaults.copy()
+        for key, value in (params or {}).items():
+            if key in self._trace.parameters.frozen:
+                raise DiagramError(
+                    f"{self.name}: parameter {key!r} is part of the program, because a block "
+                    "decides by its value; build the diagram with the new value and compile it")
+            if key not in self._trace.parameters.offset:
+                raise DiagramError(f"{self.name}: no block has the parameter {key!r}; "
+                                   f"{nearest(key, self._trace.parameters.offset)}")
+            slots = self._slots_of(key, values)
+            try:
+                slots[...] = np.asarray(value, float)
+            except (TypeError, ValueError):
+                raise DiagramError(f"{self.name}: parameter {key!r} needs shape {slots.shape} or "
+                                   f"one number, got {value!r}") from None
+        return values
+
+    def _state_vector(self, initial_state):
+        if initial_state is None:
+            return np.zeros(len(self.states))
+        if not isinstance(initial_state, dict):
+            return vector(initial_state, f"{self.name}: initial_state", n=len(self.states))
+        x = np.zeros(len(self.states))
+        for block, value in initial_state.items():
+            where = [k for k, (name, _) in enumerate(self.states) if name == block]
+            if not where:
+                raise DiagramError(f"{self.name}: no block with states is called {block!r}; "
+                                   f"{nearest(block, dict(self.states))}")
+            x[where] = vector(value, f"{self.name}: initial_state of {block!r}", n=len(where))
+        return x
+
+    def _select(self, log):
+        if log is None:
+            return list(self.outputs)
+        groups, chosen = ports(self.signals), []
+        for name in [log] if isinstance(log, str) else log:
+            found = [name] if name in self._trace.signals else [
+                self.signals[k] for k in groups.get(name, [])]
+            if not found and ("*" in name or "?" in name):
+                found = _matching(name, self.signals)
+            if not found:
+                raise DiagramError(f"{self.name}: no signal {name!r} to log; "
+                                   f"{nearest(name, groups)}")
+            chosen += [signal for signal in found if signal not in chosen]
+        return chosen
+
+    def _response(self, done, chosen):
+        nx, nu = len(self.states), len(self.inputs)
+        columns = done.values.T
+        return ct.TimeResponseData(
+            done.time, columns[nx + nu:], columns[:nx], columns[nx:nx + nu], issiso=False,
+            output_labels=chosen, input_labels=self.inputs, sysname=self.name,
+            state_labels=[f"{block}.{label}" for block, label in self.states],
+            title=f"Response of {self.name}", plot_inputs=False)
+
+    def _diverged(self, done, response):
+        block, label = self.states[done.culprit]
+        state = self._trace.graph.variable("x", done.culprit)
+        shown = [name for name, expression in self._trace.signals.items()
+                 if expression is state and name.startswith(f"{block}.")]
+        error = DivergedError(
+            f"{self.name}: at t = {done.stopped_at:.6g} s state {label} of block {block!r}"
+            f"{f' (signal {shown[0]})' if shown else ''} is no longer finite; the loop is "
+            "unstable or the step too long for it: try a shorter step, smaller gains or check "
+            "the inputs. What was computed until then is in the error's response")
+        error.response, error.time = response, done.stopped_at
+        error.block, error.signal = block, shown[0] if shown else f"{block}.{label}"
+        return error
+
+    def _names(self):
+        names = {}
+        for name, expression in self._trace.signals.items():
+            names[expression] = f"{names[expression]}, {name}" if expression in names else name
+        return names
+
+    def _legend(self):
+        lines = [f'"""Diagram {self.name}: derivative and record.', ""]
+        lines += [f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)]
+        lines += [f"u[{k}]  {label}" for k, label in enumerate(self.inputs)]
+        lines += [f"p[{start}]  {key}{list(self._trace.parameters.shape[key])}"
+                  for key, start in self._trace.parameters.offset.items()]
+        return "\n".join([*lines, '"""'])
+
+
+def _available(engine):
+    if engine not in ("llvm", "python"):
+        raise ClieError(f"no engine {engine!r}; {nearest(engine, ['llvm', 'python'])}")
+    if engine == "llvm":
+        try:
+            import llvmlite.binding  # noqa: F401
+        except ImportError:
+            print("llvmlite is missing: running plain Python, about 100 times slower; "
+                  "pip install llvmlite", file=sys.stderr)
+            return "python"
+    return engine
+
+
+def _steps(duration, step, every):
+    if not (np.isfinite(duration) and duration >= 0 and np.isfinite(step) and step > 0):
+        raise ClieError(f"need a duration >= 0 s and a step > 0 s, got {duration!r}, {step!r}")
+    if not (isinstance(every, (int, np.integer)) and every >= 1):
+        raise ClieError(f"every must be a whole number of steps >= 1, got {every!r}")
+    steps = round(duration / step)
+    if abs(steps * step - duration) > 1e-6 * step * max(1, steps) ** 0.5:
+        raise ClieError(f"the duration {duration:g} s is not a multiple of the step {step:g} s; "
+                        f"use {steps * step:g} s")
+    return steps
+
+
+def _matching(pattern, signals):
+    pattern = pattern.replace("[", "[[]")
+    return [signal for signal in signals if fnmatch.fnmatchcase(signal, pattern)
+            or fnmatch.fnmatchcase(re.sub(r"\[\d+\]$", "", signal), pattern)]

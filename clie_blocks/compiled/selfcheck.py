@@ -1,0 +1,77 @@
+"""Every compiled program is compared with the diagram itself at random points."""
+
+import warnings
+
+import numpy as np
+
+from clie_blocks.errors import ClieError
+
+POINTS = 32
+TOLERANCE = 1e-9
+
+
+class CompiledDifferenceError(ClieError, AssertionError):
+    """A compiled program does not compute what its diagram computes."""
+
+
+def check(program, diagram, points=POINTS):
+    """Compare dynamics and outputs of a program and its diagram.
+
+    Half of the points have other parameters than the default ones.
+
+    Parameters
+    ----------
+    program : Program
+        The compiled diagram.
+    diagram : control.NonlinearIOSystem
+        What it was compiled from.
+    points : int
+        Number of random times, states, inputs and parameters.
+
+    Raises
+    ------
+    CompiledDifferenceError
+        Names the first state or output that differs, with both values.
+
+    """
+    generator, compared = np.random.default_rng(2026), 0
+    for k in range(points):
+        t, x = generator.uniform(0.0, 10.0), generator.standard_normal(diagram.nstates)
+        u = generator.standard_normal(diagram.ninputs)
+        params = _varied(program, diagram, generator) if k % 2 else {}
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            for name, labels in (("dynamics", [f"{b}.{s}" for b, s in program.states]),
+                                 ("output", program.outputs)):
+                expected = _reference(getattr(diagram, name), t, x, u, params)
+                if expected is not None and labels:
+                    compared += 1
+                    _compare(name, labels, expected, getattr(program, name)(t, x, u, params), t)
+    if not compared and (diagram.nstates or diagram.noutputs):
+        raise CompiledDifferenceError(
+            f"{diagram.name}: python-control could evaluate the diagram at none of {points} "
+            "random points, so the compiled program cannot be checked; call diagram.dynamics(0, "
+            "x, u) to see why")
+
+
+def _varied(program, diagram, generator):
+    return {key: np.asarray(value) * (1 + 0.1 * generator.uniform(-1, 1))
+            for key, value in program.params.items() if key in diagram.params}
+
+
+def _reference(function, t, x, u, params):
+    try:
+        return np.asarray(function(t, x, u, params=params), float).reshape(-1)
+    except RuntimeError:  # python-control calls a NaN an algebraic loop
+        return None
+
+
+def _compare(name, labels, expected, got, t):
+    scale = 1.0 + np.max(np.abs(expected[np.isfinite(expected)]), initial=0.0)
+    close = np.isclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale, equal_nan=True)
+    if not np.all(close):
+        k = int(np.argmin(close))
+        raise CompiledDifferenceError(
+            f"the compiled {name} of {labels[k]} is {got[k]!r} where python-control gives "
+            f"{expected[k]!r} (t = {t:.3g} s); a block reads something that is neither t, x, u "
+            "nor params, or changes its own arrays")

@@ -1,0 +1,306 @@
+"""Scalar symbols that record what a block computes, and arrays of them that numpy accepts.
+
+Symbols are hash-consed: equal expressions are one object, so shared terms are computed once.  A
+factor that is the constant zero removes its term at once (``0.0 * x`` is 0, also where x would
+be infinite or NaN): block-diagonal regressors would otherwise cost their zeros at every step.
+"""
+
+import numpy as np
+
+from clie_blocks.compiled.operations import OPERATIONS
+from clie_blocks.errors import ClieError
+
+
+class TraceError(ClieError, TypeError):
+    """A block does with a signal what a straight-line program cannot do."""
+
+
+class FrozenParameterError(Exception):
+    """A block needs the value of these parameters while it is traced."""
+
+    def __init__(self, slots):
+        super().__init__(f"parameters {slots} must be constants")
+        self.slots = slots
+
+
+BRANCH = ("a branch on a signal has no straight-line program; use np.where(condition, a, b), "
+          "np.clip or np.sign in place of if, and, or, not, min, max")
+VALUE = ("a signal has no value while the diagram is traced, so it cannot become a float, an int "
+         "or an index; build arrays with np.array([...]) or np.zeros, not float(...)")
+
+
+class Graph:
+    """The table that makes equal expressions one object."""
+
+    def __init__(self):
+        self._known = {}
+
+    def variable(self, kind, index=0):
+        """Return the variable such as ``('x', 3)``."""
+        return self._node("variable", (kind, index), (kind, index), False)
+
+    def make(self, name, args):
+        """Return the node of an operation; operands are symbols or floats."""
+        key = tuple(id(a) if isinstance(a, Symbol) else a.hex() for a in args)
+        return self._node(name, args, key, OPERATIONS[name].boolean)
+
+    def _node(self, name, args, key, boolean):
+        node = self._known.get((name, key))
+        if node is None:
+            node = self._known[name, key] = Symbol(self, name, args, boolean)
+        return node
+
+
+class Symbol:
+    """One scalar: a variable or an operation on symbols and floats."""
+
+    __slots__ = ("graph", "op", "args", "boolean")
+    __hash__ = object.__hash__
+
+    def __init__(self, graph, op, args, boolean):
+        self.graph, self.op, self.args, self.boolean = graph, op, args, boolean
+
+    def __bool__(self):
+        _need_value(self, BRANCH)
+
+    def __float__(self):
+        _need_value(self, VALUE)
+
+    __int__ = __index__ = __complex__ = __float__
+
+    def __repr__(self):
+        if self.op == "variable":
+            return f"{self.args[0]}{self.args[1]}"
+        return f"{self.op}({', '.join(map(repr, self.args))})"
+
+    @property
+    def real(self):
+        """The symbol itself: signals are real."""
+        return self
+
+    def conjugate(self):
+        """Return the symbol itself: signals are real."""
+        return self
+
+    @property
+    def size(self):
+        """One, as for a numpy scalar."""
+        return 1
+
+    @property
+    def shape(self):
+        """Empty, as for a numpy scalar."""
+        return ()
+
+    @property
+    def ndim(self):
+        """Zero, as for a numpy scalar."""
+        return 0
+
+    def item(self):
+        """Return the symbol itself, as a numpy scalar does."""
+        return self
+
+
+def _operator(name, reverse=False):
+    def method(self, other):
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        if not isinstance(other, (Symbol, int, float, np.number, np.bool_)):
+            return NotImplemented
+        return FUNCTIONS[name](other, self) if reverse else FUNCTIONS[name](self, other)
+    return method
+
+
+def _prefix(name):
+    return lambda self: FUNCTIONS[name](self)
+
+
+def variables(roots):
+    """Return the set of ``(kind, index)`` on which any of the expressions depends."""
+    return {node.args for node in topological(roots) if node.op == "variable"}
+
+
+def topological(roots):
+    """List every node below the roots, operands before the operations that use them."""
+    order, seen = [], set()
+    stack = [(root, False) for root in reversed(list(roots)) if isinstance(root, Symbol)]
+    while stack:
+        node, done = stack.pop()
+        if done:
+            order.append(node)
+        elif node not in seen:
+            seen.add(node)
+            stack.append((node, True))
+            if node.op != "variable":
+                stack += [(a, False) for a in reversed(node.args)
+                          if isinstance(a, Symbol) and a not in seen]
+    return order
+
+
+def _need_value(symbol, message):
+    kinds = variables([symbol])
+    if kinds and all(kind == "p" for kind, _ in kinds):
+        raise FrozenParameterError(sorted(index for _, index in kinds))
+    raise TraceError(message)
+
+
+def apply(name, *args):
+    """Apply an operation of the table to symbols and numbers, with constants folded."""
+    args = _typed(name, args)
+    graph = next((a.graph for a in args if isinstance(a, Symbol)), None)
+    if graph is None:
+        with np.errstate(all="ignore"):
+            value = OPERATIONS[name].numpy(*args)
+        return bool(value) if OPERATIONS[name].boolean else float(value)
+    simple = _SIMPLER.get(name, lambda *a: None)(*args)
+    return graph.make(name, args) if simple is None else simple
+
+
+def _typed(name, args):
+    if name in ("and", "or", "not"):
+        return tuple(truth(a) for a in args)
+    if name == "where":
+        return (truth(args[0]), number(args[1]), number(args[2]))
+    return tuple(number(a) for a in args)
+
+
+def number(a):
+    """Return a scalar as a number: true is 1."""
+    if isinstance(a, Symbol):
+        return a.graph.make("where", (a, 1.0, 0.0)) if a.boolean else a
+    return float(a)
+
+
+def truth(a):
+    """Return a scalar as a truth value: anything but 0 is true."""
+    if isinstance(a, Symbol):
+        return a if a.boolean else a.graph.make("ne", (a, 0.0))
+    return bool(a)
+
+
+def _is(a, value):
+    return not isinstance(a, Symbol) and a == value
+
+
+def _simpler_add(a, b):
+    return b if _is(a, 0.0) else a if _is(b, 0.0) else None
+
+
+def _simpler_sub(a, b):
+    return a if _is(b, 0.0) else apply("neg", b) if _is(a, 0.0) else None
+
+
+def _simpler_mul(a, b):
+    if _is(a, 0.0) or _is(b, 0.0):
+        return 0.0
+    if _is(a, 1.0) or _is(b, 1.0):
+        return b if _is(a, 1.0) else a
+    if _is(a, -1.0) or _is(b, -1.0):
+        return apply("neg", b if _is(a, -1.0) else a)
+    return None
+
+
+def _simpler_div(a, b):
+    return a if _is(b, 1.0) else 0.0 if _is(a, 0.0) else None
+
+
+def _simpler_neg(a):
+    return a.args[0] if a.op == "neg" else None
+
+
+def _simpler_pow(a, b):
+    if _is(b, 0.0):
+        return 1.0
+    if not isinstance(b, Symbol) and b in (1.0, 2.0, 3.0, 4.0):
+        square = apply("mul", a, a)
+        return {1.0: a, 2.0: square}.get(b) or apply("mul", square, a if b == 3.0 else square)
+    return apply("div", 1.0, a) if _is(b, -1.0) else apply("sqrt", a) if _is(b, 0.5) else None
+
+
+def _simpler_where(c, a, b):
+    if not isinstance(c, Symbol):
+        return a if c else b
+    same = a is b or (not isinstance(a, Symbol) and not isinstance(b, Symbol)
+                      and a.hex() == b.hex())
+    return a if same else None
+
+
+def _simpler_and(a, b):
+    return _simpler_logic(a, b, absorbing=False)
+
+
+def _simpler_or(a, b):
+    return _simpler_logic(a, b, absorbing=True)
+
+
+def _simpler_logic(a, b, absorbing):
+    if isinstance(a, bool):
+        a, b = b, a
+    if isinstance(b, bool):
+        return b if b is absorbing else a
+    return a if a is b else None
+
+
+_SIMPLER = {"add": _simpler_add, "sub": _simpler_sub, "mul": _simpler_mul, "div": _simpler_div,
+            "neg": _simpler_neg, "pow": _simpler_pow, "where": _simpler_where,
+            "and": _simpler_and, "or": _simpler_or}
+
+
+def _scalar(name):
+    def function(*args):
+        return apply(name, *args)
+    function.__name__ = name
+    return function
+
+
+FUNCTIONS = {name: _scalar(name) for name in OPERATIONS}
+
+
+class _Functions:
+    """Every operation as an attribute, for the derivative column of the table."""
+
+    def __getattr__(self, name):
+        return FUNCTIONS[name.rstrip("_")]
+
+
+F = _Functions()
+
+
+def mod(a, b):
+    """Remainder with the sign of the divisor, as ``np.mod``."""
+    rest = F.fmod(a, b)
+    turned = F.where(F.ne(number(F.lt(b, 0.0)), number(F.lt(rest, 0.0))), F.add(rest, b), rest)
+    return F.where(F.eq(rest, 0.0), F.copysign(0.0, b), turned)
+
+
+def round_to(a, decimals=0):
+    """Round to decimals as numpy does: scale, round half to even, scale back."""
+    if decimals == 0:
+        return F.rint(a)
+    scale = 10.0 ** abs(decimals)
+    if decimals > 0:
+        return F.div(F.rint(F.mul(a, scale)), scale)
+    return F.mul(F.rint(F.div(a, scale)), scale)
+
+
+def floor_divide(a, b):
+    """Quotient rounded down, as ``np.floor_divide``."""
+    return F.floor(F.div(F.sub(a, mod(a, b)), b))
+
+
+for _name, _op in (("add", "add"), ("sub", "sub"), ("mul", "mul"), ("truediv", "div"),
+                   ("pow", "pow")):
+    setattr(Symbol, f"__{_name}__", _operator(_op))
+    setattr(Symbol, f"__r{_name}__", _operator(_op, reverse=True))
+for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
+    setattr(Symbol, f"__{_name}__", _operator(_name))
+FUNCTIONS["mod"], FUNCTIONS["floordiv"] = mod, floor_divide
+for _name in ("mod", "floordiv", "and", "or"):
+    setattr(Symbol, f"__{_name}__", _operator(_name))
+    setattr(Symbol, f"__r{_name}__", _operator(_name, reverse=True))
+Symbol.__neg__, Symbol.__abs__, Symbol.__invert__ = _prefix("neg"), _prefix("abs"), _prefix("not")
+Symbol.__pos__ = lambda self: self
+Symbol.__round__ = lambda self, digits=0: round_to(self, digits or 0)
+Symbol.__floor__, Symbol.__ceil__, Symbol.__trunc__ = (
+    _prefix("floor"), _prefix("ceil"), _prefix("trunc"))

@@ -1,0 +1,244 @@
+"""From a diagram to one straight-line program: each block's own functions run once, on symbols."""
+
+from dataclasses import dataclass, field
+
+import control as ct
+import numpy as np
+
+from clie_blocks.compiled.arrays import flat_scalars, symbol_array
+from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.schedule import schedule
+from clie_blocks.compiled.symbols import (
+    F,
+    FrozenParameterError,
+    Graph,
+    Symbol,
+    TraceError,
+    topological,
+    variables,
+)
+from clie_blocks.compiled.twins import twin
+from clie_blocks.errors import ClieError
+from clie_blocks.signals import DiagramError
+
+
+@dataclass
+class Parameters:
+    """Where each parameter lies in the flat vector that a program reads.
+
+    Parameters
+    ----------
+    offset, shape : dict
+        First slot and shape by key.
+    defaults : ndarray
+        Values as the diagram was built.
+    frozen : set of str
+        Keys whose value is part of the program, because a block decides by it.
+
+    """
+
+    offset: dict = field(default_factory=dict)
+    shape: dict = field(default_factory=dict)
+    defaults: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frozen: set = field(default_factory=set)
+
+    def add(self, key, value):
+        """Give a parameter its slots, unless it has them."""
+        if key not in self.offset:
+            self.offset[key], self.shape[key] = self.defaults.size, np.shape(value)
+            self.defaults = np.append(self.defaults, np.ravel(value).astype(float))
+
+    def symbols(self, graph, key):
+        """Return the parameter as a block sees it: a symbol or an array of symbols."""
+        shape = self.shape[key]
+        slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
+        found = symbol_array([graph.variable("p", k) for k in slots])
+        return found[0] if shape == () else found.reshape(shape)
+
+    def key_of(self, slot):
+        """Return the key of the parameter that owns a slot."""
+        return max((offset, key) for key, offset in self.offset.items() if offset <= slot)[1]
+
+
+@dataclass
+class Trace:
+    """A diagram as expressions of the variables t, x, u and p.
+
+    Parameters
+    ----------
+    graph : Graph
+        Where the expressions live.
+    derivatives : list
+        One expression per state.
+    signals : dict
+        One expression per signal, by ``'block.port'`` and by the name of a diagram output.
+    outputs : list of str
+        The names of the diagram outputs.
+    inputs : list of str
+        The labels of the diagram inputs.
+    states : list of (str, str)
+        Block and label of every state.
+    parameters : Parameters
+        The run-time arguments of the program.
+
+    """
+
+    graph: Graph
+    derivatives: list
+    signals: dict
+    outputs: list
+    inputs: list
+    states: list
+    parameters: Parameters
+
+
+def trace(diagram):
+    """Trace a diagram.
+
+    Parameters
+    ----------
+    diagram : control.NonlinearIOSystem
+        The diagram, left untouched.
+
+    Returns
+    -------
+    Trace
+        Its program.
+
+    Raises
+    ------
+    TraceError
+        If a block cannot be traced; names the block and the remedy.
+    DiagramError
+        For an algebraic loop, or a diagram in discrete time.
+
+    """
+    if diagram.dt not in (0, None):
+        raise DiagramError(f"{diagram.name} is a discrete-time system (dt = {diagram.dt}); "
+                           "a compiled diagram is continuous, dt = 0")
+    flat, frozen = flatten(diagram), set()
+    while True:
+        try:
+            return _Tracer(diagram, flat, frozen).trace()
+        except _FreezeError as need:
+            frozen |= need.keys
+
+
+class _FreezeError(Exception):
+    def __init__(self, keys):
+        super().__init__(f"constants needed: {sorted(keys)}")
+        self.keys = keys
+
+
+class _Tracer:
+    def __init__(self, diagram, flat, frozen):
+        self.diagram, self.flat, self.graph = diagram, flat, Graph()
+        self.parameters = Parameters(frozen=frozen)
+        self.outputs, self.final = {}, {}
+
+    def trace(self):
+        traced = [self._leaf(leaf) for leaf in self.flat.leaves]
+        outputs = [expression for ys, _ in traced for expression in ys]
+        for k in self._order(outputs):
+            self.outputs[k] = self._compose(outputs[k])
+        signals = {name: self._wire(wire) for name, wire in self.flat.signals.items()}
+        shown = zip(self.diagram.output_labels, self.flat.outputs)
+        signals |= {label: self._wire(wire) for label, wire in shown}
+        return Trace(
+            self.graph, [self._compose(expression) for _, dx in traced for expression in dx],
+            signals, list(self.diagram.output_labels), list(self.diagram.input_labels),
+            [(leaf.name, label) for leaf in self.flat.leaves
+             for label in leaf.system.state_labels], self.parameters)
+
+    def _leaf(self, leaf):
+        system = leaf.system
+        x = [self.graph.variable("x", leaf.x + k) for k in range(system.nstates)]
+        u = [self.graph.variable("w", leaf.u + k) for k in range(system.ninputs)]
+        if isinstance(system, ct.StateSpace):
+            return (_linear(system.C, x, system.D, u), _linear(system.A, x, system.B, u))
+        y = x if system.outfcn is None else self._call(leaf, "output", system.outfcn, x, u)
+        dx = [] if not x else self._call(leaf, "update", system.updfcn, x, u)
+        for kind, got, wanted in (("output", y, system.noutputs), ("update", dx, system.nstates)):
+            if len(got) != wanted:
+                raise DiagramError(f"block {leaf.name!r}: its {kind} function returns "
+                                   f"{len(got)} values where {wanted} are declared")
+        return y, dx
+
+    def _call(self, leaf, kind, function, x, u):
+        t, params = self.graph.variable("t"), self._params(leaf)
+        try:
+            return flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u), params))
+        except FrozenParameterError as need:
+            raise _FreezeError({self.parameters.key_of(k) for k in need.slots}) from None
+        except TraceError as error:
+            raise TraceError(f"block {leaf.name!r}, {kind} function: {error}") from error
+        except ClieError:
+            raise
+        except Exception as error:
+            raise TraceError(
+                f"block {leaf.name!r}, {kind} function cannot be traced: "
+                f"{type(error).__name__}: {error}. Write it with numpy functions of (t, x, u, "
+                "params) that work element by element, without a branch on a signal") from error
+
+    def _params(self, leaf):
+        seen = dict(leaf.params)
+        for key, value in leaf.params.items():
+            name = key if key in (self.diagram.params or {}) else f"{leaf.name}.{key}"
+            if _is_numeric(value) and name not in self.parameters.frozen:
+                self.parameters.add(name, value)
+                seen[key] = self.parameters.symbols(self.graph, name)
+        return seen
+
+    def _order(self, outputs):
+        names, needs = {}, {}
+        for leaf in self.flat.leaves:
+            for k, label in enumerate(leaf.system.output_labels):
+                names[leaf.y + k] = f"{leaf.name}.{label}"
+        for k, expression in enumerate(outputs):
+            reads = {index for kind, index in variables([expression]) if kind == "w"}
+            needs[k] = {source for index in reads
+                        for kind, source in self.flat.wires[index] if kind == "y"}
+        return schedule(needs, names)
+
+    def _compose(self, expression):
+        for node in topological([expression]):
+            if node not in self.final:
+                self.final[node] = self._final(node)
+        return self.final[expression] if isinstance(expression, Symbol) else expression
+
+    def _final(self, node):
+        if node.op == "variable":
+            kind, index = node.args
+            return self._wire(self.flat.wires[index]) if kind == "w" else node
+        return getattr(F, node.op)(
+            *(self.final[a] if isinstance(a, Symbol) else a for a in node.args))
+
+    def _wire(self, wire):
+        total = 0.0
+        for (kind, index), gain in wire.items():
+            source = self.outputs[index] if kind == "y" else self.graph.variable("u", index)
+            total = F.add(total, F.mul(gain, source))
+        return total
+
+
+def _linear(state_gain, x, input_gain, u):
+    rows = np.hstack([np.asarray(state_gain), np.asarray(input_gain)])
+    return [_dot(row, [*x, *u]) for row in rows]
+
+
+def _dot(row, values):
+    total = 0.0
+    for gain, value in zip(row, values):
+        if gain:
+            total = F.add(total, F.mul(float(gain), value))
+    return total
+
+
+def _is_numeric(value):
+    if isinstance(value, (bool, str)) or value is None:
+        return False
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError):
+        return False
+    return array.dtype.kind in "iuf" and array.size > 0
