@@ -13,7 +13,31 @@ __all__ = ["LIBRARY", "with_effects"]
 # Effect -> file; the order is that of the report.
 _FILES = {
     "coulomb": "coulomb",
+    "stribeck": "stribeck",
+    "asymmetric_coulomb": "asymmetric_coulomb",
+    "quadratic_drag": "quadratic_drag",
+    "load_dependent_friction": "load_dependent_friction",
+    "presliding": "presliding",
+    "dahl": "presliding",
+    "maxwell_slip": "maxwell_slip",
+    "position_dependent_friction": "position_dependent_friction",
+    "friction_drift": "friction_drift",
+    "rest_time_breakaway": "rest_time_breakaway",
+    "directional_efficiency": "directional_efficiency",
     "gravity": "gravity",
+    "payload": "payload",
+    "coupling": "coupling",
+    "spring": "spring",
+    "base_tilt": "base_tilt",
+    "counterbalance": "counterbalance",
+    "soft_stop": "soft_stop",
+    "fluid_drag": "fluid_drag",
+    "periodic_disturbance": "periodic_disturbance",
+    "step_fault": "step_fault",
+    "inertia": "mismatch",
+    "viscous": "mismatch",
+    "torque_gain": "mismatch",
+    "offset": "mismatch",
 }
 
 

@@ -7,6 +7,7 @@ diagnosis.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from inspect import signature
 
 import control as ct
 import numpy as np
@@ -35,16 +36,13 @@ class Static:
 
     def __call__(self, values, n, name):
         """Return the block for n joints with the given parameter vectors."""
-        kernel, several = self.kernel, len(self.outputs) > 1
-        read = _reader(self.inputs, n)
-        keys = {key: f"{name}.{key}" for key in values}
+        kernel, read = _numbered(self.kernel, values, name), _reader(self.inputs, n)
 
         def output(t, x, u, params):
-            found = kernel(*read(t, u), **{key: params[k] for key, k in keys.items()})
-            return np.concatenate([part.reshape(-1) for part in found]) if several else found
+            return _stacked(kernel(params, *read(t, u)))
 
         return ct.nlsys(
-            None, output, name=name, params={keys[key]: values[key] for key in values},
+            None, output, name=name, params=_qualified(values, name),
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
 
 
@@ -74,24 +72,40 @@ class Dynamic:
 
     def __call__(self, values, n, name):
         """Return the block for n joints with the given parameter vectors."""
-        rate, kernel, several = self.rate, self.kernel, len(self.outputs) > 1
+        rate, kernel = (_numbered(f, values, name) for f in (self.rate, self.kernel))
         shape = (n,) if self.size == 1 else (self.size, n)
         read = _reader(self.inputs, n)
-        keys = {key: f"{name}.{key}" for key in values}
 
         def update(t, x, u, params):
-            numbers = {key: params[k] for key, k in keys.items()}
-            return rate(x.reshape(shape), *read(t, u), **numbers).reshape(-1)
+            return _stacked(rate(params, x.reshape(shape), *read(t, u)))
 
         def output(t, x, u, params):
-            numbers = {key: params[k] for key, k in keys.items()}
-            found = kernel(x.reshape(shape), *read(t, u), **numbers)
-            return np.concatenate([part.reshape(-1) for part in found]) if several else found
+            return _stacked(kernel(params, x.reshape(shape), *read(t, u)))
 
         return ct.nlsys(
-            update, output, name=name, params={keys[key]: values[key] for key in values},
+            update, output, name=name, params=_qualified(values, name),
             states=signals(self.state, n=self.size * n),
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
+
+
+def _qualified(values, name):
+    return {f"{name}.{key}": value for key, value in values.items()}
+
+
+def _numbered(kernel, values, name):
+    """Let a kernel take its parameters, those that it names, from the block's `params`."""
+    keys = {key: f"{name}.{key}" for key in values if key in signature(kernel).parameters}
+
+    def evaluated(params, *arguments):
+        return kernel(*arguments, **{key: params[qualified] for key, qualified in keys.items()})
+
+    return evaluated
+
+
+def _stacked(found):
+    """One vector from an array, or from several, row by row."""
+    parts = found if isinstance(found, tuple) else (found,)
+    return np.concatenate([part.reshape(-1) for part in parts])
 
 
 def _reader(inputs, n):

@@ -1,17 +1,13 @@
 """Coulomb (dry) friction of a joint, smoothed at rest."""
 
-import numpy as np
-
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
-
-WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,
-                  "speed over which the sign is smoothed; the creep of a stuck joint")
+from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
 
 
 def coulomb_torque(dq, level, width):
-    """Friction torque level tanh(dq / width) [N m]: odd in dq, and dq tau >= 0."""
-    return level * np.tanh(dq / width)
+    """Friction torque ``level tanh(dq / width)`` [N m]: odd in dq, and dq tau >= 0."""
+    return level * direction(dq, width)
 
 
 COULOMB = Effect(
@@ -22,8 +18,7 @@ COULOMB = Effect(
         WIDTH,
     ),
     equation="tau = level tanh(dq / width)",
-    reference="C. A. de Coulomb (1785); smoothed: B. Armstrong-Helouvry, P. Dupont, C. Canudas "
-              "de Wit, Automatica 30(7), 1994, section 2",
+    reference="B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994",
     signature="A step of torque at each reversal of the velocity; an error at rest of up to "
               "level/Kp; the lag behind a sine falls as its amplitude grows.",
     confused_with={
@@ -39,7 +34,6 @@ COULOMB = Effect(
         "gazebo": "<dynamics><friction>",
         "simscape": "Rotational Friction, Coulomb friction torque",
     },
-    wrong="Smoothed, it creeps: under a load below the level the joint moves at "
-          "width atanh(load/level) instead of sticking. Presliding models stick.",
+    wrong=CREEP,
     passive=True, symmetry="odd", stiff=True, curve=("dq", 0.01),
 )

@@ -142,6 +142,8 @@ class Effect:
         if not set(amplitudes) & set(values):
             raise DiagramError(f"{self.name}: without a value for {' or '.join(amplitudes)} it "
                                f"changes nothing; typical: {self.typical_values(amplitudes)}")
+        if joints is not None and not any(known[key].per_joint for key in amplitudes):
+            raise DiagramError(f"{self.name}: it acts on the robot as a whole; leave joints= out")
         return Setting(self, values, _joint_list(joints), name or self.name)
 
     def typical(self, *, joints=None, name=None, **values):

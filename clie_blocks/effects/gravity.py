@@ -21,7 +21,7 @@ GRAVITY = Effect(
     ),
     equation="tau_k = sum over j >= k of weight_j cos(q_0 + ... + q_j)",
     reference="paper, eqs. (1)-(7); M. W. Spong, S. Hutchinson, M. Vidyasagar, Robot Modeling "
-              "and Control, section 7.3",
+              "and Control, chapter 7",
     signature="A torque that depends on the pose alone, equal in both directions of motion; at "
               "one pose only a constant offset.",
     confused_with={
@@ -39,5 +39,5 @@ GRAVITY = Effect(
     },
     wrong="All links move in one vertical plane and all joints have the same gear ratio; the "
           "links' inertia belongs to the plant.",
-    passive=True, symmetry="none", per_joint=False, side="link", curve=("q", 3.2),
+    passive=True, symmetry="even", per_joint=False, side="link", curve=("q", 3.2),
 )

@@ -1,0 +1,53 @@
+"""Inertial coupling between neighbouring links, which decoupled joints leave out."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def coupling_terms(q, dq, moment):
+    """Inertia [kg m^2] and Coriolis torque [N m] of neighbouring links, motor side.
+
+    From the energy ``sum_k moment_k cos(q_k) w_(k-1) w_k`` with the absolute rates w.
+    """
+    n = q.shape[-1]
+    before = np.eye(n, k=1)  # x @ before moves each entry to the next joint
+    chain = np.tril(np.ones((n, n)))
+    pair = (moment * np.cos(q))[..., :, None] * before.T
+    inertia = chain.T @ (pair + np.swapaxes(pair, -1, -2)) @ chain
+    lever, square = moment * np.sin(q), absolute(dq) ** 2
+    return inertia, onto_joints(lever * (square @ before) - (lever * square) @ before.T)
+
+
+COUPLING = Effect(
+    name="coupling", family="load", port="body",
+    build=Static(coupling_terms, inputs=("q", "dq"), outputs=("inertia", "tau")),
+    parameters=(
+        Parameter("moment", "kg m^2", -10.0, 10.0, 0.05, 0.0,
+                  "m l c / r of a link (mass, length of the link before, distance of its centre "
+                  "of mass) over the gear ratio; that of the first joint does nothing"),
+    ),
+    equation="T = sum over k of moment_k cos(q_k) w_(k-1) w_k, w_k = dq_0 + ... + dq_k",
+    reference="paper, section 5, matrices M and C; M. W. Spong, S. Hutchinson, M. Vidyasagar, "
+              "Robot Modeling and Control, chapter 7",
+    signature="An error only while other joints move, with their acceleration and the square of "
+              "their speed.",
+    confused_with={
+        "coupled_joints": "slow motion: inertia fades, a gear that couples does not",
+        "payload": "move one joint alone: a payload still acts",
+        "periodic_disturbance": "stop the other joints: a disturbance goes on",
+        "inertia": "stop the other joints and change the pose",
+    },
+    simulators={
+        "mujoco": "always there (full multibody dynamics)",
+        "isaac": "always there",
+        "gazebo": "always there",
+        "simscape": "always there (Multibody)",
+    },
+    wrong="Exact for a planar arm of two links; of three and more, only neighbours are coupled. "
+          "All joints have the same gear ratio. A moment too large for the plant's inertia makes "
+          "the sum indefinite.",
+    passive=True, symmetry="odd", per_joint=False, side="link",
+)

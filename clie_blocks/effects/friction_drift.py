@@ -1,0 +1,48 @@
+"""Friction that drifts as the joint warms up."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.smoothing import WIDTH, direction
+
+
+def warm_up(t, time_constant):
+    """How warm the joint is: 0 when the record starts, 1 when all is warm."""
+    return 1.0 - np.exp(-t / time_constant)
+
+
+def friction_drift_torque(t, dq, viscous_change, coulomb_change, time_constant, width):
+    """Change of the friction torque since the start [N m]; negative while warming up."""
+    change = viscous_change * dq + coulomb_change * direction(dq, width)
+    return warm_up(t, time_constant) * change
+
+
+FRICTION_DRIFT = Effect(
+    name="friction_drift", family="friction", port="load",
+    build=Static(friction_drift_torque, inputs=("t", "dq")),
+    parameters=(
+        Parameter("viscous_change", "N m s/rad", -100.0, 100.0, -0.2, 0.0,
+                  "viscous friction when warm, less that at the start"),
+        Parameter("coulomb_change", "N m", -100.0, 100.0, 0.0, 0.0,
+                  "Coulomb torque when warm, less that at the start"),
+        Parameter("time_constant", "s", 0.1, 1e5, 20.0, None, "time constant of the warm-up"),
+        WIDTH,
+    ),
+    equation="tau = (1 - exp(-t/time_constant)) (viscous_change dq + coulomb_change "
+             "tanh(dq/width))",
+    reference="A. C. Bittencourt, S. Gunnarsson, Static Friction in a Robot Joint: Modeling and "
+              "Identification of Load and Temperature Effects, ASME J. DSMC 134(5), 2012",
+    signature="The same motion needs another torque minutes later; torque at standstill keeps.",
+    confused_with={
+        "viscous": "repeat the first motion at the end of the record",
+        "motor_heating": "static hold before and after: heating changes the gain, not friction",
+        "supply_sag": "move one joint, then all: sag follows the total current at once",
+        "step_fault": "repeat the same motion every minute: a drift is gradual",
+    },
+    simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
+    wrong="Warm-up follows the clock from t = 0 of the run; a real joint warms with the energy "
+          "it loses, and cools at rest. A negative change takes away friction that the plant "
+          "must have, so that alone it is not passive.",
+    passive=False, symmetry="odd", curve=("t", 60.0),
+)

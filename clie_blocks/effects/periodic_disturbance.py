@@ -1,0 +1,40 @@
+"""A torque of fixed frequency from outside: fans, pumps, machines on the same floor."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def periodic_torque(t, amplitude, frequency, phase):
+    """Disturbing torque ``amplitude sin(2 pi frequency t + phase)`` [N m]."""
+    return amplitude * np.sin(2 * np.pi * frequency * t + phase)
+
+
+PERIODIC_DISTURBANCE = Effect(
+    name="periodic_disturbance", family="environment", port="environment",
+    build=Static(periodic_torque, inputs=("t",)),
+    parameters=(
+        Parameter("amplitude", "N m", 0.0, 1e3, 0.1, 0.0, "amplitude"),
+        Parameter("frequency", "Hz", 1e-3, 1e3, 2.0, None, "frequency"),
+        Parameter("phase", "rad", -3.15, 3.15, 0.0, None, "phase at t = 0"),
+    ),
+    equation="tau = amplitude sin(2 pi frequency t + phase)",
+    reference="M. Tomizuka, T.-C. Tsao, K.-K. Chew, Analysis and Synthesis of Discrete-Time "
+              "Repetitive Controllers, ASME J. DSMC 111(3), 1989",
+    signature="A line in the spectrum at one frequency, whatever the motion, also at standstill.",
+    confused_with={
+        "torque_ripple": "stand still: ripple is gone, a disturbance goes on",
+        "kinematic_error": "two speeds: a line of the gear moves with the speed",
+        "coupling": "stop the other joints: a disturbance goes on",
+        "joint_elasticity": "stand still without excitation: a resonance dies out",
+    },
+    simulators={
+        "mujoco": "qfrc_applied by the user",
+        "isaac": "external torque by the user",
+        "gazebo": "plugin",
+        "simscape": "Ideal Torque Source with Sine Wave",
+    },
+    wrong="One sine of constant amplitude; machines bring harmonics and change speed.",
+    passive=False, symmetry="none", curve=("t", 1.0),
+)

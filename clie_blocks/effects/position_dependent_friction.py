@@ -1,0 +1,37 @@
+"""Dry friction that changes with the position: bent shafts, worn teeth, tight bearings."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+
+
+def position_dependent_torque(q, dq, level, ripple, cycles, phase, width):
+    """Friction torque ``level (1 + ripple cos(cycles q + phase)) tanh(dq / width)`` [N m]."""
+    return level * (1.0 + ripple * np.cos(cycles * q + phase)) * direction(dq, width)
+
+
+POSITION_DEPENDENT_FRICTION = Effect(
+    name="position_dependent_friction", family="friction", port="load",
+    build=Static(position_dependent_torque, inputs=("q", "dq")),
+    parameters=(
+        Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "mean friction torque"),
+        Parameter("ripple", "1", 0.0, 1.0, 0.2, None, "amplitude over mean"),
+        Parameter("cycles", "1", 0.1, 1e4, 8.0, None, "periods per turn of the joint"),
+        Parameter("phase", "rad", -3.15, 3.15, 0.0, None, "phase at q = 0"),
+        WIDTH,
+    ),
+    equation="tau = level (1 + ripple cos(cycles q + phase)) tanh(dq / width)",
+    reference="B. Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991",
+    signature="A friction that repeats with the position and changes sign with the direction.",
+    confused_with={
+        "torque_ripple": "same path both ways: ripple keeps its sign, friction turns",
+        "coulomb": "slow sweep of the full range: Coulomb is flat in position",
+        "gravity": "same path both ways: half the difference is friction, the mean gravity",
+        "load_dependent_friction": "same path with another payload",
+    },
+    simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
+    wrong="One sine; measured maps have several. " + CREEP,
+    passive=True, symmetry="odd", stiff=True, curve=("q", 3.2),
+)

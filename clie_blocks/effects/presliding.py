@@ -1,0 +1,122 @@
+"""Presliding friction: a contact that bends before it slides, and truly sticks."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.stribeck import RATIO, VELOCITY, stribeck_ratio
+
+
+def contact_speed(dq, reach, fastest):
+    """Speed at which the contact follows [rad/s]: dq, up to ``reach fastest``.
+
+    Without the bound the state would be as fast as ``dq / reach`` and need tiny steps.
+    """
+    return np.clip(dq, -reach * fastest, reach * fastest)
+
+
+def returned_share(z, dq, reach, fastest):
+    """Share of the torque of a contact that unbends [1]: it returns no more than it stored."""
+    limit = reach * fastest
+    return np.where(z * dq < 0, limit / np.maximum(np.abs(dq), limit), 1.0)
+
+
+def bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest):
+    """Rate of the bending z [rad/s]: ``dq - |dq| z / z_slip`` once the contact yields.
+
+    It yields from the share `elastic` of the slipping deflection z_slip on, while it is being
+    loaded further.  With `elastic` zero it always yields, which is LuGre.
+    """
+    z_slip = reach * stribeck_ratio(dq, static_ratio, velocity)
+    loading = np.where(z * dq > 0, np.abs(z), -1.0)
+    yields = np.where(elastic > 0, np.where(loading >= elastic * z_slip, 1.0, 0.0), 1.0)
+    speed = contact_speed(dq, reach, fastest)
+    return speed - yields * np.abs(speed) * z / z_slip
+
+
+def presliding_torque(z, dq, level, static_ratio, velocity, reach, elastic, relaxation, fastest):
+    """Friction torque ``(level / reach) (z + relaxation exp(-(dq/velocity)^2) z')`` [N m]."""
+    fading = relaxation * np.exp(-(dq / velocity) ** 2)
+    rate = bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest)
+    return level / reach * (z * returned_share(z, dq, reach, fastest) + fading * rate)
+
+
+def dahl_rate(z, dq, reach, exponent, fastest):
+    """Rate of the bending z [rad/s]: ``dq (1 - sgn(dq) z / reach)^exponent``."""
+    margin = 1.0 - np.sign(dq) * z / reach
+    return contact_speed(dq, reach, fastest) * np.sign(margin) * np.abs(margin) ** exponent
+
+
+def dahl_torque(z, dq, level, reach, fastest):
+    """Friction torque of a bent contact [N m]: a spring of stiffness level / reach."""
+    return level / reach * z * returned_share(z, dq, reach, fastest)
+
+
+_LEVEL = Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "friction torque of a sliding joint")
+_REACH = Parameter("reach", "rad", 1e-6, 0.5, 2e-3, None,
+                   "bending of the contact that slides; level/reach is its stiffness")
+_FASTEST = Parameter("fastest", "1/s", 1.0, 1e6, 1000.0, None,
+                     "bound on the rate of the contact, for the step: below 2/step")
+_CONFUSED = {
+    "coulomb": "amplitude ladder below the reach: presliding is elastic there",
+    "backlash": "amplitude ladder: backlash has a dead band, presliding a soft spring",
+    "joint_elasticity": "amplitude ladder: the stiffness of friction falls with amplitude",
+    "torsional_hysteresis": "encoder on the link: friction does not twist the gear",
+    "stribeck": "small reversals: presliding rounds the step, Stribeck does not",
+}
+
+PRESLIDING = Effect(
+    name="presliding", family="friction", port="load",
+    build=Dynamic(bristle_rate, presliding_torque, inputs=("dq",)),
+    parameters=(
+        _LEVEL, _REACH, RATIO, VELOCITY,
+        Parameter("elastic", "1", 0.0, 0.99, 0.0, None,
+                  "share of the break-away bending that is purely elastic; 0 is LuGre"),
+        Parameter("relaxation", "s", 0.0, 1.0, 0.01, None,
+                  "damping over stiffness of the contact at rest"),
+        _FASTEST,
+    ),
+    equation="z' = dq - y |dq| z/z_slip, tau = (level/reach) (z + relaxation "
+             "exp(-(dq/velocity)^2) z'), z_slip = reach (1 + (static_ratio - 1) "
+             "exp(-(dq/velocity)^2)), y = 1 where the contact yields",
+    reference="C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic "
+              "Control 40(3), 1995; P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE "
+              "Trans. Automatic Control 47(5), 2002",
+    signature="After each reversal a soft spring of a few mrad instead of a step; small motions "
+              "make narrow loops of torque over position.",
+    confused_with=_CONFUSED,
+    simulators={
+        "mujoco": "actuator dcmotor lugre (sigma0, sigma1, Coulomb, static, Stribeck velocity)",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "none",
+    },
+    wrong="With elastic = 0 (LuGre) a stuck joint drifts under a vibrating load below break-away; "
+          "elastic > 0 stops that. Above the speed reach fastest it bends as if it were slower. "
+          "Small loops inside large ones do not close: maxwell_slip.",
+    passive=True, symmetry="odd", stiff=True,
+)
+
+DAHL = Effect(
+    name="dahl", family="friction", port="load",
+    build=Dynamic(dahl_rate, dahl_torque, inputs=("dq",)),
+    parameters=(
+        _LEVEL, _REACH,
+        Parameter("exponent", "1", 0.5, 4.0, 1.0, None, "how late the contact yields"),
+        _FASTEST,
+    ),
+    equation="z' = dq |1 - sgn(dq) z/reach|^exponent, tau = (level/reach) z",
+    reference="P. R. Dahl, A Solid Friction Model, Aerospace Corporation TOR-0158(3107-18)-1, "
+              "1968",
+    signature="As presliding, without a break-away peak and without damping at rest.",
+    confused_with={"presliding": "slow ramp from rest: Dahl has no break-away peak", **_CONFUSED},
+    simulators={
+        "mujoco": "actuator dcmotor lugre with static = Coulomb and sigma1 = 0",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "none",
+    },
+    wrong="No break-away peak; a stuck joint rings on its contact, undamped but for the plant, "
+          "and drifts under a vibrating load.",
+    passive=True, symmetry="odd", stiff=True,
+)

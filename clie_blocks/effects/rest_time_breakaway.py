@@ -1,0 +1,49 @@
+"""Break-away torque that grows while the joint rests."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+
+
+def nearness_to_rest(dq, velocity):
+    """How much of a rest the motion is: 1 at standstill, 0 above the Stribeck velocity."""
+    return np.exp(-(dq / velocity) ** 2)
+
+
+def contact_age_rate(age, dq, velocity, slip):
+    """Rate of the contact's age [s/s]: it grows at rest and is renewed by sliding over `slip`."""
+    return nearness_to_rest(dq, velocity) - age * np.abs(dq) / slip
+
+
+def rest_time_torque(age, dq, rise, half_time, velocity, width):
+    """Excess of the break-away torque after a rest [N m], half of `rise` after `half_time`."""
+    excess = rise * age / (age + half_time)
+    return excess * nearness_to_rest(dq, velocity) * direction(dq, width)
+
+
+REST_TIME_BREAKAWAY = Effect(
+    name="rest_time_breakaway", family="friction", port="load",
+    build=Dynamic(contact_age_rate, rest_time_torque, inputs=("dq",), state="age"),
+    parameters=(
+        Parameter("rise", "N m", 0.0, 100.0, 0.1, 0.0, "excess of break-away after a long rest"),
+        Parameter("half_time", "s", 0.01, 1e4, 5.0, None, "rest that gives half the excess"),
+        Parameter("velocity", "rad/s", 1e-4, 10.0, 0.02, None, "speed that still counts as rest"),
+        Parameter("slip", "rad", 1e-4, 1.0, 0.02, None, "sliding distance that renews it"),
+        WIDTH,
+    ),
+    equation="age' = r - age |dq|/slip, tau = rise age/(age + half_time) r tanh(dq/width), "
+             "r = exp(-(dq/velocity)^2)",
+    reference="B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994; "
+              "rest term as in J. R. Rice, A. L. Ruina, J. Appl. Mech. 50, 1983",
+    signature="The first move after a rest needs more torque, the more the longer the rest.",
+    confused_with={
+        "stribeck": "dwell ladder 1 s to 1000 s: Stribeck does not grow with rest",
+        "friction_drift": "several moves after one rest: only the first is heavy",
+        "presliding": "amplitude ladder: presliding is elastic, not heavy",
+    },
+    simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
+    wrong="The run starts with a fresh contact (age 0), whatever the rest before it. " + CREEP,
+    passive=True, symmetry="odd", stiff=True,
+)

@@ -1,0 +1,15 @@
+"""The sign of a velocity, smoothed over a width: what most friction laws share."""
+
+import numpy as np
+
+from clie_blocks.effects.effect import Parameter
+
+WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,
+                  "speed over which the sign is smoothed; scale of the creep of a stuck joint")
+CREEP = ("Smoothed, it creeps: under a load below the level the joint moves at "
+         "width atanh(load/level) instead of sticking; presliding sticks.")
+
+
+def direction(dq, width):
+    """Direction of motion, ``tanh(dq / width)``: odd, between -1 and 1."""
+    return np.tanh(dq / width)

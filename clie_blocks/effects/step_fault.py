@@ -1,0 +1,48 @@
+"""Something that breaks, jams or is put on at one moment."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.smoothing import WIDTH, direction
+
+
+def step_fault_torque(t, q, dq, u, offset, weight, viscous, coulomb, gain_loss, time, width):
+    """Torque that is there from `time` on [N m]: load, weight, friction or lost drive torque."""
+    change = (offset + weight * np.cos(q) + viscous * dq + coulomb * direction(dq, width)
+              + gain_loss * u)
+    return np.where(t >= time, 1.0, 0.0) * change
+
+
+STEP_FAULT = Effect(
+    name="step_fault", family="environment", port="environment",
+    build=Static(step_fault_torque, inputs=("t", "q", "dq", "u")),
+    parameters=(
+        Parameter("offset", "N m", -1e3, 1e3, 0.1, 0.0, "constant torque"),
+        Parameter("weight", "N m", -1e3, 1e3, 0.0, 0.0, "gravity torque at q = 0"),
+        Parameter("viscous", "N m s/rad", -100.0, 100.0, 0.0, 0.0, "viscous friction"),
+        Parameter("coulomb", "N m", 0.0, 100.0, 0.0, 0.0, "Coulomb friction"),
+        Parameter("gain_loss", "1", -1.0, 1.0, 0.0, 0.0, "share of the drive's torque lost"),
+        Parameter("time", "s", 0.0, 1e6, 5.0, None, "when it happens"),
+        WIDTH,
+    ),
+    equation="tau = (t >= time) (offset + weight cos q + viscous dq + coulomb tanh(dq/width) + "
+             "gain_loss u)",
+    reference="R. Isermann, Fault-Diagnosis Systems, Springer 2006 (abrupt faults)",
+    signature="Two records in one: a good model before a moment, a biased one after.",
+    confused_with={
+        "friction_drift": "repeat the same motion every minute: a drift is gradual",
+        "gravity": "return to the first pose: gravity comes back to its first value",
+        "packet_hold": "time stamps: a held packet ends after milliseconds",
+        "offset": "compare the start and the end of the record",
+    },
+    simulators={
+        "mujoco": "model field changed by the user",
+        "isaac": "property changed by the user",
+        "gazebo": "plugin",
+        "simscape": "Step",
+    },
+    wrong="One step that stays. A payload put on at that moment also adds inertia, which is left "
+          "out.",
+    passive=False, symmetry="none", curve=("t", 10.0),
+)

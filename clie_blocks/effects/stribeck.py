@@ -1,0 +1,51 @@
+"""Stribeck friction: dry friction that is larger near rest."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+
+
+def stribeck_ratio(dq, static_ratio, velocity, exponent=2.0):
+    """Friction level at a speed over the Coulomb level: `static_ratio` at rest, 1 when fast."""
+    return 1.0 + (static_ratio - 1.0) * np.exp(-np.abs(dq / velocity) ** exponent)
+
+
+def stribeck_torque(dq, level, static_ratio, velocity, exponent, width):
+    """Friction torque [N m]: level times `stribeck_ratio`, against the motion."""
+    return level * stribeck_ratio(dq, static_ratio, velocity, exponent) * direction(dq, width)
+
+
+RATIO = Parameter("static_ratio", "1", 1.0, 5.0, 1.5, None, "break-away over Coulomb torque")
+VELOCITY = Parameter("velocity", "rad/s", 1e-4, 10.0, 0.02, None,
+                     "Stribeck velocity, above which the excess has faded")
+
+STRIBECK = Effect(
+    name="stribeck", family="friction", port="load",
+    build=Static(stribeck_torque, inputs=("dq",)),
+    parameters=(
+        Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "Coulomb torque of a moving joint"),
+        RATIO, VELOCITY,
+        Parameter("exponent", "1", 0.5, 2.0, 2.0, None, "how sharply the excess fades"),
+        WIDTH,
+    ),
+    equation="tau = level (1 + (static_ratio - 1) exp(-|dq/velocity|^exponent)) tanh(dq/width)",
+    reference="B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994",
+    signature="Stick-slip on slow ramps, a torque peak at break-away, and friction that falls "
+              "with speed below the Stribeck velocity.",
+    confused_with={
+        "coulomb": "constant speeds spaced in decades below the Stribeck velocity",
+        "presliding": "amplitude ladder: presliding returns elastically",
+        "rest_time_breakaway": "dwell ladder 1 s to 1000 s: Stribeck does not grow with rest",
+        "quadratic_drag": "speeds above the Stribeck velocity: drag keeps growing",
+    },
+    simulators={
+        "mujoco": "actuator dcmotor lugre (Coulomb, static, Stribeck velocity)",
+        "isaac": "staticFrictionEffort above dynamicFrictionEffort, no Stribeck velocity",
+        "gazebo": "none",
+        "simscape": "Rotational Friction, breakaway torque and velocity",
+    },
+    wrong=CREEP + " The fall with speed is instantaneous; real contacts lag by milliseconds.",
+    passive=True, symmetry="odd", stiff=True, curve=("dq", 0.1),
+)
