@@ -7,9 +7,9 @@ in, and every guess or repair is a sentence in `decisions`.
 import dataclasses
 
 import numpy as np
+
 from clie_blocks.analysis.records.fields import FixedDict
 from clie_blocks.analysis.records.robot import Robot
-
 from clie_blocks.errors import RecordError, nearest
 
 __all__ = ["SIGNALS", "Record", "Robot"]
@@ -54,6 +54,8 @@ class Record:
         Half-open sample ranges between gaps; by default one that holds all samples.
     extra : mapping, optional
         Further channels by name, shape (N,) or (N, n), such as ``supply`` [V].
+    robot : Robot, optional
+        The robot that made it, where known.
 
     Raises
     ------
@@ -76,6 +78,7 @@ class Record:
     decisions: tuple[str, ...] = ()
     segments: tuple[tuple[int, int], ...] = ()
     extra: FixedDict = dataclasses.field(default_factory=FixedDict)
+    robot: Robot | None = None
 
     def __post_init__(self):
         self._put("time", self._floats("time", self.time, 1))
@@ -84,6 +87,8 @@ class Record:
             value = getattr(self, name)
             if name != "q" and value is not None:
                 self._put(name, self._floats(name, value, 2, (len(self), self.n)))
+        if self.robot is not None and self.robot.n != self.n:
+            self._fail(f"has {self.n} joints, its robot has {self.robot.n}; are they a pair?")
         if len(self) == 0:
             self._fail("has no samples; without samples nothing can be learned: check the export")
         if self.q.shape[0] != len(self):
@@ -161,6 +166,11 @@ class Record:
 
     def _fail(self, what):
         raise RecordError(f"{self.source or 'record'} {what}")
+
+    def __repr__(self):
+        logged = ", ".join(self.signals)
+        return (f"Record({self.source!r}: {len(self)} samples, {self.duration:.6g} s, "
+                f"{self.n} joints, {logged})")
 
     def _floats(self, name, value, ndim, shape=None):
         try:

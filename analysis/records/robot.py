@@ -8,8 +8,8 @@ Lists have one entry per joint.
 import dataclasses
 
 import numpy as np
-from clie_blocks.analysis.records.fields import FixedDict, checked, known, per_joint
 
+from clie_blocks.analysis.records.fields import FixedDict, checked, known, per_joint
 from clie_blocks.errors import RecordError
 
 LAWS = ("pd", "cascade", "servo", "unknown")

@@ -16,7 +16,6 @@ from clie_blocks.analysis.records.robot import (
     Nominal,
     Robot,
 )
-
 from clie_blocks.errors import RecordError, nearest
 
 SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Controller,
@@ -52,8 +51,8 @@ def read_robot(path):
 def _text(path):
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise RecordError(f"{path} is larger than {LARGEST_FILE} bytes, a robot file has a few "
-                              "thousand; is it a log?")
+            raise RecordError(f"{path} is larger than {LARGEST_FILE} bytes; a robot file has a "
+                              "few thousand: is it a log?")
         return path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise RecordError(f"cannot read robot file {path}: {error.strerror}") from None

@@ -1,0 +1,118 @@
+"""The clock of a log: its unit, repeated stamps, gaps and resets."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.units import to_si
+from clie_blocks.errors import RecordError
+
+GAP = 3  # sample times; a longer step splits the record
+COARSE = 0.01  # share of repeated stamps beyond which the clock is coarse, not disturbed
+PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
+EPOCH = (9e8, 4.2e9)  # s since 1970: years 1998 to 2103
+FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+def seconds(stamps, unit, sample_time, source):
+    """Return stamps in seconds, and what was decided.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (N,)
+        As logged.
+    unit : str or None
+        As stated; None to find out, which succeeds only when one unit makes sense.
+    sample_time : float or None
+        Stated period of the controller [s].
+    source : str
+        Beginning of messages.
+
+    Raises
+    ------
+    RecordError
+        If the unit is unknown, or cannot be told.
+
+    """
+    notes = []
+    step = _median_step(stamps)
+    if unit is None:
+        unit = _guess(stamps, step, sample_time, source)
+        if unit != "s":
+            notes.append(f"Took the clock to be in {unit}, since {_reason(step, unit)}.")
+    factor = to_si(unit, "time", source)[0]
+    origin = stamps[0] if stamps.size and EPOCH[0] < abs(stamps[0]) * factor < EPOCH[1] else 0.0
+    if origin:
+        notes.append(f"The clock counts from 1970; its first stamp {origin:.17g} became 0 s.")
+    return (stamps - origin) * factor, notes
+
+
+def _median_step(stamps):
+    step = np.diff(stamps)
+    step = step[step > 0]
+    return float(np.median(step)) if step.size else None
+
+
+def _guess(stamps, step, sample_time, source):
+    if step is None:
+        return "s"
+    known = [unit for unit, factor in FACTORS.items()
+             if sample_time and abs(step * factor / sample_time - 1) < 0.2]
+    if known:
+        return known[0]
+    fits = [unit for unit, factor in FACTORS.items()
+            if PLAUSIBLE[0] <= step * factor <= PLAUSIBLE[1]]
+    dated = [unit for unit in fits if EPOCH[0] < abs(stamps[0]) * FACTORS[unit] < EPOCH[1]]
+    if len(dated) == 1:
+        return dated[0]
+    if "s" in fits:
+        return "s"
+    rates = ", ".join(f"{1 / (step * FACTORS[unit]):.4g} Hz if {unit}" for unit in FACTORS)
+    raise RecordError(f"{source}: the unit of the clock is not stated and its step of {step:g} "
+                      f"leaves it open ({rates}); say which: --time-unit us")
+
+
+def _reason(step, unit):
+    return f"its median step of {step:g} is then {1 / (step * FACTORS[unit]):.4g} Hz"
+
+
+def segments(time):
+    """Return half-open ranges without a gap or a backward stamp, and sentences about the cuts.
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        Stamps [s].
+
+    """
+    step = np.diff(time)
+    typical = _median_step(time)
+    backward = np.flatnonzero(step < 0) + 1
+    gaps = np.flatnonzero(step > GAP * typical) + 1 if typical else np.empty(0, int)
+    cuts = np.union1d(backward, gaps).astype(int)
+    edges = [0, *cuts.tolist(), time.size]
+    notes = []
+    if gaps.size:
+        notes.append(f"The clock leaps over more than {GAP} sample times {gaps.size} times, first "
+                     f"at {time[gaps[0] - 1]:g} s; nothing was filled in, the record is split.")
+    if backward.size:
+        notes.append(f"The clock runs backwards {backward.size} times, first at "
+                     f"{time[backward[0] - 1]:g} s; the record is split there.")
+    return list(zip(edges[:-1], edges[1:])), notes
+
+
+def repeated(time):
+    """Return a mask of samples whose stamp comes again at once, and a sentence about them.
+
+    Of samples with one stamp the last counts.  When more than one in a hundred repeats, the clock
+    is coarse and all samples are real, so none is marked.
+
+    """
+    twin = np.zeros(time.size, bool)
+    twin[:-1] = np.diff(time) == 0
+    count = int(np.count_nonzero(twin))
+    if not count:
+        return twin, []
+    if count > COARSE * time.size:
+        return np.zeros(time.size, bool), [
+            f"{count} of {time.size} stamps repeat the one before: the clock is coarser than the "
+            "sampling; no sample was dropped."]
+    return twin, [f"{count} stamps repeat; of samples with one stamp only the last is used."]

@@ -1,0 +1,258 @@
+"""Which column of a log is which signal of which joint: one table of names, and the user's map.
+
+Every column goes to the pattern with the most literal characters that fits it, so that
+``q_target_0`` is a reference although ``q_{joint}`` fits too.  A signal that two patterns claim is
+ambiguous, and the user is asked.
+"""
+
+import dataclasses
+import re
+
+from clie_blocks.analysis.records.model import SIGNALS
+from clie_blocks.analysis.records.units import split_unit
+from clie_blocks.errors import RecordError, nearest
+
+# {k} is a joint number, {joint} any name; compared without regard to case.
+ALIASES = {
+    "time": ("time", "t", "timestamp", "stamp", "time_s", "t_s", "time_sec", "seconds", "sec",
+             "timestamp_s", "pc_ts", "header.stamp", "elapsed", "elapsed_time",
+             "time_ms", "t_ms", "timestamp_ms", "time_us", "t_us", "timestamp_us", "time_ns",
+             "t_ns", "timestamp_ns"),
+    "q": ("q{k}", "q_{joint}", "q[{k}]", "q", "actual_q_{k}", "q_actual_{k}", "state.q[{k}]",
+          "pos{k}", "pos_{joint}", "pos", "{joint}_pos", "{joint}.pos", "position{k}",
+          "position_{joint}", "position[{k}]", "positions[{k}]", "position", "{joint}_position",
+          "joint_pos_{joint}", "joint_position_{joint}", "joint_positions[{k}]",
+          "actual_pos_{joint}", "pos_meas{k}", "q_meas_{joint}", "measured_q_{joint}",
+          "{joint}_qpos", "qm", "observation.state[{k}]", "theta{k}", "theta_{joint}"),
+    "qd": ("qd{k}", "qd_{joint}", "qd[{k}]", "qd", "q_d_{joint}", "q_d[{k}]", "state.q_d[{k}]",
+           "q_des_{joint}", "q_des{k}", "q_ref_{joint}", "q_ref{k}", "q_ref",
+           "target_q_{k}", "q_target_{k}", "qref{k}", "pos_des{k}", "pos_des_{joint}",
+           "pos_cmd_{joint}", "cmd_pos_{joint}", "{joint}_pos_cmd", "{joint}_cmd_pos",
+           "{joint}_target_pos", "{joint}_pos_target", "{joint}_command",
+           "target_pos_{joint}", "pos_target_{joint}", "cmd_{joint}",
+           "joint_pos_target_{joint}", "joint_position_command_{joint}", "position_cmd_{joint}",
+           "position_command_{joint}", "command_position_{joint}", "goal_position_{joint}",
+           "goal_position", "action[{k}]", "qg", "reference_{joint}", "ref{k}", "ref_{joint}"),
+    "dq": ("dq{k}", "dq_{joint}", "dq[{k}]", "dq", "qdot{k}", "qdot_{joint}", "actual_qd_{k}",
+           "qd_actual_{k}", "state.dq[{k}]", "vel{k}", "vel_{joint}", "vel", "{joint}_vel",
+           "{joint}.vel", "velocity{k}", "velocity_{joint}", "velocity[{k}]", "velocities[{k}]",
+           "velocity", "{joint}_velocity", "joint_vel_{joint}", "joint_velocity_{joint}",
+           "joint_velocities[{k}]", "actual_vel_{joint}", "vel_meas{k}", "{joint}_qvel", "speed",
+           "speed_{joint}"),
+    "u": ("u{k}", "u_{joint}", "u[{k}]", "u", "tau_cmd_{joint}", "tau_cmd{k}", "tau_con{k}",
+          "cmd_tau_{joint}", "cmd.tau_j_d[{k}]", "torque_cmd_{joint}", "torque_command_{joint}",
+          "cmd_torque_{joint}", "command_torque_{joint}", "{joint}_torque_cmd",
+          "{joint}_effort_cmd", "effort_cmd_{joint}", "effort_command_{joint}", "{joint}_ctrl",
+          "ctrl_{joint}", "command_{joint}", "duty", "duty_{joint}", "vir",
+          "actual_current_{k}", "i_actual_{k}"),
+    "pe": ("pe{k}", "pe_{joint}", "pe[{k}]", "pe", "excitation_{joint}", "excitation{k}"),
+    "tau": ("tau{k}", "tau_{joint}", "tau[{k}]", "tau", "state.tau_j[{k}]", "torque{k}",
+            "torque_{joint}", "torque[{k}]", "torques[{k}]", "torque", "{joint}_torque",
+            "effort_{joint}", "effort[{k}]", "efforts[{k}]", "effort", "{joint}_effort",
+            "joint_torque_{joint}", "joint_effort_{joint}", "joint_efforts[{k}]", "tau_meas{k}",
+            "tau_meas_{joint}", "measured_torque_{joint}", "{joint}_tau"),
+    # Names that look like a signal and are none: they keep shorter patterns from taking them.
+    None: ("tau_ext_{joint}", "state.tau_ext_hat_filtered[{k}]", "state.dq_d[{k}]",
+           "cmd.q_d[{k}]", "cmd.dq_d[{k}]", "target_qd_{k}", "qd_target_{k}",
+           "target_qdd_{k}", "qdd_target_{k}", "qdd{k}", "qdd_{joint}", "ddq{k}", "ddq_{joint}",
+           "dqd{k}", "dqd_{joint}", "dq_d_{joint}", "dq_des_{joint}", "vel_des{k}", "tau_des{k}",
+           "target_current_{k}", "i_target_{k}", "target_moment_{k}", "m_target_{k}",
+           "i_control_{k}", "tau_abs_{joint}", "{joint}_vel_cmd", "{joint}_acc",
+           "tool_{joint}", "tcp_{joint}", "actual_tcp_{joint}", "q_std_{joint}"),
+}
+TIME_UNITS = ("ms", "us", "ns")
+
+
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """Columns found: per signal one column index per joint, and what had to be guessed."""
+
+    time: int
+    columns: dict
+    units: dict
+    joints: tuple
+    decisions: tuple
+
+    def order(self):
+        """Indices to read: the time, then each signal's columns side by side."""
+        return [self.time, *(index for found in self.columns.values() for index in found)]
+
+
+def find_columns(names, source, given=None, joints=()):
+    """Find the signals among the columns of a log.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The header.
+    source : str
+        Beginning of messages.
+    given : mapping, optional
+        The user's map from signal to pattern, such as ``{"q": "actual_pos_{joint}"}``.
+    joints : sequence of str, optional
+        Joint names of the robot, in its order; they order the columns where the log names joints.
+
+    Returns
+    -------
+    Layout
+        Where each signal is.
+
+    Raises
+    ------
+    RecordError
+        If time or q is missing, a signal is ambiguous, or joints do not fit.
+
+    """
+    _refuse_twins(names, source)
+    given = dict(given or {})
+    unknown = [name for name in given if name not in (*SIGNALS, "time")]
+    if unknown:
+        raise RecordError(f"{source}: --map {unknown[0]}=... names no signal; "
+                          f"{nearest(unknown[0], ('time', *SIGNALS))}")
+    found = _assign([split_unit(name) for name in names], given)
+    time = _pick(found, "time", names, source, given)
+    q = _pick(found, "q", names, source, given)
+    tokens = _ordered(q, joints, source)
+    columns, notes = {"q": [q.columns[token] for token in tokens]}, []
+    for signal in SIGNALS:
+        if signal != "q" and signal in found:
+            chosen = _pick(found, signal, names, source, given, tokens)
+            if chosen is not None:
+                columns[signal] = [chosen.columns[token] for token in tokens]
+    notes += [_note(signal, [names[index] for index in indices])
+              for signal, indices in columns.items() if not _plain(signal, names, indices)]
+    if not _plain("time", names, [time.columns[""]]):
+        notes.append(_note("time", [names[time.columns[""]]]))
+    return Layout(time.columns[""], columns, _units(names, time.columns[""], columns),
+                  _joint_names(tokens, joints, notes), tuple(notes))
+
+
+@dataclasses.dataclass
+class _Found:
+    """The columns that one pattern of one signal took: joint token to column index."""
+
+    pattern: str
+    columns: dict
+
+
+def _refuse_twins(names, source):
+    seen = set()
+    for name in names:
+        if name in seen and name:
+            raise RecordError(f"{source}: two columns are called {name!r}, and which one counts "
+                              "cannot be known: rename or drop one")
+        seen.add(name)
+
+
+def _assign(headers, given):
+    """Give each column to the user's pattern, else to the most literal alias that fits."""
+    patterns = [(signal, pattern, True) for signal, pattern in given.items()]
+    aliases = [(signal, pattern, False) for signal, group in ALIASES.items() if signal not in given
+               for pattern in group]
+    patterns += sorted(aliases, key=lambda entry: -len(re.sub(r"\{\w+\}", "", entry[1])))
+    found = {}
+    compiled = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
+    for index, (name, unit) in enumerate(headers):
+        for signal, pattern, regex in compiled:
+            match = regex.fullmatch(name) or (unit is not None and regex.fullmatch(
+                f"{name}[{unit}]"))
+            if match:
+                token = (match.groups() or ("",))[0]
+                group = found.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
+                group.columns[token] = index
+                break
+    return found
+
+
+def _regex(pattern, own):
+    joint = r"(.+?)" if own else r"([^\W_].*?)"
+    parts = re.split(r"(\{\w+\})", pattern)
+    text = "".join(r"(\d+)" if part == "{k}" else joint if part == "{joint}" else re.escape(part)
+                   for part in parts)
+    return re.compile(text, 0 if own else re.IGNORECASE)
+
+
+def _pick(found, signal, names, source, given, tokens=None):
+    """Return the one pattern of a signal that has all joints."""
+    groups = list(found.get(signal, {}).values())
+    if tokens is not None:
+        whole = [group for group in groups if set(group.columns) >= set(tokens)]
+        if not whole and signal in given:
+            raise RecordError(f"{source}: {given[signal]!r} is not there for every joint "
+                              f"({', '.join(tokens)})")
+        groups = whole
+        if not groups:
+            return None
+    if not groups:
+        raise RecordError(_missing(signal, names, source, given))
+    if len(groups) > 1:
+        claims = [names[next(iter(group.columns.values()))] for group in groups]
+        raise RecordError(f"{source}: columns {' and '.join(map(repr, claims))} could both be "
+                          f"{signal}; say which: --map {signal}={groups[0].pattern}")
+    return groups[0]
+
+
+def _missing(signal, names, source, given):
+    listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    if signal in given:
+        return (f"{source}: no column fits --map {signal}={given[signal]}; the log has {listed}")
+    what = "a clock" if signal == "time" else "measured joint positions"
+    example = "time=stamp" if signal == "time" else "q=actual_pos_{joint}"
+    return (f"{source}: no column gives {signal}, and without {what} nothing can be identified; "
+            f"the log has {listed}; name it with --map {example}")
+
+
+def _ordered(q, joints, source):
+    """Tokens of the joints in the order of the robot, of their numbers, or of the log."""
+    tokens = list(q.columns)
+    if joints and set(tokens) == set(joints):
+        return list(joints)
+    if all(token.isdigit() for token in tokens):
+        tokens.sort(key=int)
+    elif joints and not _are_default(joints):
+        strange = [token for token in tokens if token not in joints] or tokens
+        raise RecordError(f"{source}: joint {strange[0]!r} of the log is not one of the robot; "
+                          f"{nearest(strange[0], joints)}")
+    if joints and len(tokens) != len(joints):
+        raise RecordError(f"{source}: the log has {len(tokens)} joints ({', '.join(tokens)}), the "
+                          f"robot has {len(joints)}; are this log and this robot.toml a pair?")
+    return tokens
+
+
+def _are_default(joints):
+    return tuple(joints) == tuple(f"joint{k + 1}" for k in range(len(joints)))
+
+
+def _joint_names(tokens, joints, notes):
+    if joints and not _are_default(joints):
+        return tuple(joints)
+    if all(token.isdigit() or token == "" for token in tokens):
+        if tokens[0] == "0":
+            notes.append("Joints are numbered from 0 in the log; joint 0 became joint1.")
+        return tuple(f"joint{k + 1}" for k in range(len(tokens)))
+    return tuple(tokens)
+
+
+def _units(names, time, columns):
+    units = {"time": [_time_unit(names[time])]}
+    for signal, indices in columns.items():
+        units[signal] = [split_unit(names[index])[1] for index in indices]
+    return units
+
+
+def _time_unit(name):
+    base, unit = split_unit(name)
+    suffix = base.lower().rsplit("_", 1)[-1]
+    return unit or (suffix if suffix in TIME_UNITS else None)
+
+
+def _plain(signal, names, indices):
+    """Whether the log uses our own names, so that nothing was guessed."""
+    wanted = {"time"} if signal == "time" else {signal} | {f"{signal}{k + 1}"
+                                                           for k in range(len(indices))}
+    return {split_unit(names[index])[0] for index in indices} <= wanted
+
+
+def _note(signal, used):
+    shown = ", ".join(used[:3]) + (", ..." if len(used) > 3 else "")
+    return f"Read {signal} ({SIGNALS.get(signal, 'the clock')}) from {shown}."

@@ -1,0 +1,149 @@
+"""Reading logs: `read_record` for one run, `read_records` for all runs, `read_trial` for a set."""
+
+import re
+from pathlib import Path
+
+from clie_blocks.analysis.records.assemble import assemble
+from clie_blocks.analysis.records.readers.formats import reader, recognise
+from clie_blocks.analysis.records.readers.options import Options
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_file import read_robot
+from clie_blocks.errors import RecordError
+
+LOG = re.compile(r"log-?(\d+)\.(csv|csv\.gz|parquet|npz|mat)")
+
+
+def read_record(path, robot=None, *, part=None, **said):
+    """Read the one run that a log holds.
+
+    Parameters
+    ----------
+    path : path-like
+        File or folder, see `read_records`.
+    robot : Robot or path-like, optional
+        The robot, or its `robot.toml`; by default the `robot.toml` beside the log, if any.
+    part : int, optional
+        Which run, from 0, of a log with several.
+    **said
+        As for `read_records`.
+
+    Returns
+    -------
+    Record
+        In SI, with every guess in its `decisions`.
+
+    Raises
+    ------
+    RecordError
+        If the log cannot be read, or holds several runs and `part` is not given.
+
+    """
+    records = read_records(path, robot, **said)
+    if part is None and len(records) > 1:
+        raise RecordError(f"{path} holds {len(records)} runs; say which one with part=0 to "
+                          f"part={len(records) - 1}, or read all with read_records")
+    if not -len(records) <= (part or 0) < len(records):
+        raise RecordError(f"{path} holds {len(records)} runs, there is no part={part}")
+    return records[part or 0]
+
+
+def read_records(path, robot=None, *, columns=None, time_unit=None, topic=None,
+                 command_topic=None):
+    """Read all runs of a log or of a folder of logs.
+
+    Parameters
+    ----------
+    path : path-like
+        CSV, Parquet, NPZ, MATLAB, ROS 2 bag, MCAP, a folder of LeRobot, SAGE or a trial; the
+        format is recognised by content.
+    robot : Robot or path-like, optional
+        The robot, or its `robot.toml`; by default the `robot.toml` beside the log, if any.
+    columns : mapping, optional
+        Signal to column pattern, ``{"q": "actual_pos_{joint}"}``.
+    time_unit : str, optional
+        Unit of the clock, ``s``, ``ms``, ``us`` or ``ns``.
+    topic, command_topic : str, optional
+        Of a bag: topic with the joint states, and topic with the commands.
+
+    Returns
+    -------
+    list of Record
+        In SI, each with its robot.
+
+    Raises
+    ------
+    RecordError
+        If the log cannot be read.
+    MissingExtraError
+        If the format needs a package that is not installed.
+
+    """
+    path = Path(path)
+    if path.is_dir() and (path / "robot.toml").is_file():
+        logs = _logs(path)
+        if logs:
+            robot = _robot(robot, path / "robot.toml")
+            return [record for log in logs for record in read_records(
+                log, robot, columns=columns, time_unit=time_unit)]
+    module = reader(recognise(path))
+    robot, notes = _robot_of(robot, path)
+    options = Options(robot, columns, time_unit, topic, command_topic)
+    return [_finished(log, options, notes) for log in module.read(path, options)]
+
+
+def read_trial(folder):
+    """Read a robot and its runs: a folder with `robot.toml` and logs, or a known data set.
+
+    Parameters
+    ----------
+    folder : path-like
+        Holds ``robot.toml`` and ``log-1.csv.gz, log-2.csv.gz, ...``.
+
+    Returns
+    -------
+    robot : Robot
+        The robot; of a data set with several robots that of the first run.
+    records : list of Record
+        In the order of their numbers.
+
+    Raises
+    ------
+    RecordError
+        If a file is missing or cannot be read.
+
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise RecordError(f"{folder} is not a folder; a trial is a folder with robot.toml and "
+                          "log-*.csv")
+    records = read_records(folder)
+    if records[0].robot is None:
+        raise RecordError(f"{folder} has logs but no robot.toml, so the robot is not known")
+    return records[0].robot, records
+
+
+def _logs(folder):
+    found = [(int(match[1]), path) for path in folder.iterdir()
+             if (match := LOG.fullmatch(path.name))]
+    return [path for _, path in sorted(found)]
+
+
+def _robot(robot, default):
+    if robot is None:
+        return read_robot(default)
+    return robot if isinstance(robot, Robot) else read_robot(robot)
+
+
+def _robot_of(robot, path):
+    beside = path.parent / "robot.toml"
+    if robot is None and beside.is_file():
+        return read_robot(beside), [f"Took the robot from {beside}, which lies beside the log."]
+    return (robot if robot is None else _robot(robot, None)), []
+
+
+def _finished(log, options, notes):
+    if hasattr(log, "blocks"):
+        log = assemble(log, options.robot, options.columns, options.time_unit)
+    elif options.robot is not None:
+        log = log.replace(robot=options.robot)
+    return log.noted(*notes) if notes else log

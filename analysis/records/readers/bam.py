@@ -1,0 +1,69 @@
+"""BAM recordings of a servo with a pendulum (github.com/Rhoban/bam): one record per run.
+
+The firmware sets a duty cycle from the position error; the torque follows from duty times supply
+voltage less back-EMF.  Motor constants are BAM's own fit of other recordings of the same servo.
+"""
+
+import json
+import math
+
+import numpy as np
+
+from clie_blocks.analysis.records.clock import segments
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.readers.emps import columns_of
+from clie_blocks.analysis.records.readers.options import foreign
+from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Links, Motor, Robot
+
+STEPS = 4096  # of the encoder per turn
+FULL_DUTY = 885  # largest value of the duty register
+GAIN_UNIT = STEPS / (2 * math.pi) / (256 * FULL_DUTY)  # duty per rad and unit of the P register
+UNITS = {"u": "duty", "pe": "duty"}
+
+
+def read(folder, options):
+    """Return the runs of a folder with ``runs.parquet`` and ``runs.json``."""
+    columns = columns_of(folder / "runs.parquet")
+    with foreign(folder / "runs.json", "JSON"):
+        runs = json.loads((folder / "runs.json").read_text())
+        constants = _constants(folder)
+        return [_record({name: value[columns["run"] == run["run"]]
+                         for name, value in columns.items()}, run, constants, folder)
+                for run in runs]
+
+
+def _constants(folder):
+    path = folder / "bam_params" / "m1.json"
+    return json.loads(path.read_text()) if path.is_file() else {}
+
+
+def _record(columns, run, constants, folder):
+    name = f"{run['trajectory']}, P {run['kp']}"
+    ranges, notes = segments(columns["t"])
+    off = np.count_nonzero(~columns["torque_enable"])
+    if off:
+        notes.append(f"The torque was off in {off} of {columns['t'].size} samples (channel "
+                     "torque_enable): there the control law does not act.")
+    return Record(
+        time=columns["t"], q=columns["position"], u=columns["duty"], qd=columns["goal_position"],
+        dq=columns["speed"], joints=("servo",), units=UNITS, segments=ranges,
+        source=f"{folder / 'runs.parquet'} run {run['run']} ({name})",
+        decisions=["u is the signed duty cycle; the supply voltage is the channel 'supply'.",
+                   "q is 0 where the arm hangs down.", *notes],
+        extra={"supply": columns["input_volts"], "temperature": columns["temp"],
+               "torque_enable": columns["torque_enable"]},
+        robot=_robot(run, constants, name))
+
+
+def _robot(run, constants, name):
+    return Robot(
+        n=1, name=f"{run['motor']} servo with pendulum", joints=("servo",), units=UNITS,
+        motor=Motor(gear_ratio=1.0, torque_constant=constants.get("kt"),
+                    resistance=constants.get("R"), inertia=constants.get("armature")),
+        links=Links(mass=run["mass"], length=run["length"], com=run["length"], inertia=0.0),
+        controller=Controller(law="servo", kp=run["kp"] * GAIN_UNIT, saturation=1.0,
+                              hold="zero-order", command_resolution=1 / FULL_DUTY,
+                              supply=run["vin"]),
+        encoder=Encoder(mounting="joint side", resolution=2 * math.pi / STEPS),
+        experiments={name: Experiment(excitation="other", signal=run["trajectory"])},
+        source="BAM runs.json")

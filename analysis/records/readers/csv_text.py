@@ -1,0 +1,194 @@
+"""CSV and its relatives: separators, decimal comma, BOM, comments, quoted lists, gzip.
+
+The file is read in blocks, so that memory holds the wanted columns and one block.  A block is
+parsed by numpy's own parser; only a block with something unusual in it (an empty cell, a fault) is
+parsed again line by line, which finds the line and the column to blame.
+"""
+
+import csv
+import gzip
+import io
+import re
+import zlib
+
+import numpy as np
+
+from clie_blocks.analysis.records.readers.dialect import LISTED, sniff
+from clie_blocks.analysis.records.table import Table
+from clie_blocks.errors import RecordError
+
+BLOCK = 4_000_000  # bytes
+HEAD = 200_000
+MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "#n/a"}
+WORDS = {"true": 1.0, "false": 0.0}
+
+
+def read(path, options):
+    """Return the log in a delimited text file, as a list of one table.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file; gzip is recognised by its content.
+    options : Options
+        Not used.
+
+    Raises
+    ------
+    RecordError
+        With file, line and column.
+
+    """
+    with _opened(path) as file, _Readable(path):
+        head = file.read(HEAD)
+    dialect = sniff(head, path)
+    decisions = list(dialect.decisions)
+
+    def blocks(indices):
+        return _blocks(path, dialect, indices, decisions)
+
+    return [Table(dialect.names, blocks, str(path), decisions)]
+
+
+def _opened(path):
+    with open(path, "rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    return gzip.open(path, "rb") if packed else open(path, "rb")
+
+
+class _Readable:
+    """Words for what goes wrong while bytes are read."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if kind and issubclass(kind, (EOFError, zlib.error, OSError)):
+            words = "it ends too early" if kind is EOFError else str(error)
+            raise RecordError(f"{self.path} cannot be unpacked: {words}; copy or export it "
+                              "again") from None
+
+
+def _blocks(path, dialect, indices, decisions):
+    line = 1
+    with _opened(path) as file, _Readable(path):
+        for text, last in _texts(file, path):
+            start = line
+            line += text.count(b"\n")
+            if start == 1:
+                text, skipped = _body(text, dialect)
+                start += skipped
+            if text.strip():
+                yield _parsed(text, dialect, indices, _Place(path, start, last, decisions))
+
+
+def _texts(file, path):
+    """Yield whole lines in blocks, and whether the block is the last."""
+    rest = b""
+    while True:
+        chunk = file.read(BLOCK)
+        text = rest + chunk
+        if b"\n" not in text and b"\r" in text:
+            text = text.replace(b"\r", b"\n")
+        if not chunk:
+            yield text.replace(b"\r", b""), True
+            return
+        end = text.rfind(b"\n") + 1
+        if not end and len(text) > BLOCK:
+            raise RecordError(f"{path} has a line of more than {BLOCK} bytes; this is no log in "
+                              "rows and columns")
+        if end:
+            yield text[:end].replace(b"\r", b""), False
+        rest = text[end:]
+
+
+def _body(text, dialect):
+    """Cut off what stands before the first row."""
+    parts = text.split(b"\n", dialect.skip)
+    return (parts[-1] if len(parts) > dialect.skip else b""), dialect.skip
+
+
+class _Place:
+    """Where a block begins, for messages, and where to write decisions."""
+
+    def __init__(self, path, line, last, decisions):
+        self.path, self.line, self.last, self.decisions = path, line, last, decisions
+
+
+def _parsed(text, dialect, indices, place):
+    commented = any(mark in text for mark in dialect.comments)
+    plain = _plain_text(text, dialect)
+    if not commented:
+        try:
+            rows = np.loadtxt(io.StringIO(plain), delimiter=dialect.delimiter, usecols=indices,
+                              comments=None, ndmin=2,
+                              quotechar='"' if '"' in plain else None)
+        except (ValueError, OverflowError, IndexError):
+            rows = None
+        if rows is not None and _is_regular(plain, dialect, len(rows)):
+            return rows
+    return _line_by_line(plain, dialect, indices, place)
+
+
+def _plain_text(text, dialect):
+    plain = text.decode("latin-1")
+    if dialect.lists:
+        plain = plain.translate(LISTED)
+    return plain.replace(",", ".") if dialect.decimal_comma else plain
+
+
+def _is_regular(plain, dialect, rows):
+    """Whether every row has as many separators as the header, where that can be counted."""
+    if dialect.delimiter is None or '"' in plain:
+        return True
+    return plain.count(dialect.delimiter) == rows * (len(dialect.names) - 1)
+
+
+def _line_by_line(plain, dialect, indices, place):
+    lines = plain.split("\n")
+    rows = []
+    for number, line in enumerate(lines, place.line):
+        if not line.strip() or line.lstrip().startswith(dialect.marks):
+            continue
+        fields = _fields(line, dialect)
+        if len(fields) != len(dialect.names):
+            if place.last and number - place.line == len(lines) - 1:
+                place.decisions.append(f"Left out line {number}, the last one, which is cut off.")
+                continue
+            raise RecordError(
+                f"{place.path}:{number}: this line has {len(fields)} values, the header has "
+                f"{len(dialect.names)} columns: {line[:80]!r}; a shifted value would go to the "
+                "wrong signal, so mend or delete the line")
+        rows.append([_number(fields[index], place, number, index, dialect) for index in indices])
+    return np.array(rows, float).reshape(-1, len(indices))
+
+
+def _fields(line, dialect):
+    if dialect.delimiter is None:
+        return line.split()
+    if '"' in line:
+        fields = next(csv.reader([line], delimiter=dialect.delimiter), [])
+    else:
+        fields = line.split(dialect.delimiter)
+    if len(fields) == len(dialect.names) + 1 and not fields[-1].strip():
+        fields.pop()
+    return fields
+
+
+def _number(field, place, line, index, dialect):
+    word = field.strip().lower()
+    if word in MISSING:
+        return float("nan")
+    if word in WORDS:
+        return WORDS[word]
+    try:
+        if re.fullmatch(r"[\x21-\x5e\x60-\x7e]+", word):
+            return float(word)
+    except ValueError:
+        pass
+    raise RecordError(f"{place.path}:{line}:{index + 1}: {field.strip()[:40]!r} in column "
+                      f"{dialect.names[index]!r} is not a number; correct the cell, or leave it "
+                      "empty for a missing value")

@@ -1,0 +1,153 @@
+"""How a delimited text file is written: separator, decimal mark, header, comments, lists."""
+
+import csv
+import dataclasses
+import re
+from collections import Counter
+
+from clie_blocks.errors import RecordError
+
+SEPARATORS = (";", "\t", ",", "|", None)  # None is white space
+MARKS = ("#", "%", "//")
+SAMPLE = 50  # lines looked at
+LISTED = str.maketrans("", "", '[]"')
+NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)?", re.I)
+
+
+@dataclasses.dataclass(frozen=True)
+class Dialect:
+    """How a file is written; `skip` lines stand before the first row."""
+
+    names: tuple
+    delimiter: str | None
+    skip: int
+    decimal_comma: bool
+    lists: bool
+    decisions: tuple
+    marks: tuple = MARKS
+
+    @property
+    def comments(self):
+        """Comment marks as bytes."""
+        return tuple(mark.encode() for mark in self.marks)
+
+
+def sniff(head, path):
+    """Return the dialect of a file from its first bytes.
+
+    Parameters
+    ----------
+    head : bytes
+        The beginning of the file.
+    path : path-like
+        For messages.
+
+    Raises
+    ------
+    RecordError
+        If this is no table in text.
+
+    """
+    lines = _text(head, path).split("\n")[:-1 if len(head) > 100_000 else None]
+    rows = [(number, line) for number, line in enumerate(lines)
+            if line.strip() and not line.lstrip().startswith(MARKS)]
+    if not rows:
+        raise RecordError(f"{path} has no line with values; is the log empty?")
+    delimiter = _separator([line for _, line in rows[:SAMPLE]])
+    first = _split(rows[0][1], delimiter)
+    notes = []
+    if _numeric(first):
+        names = _header_in_comment(lines[:rows[0][0]], delimiter, len(first))
+        if names is None:
+            raise RecordError(f"{path}:{rows[0][0] + 1}: the log has no header, so what the "
+                              f"{len(first)} columns mean cannot be known; put a line such as "
+                              "time,q1,u1 on top")
+        skip, data = rows[0][0], rows
+        notes.append("Took the header from a comment line.")
+    else:
+        names, skip, data = first, rows[0][0] + 1, rows[1:]
+    sample = [_split(line, delimiter) for _, line in data[:SAMPLE]]
+    comma = delimiter != "," and _has_decimal_comma(sample)
+    names, lists = _expanded([name.strip().strip('"').strip() for name in names], sample)
+    notes += _remarks(delimiter, comma, lists)
+    return Dialect(tuple(names), delimiter, skip, comma, lists, tuple(notes))
+
+
+def _text(head, path):
+    if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise RecordError(f"{path} is text in UTF-16; save it as UTF-8 or plain CSV")
+    if b"\0" in head:
+        raise RecordError(f"{path} is neither a known log format nor text; known are CSV, "
+                          "Parquet, NPZ, MATLAB, ROS 2 bag, MCAP and LeRobot folders")
+    try:
+        text = head.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    if "\n" not in text:
+        return text.replace("\r", "\n")
+    return text.replace("\r", "")
+
+
+def _separator(lines):
+    """The separator that gives most lines the same number of fields, more than one."""
+    best, best_score = ",", 0.0
+    for delimiter in SEPARATORS:
+        counts = Counter(len(_split(line, delimiter)) for line in lines)
+        fields, hits = counts.most_common(1)[0]
+        score = hits / len(lines) if fields > 1 else 0.0
+        if score > best_score + 0.05:
+            best, best_score = delimiter, score
+    return best
+
+
+def _split(line, delimiter):
+    if delimiter is None:
+        return line.split()
+    if '"' not in line:
+        return line.split(delimiter)
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        return line.split(delimiter)
+
+
+def _numeric(fields):
+    return all(NUMBER.fullmatch(field.strip()) for field in fields)
+
+
+def _header_in_comment(lines, delimiter, count):
+    for line in reversed(lines):
+        names = _split(line.strip().lstrip("".join(MARKS)).strip(), delimiter)
+        if len(names) == count and not _numeric(names):
+            return names
+    return None
+
+
+def _has_decimal_comma(sample):
+    fields = [field.strip() for row in sample for field in row]
+    return any(re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", field) for field in fields) \
+        and not any(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", field) for field in fields)
+
+
+def _expanded(names, sample):
+    """Names with one entry per element of a quoted list, ``positions[0], positions[1]``."""
+    first = sample[0] if sample else []
+    if len(first) != len(names) or not any(field.strip().startswith("[") for field in first):
+        return names, False
+    wide = []
+    for name, field in zip(names, first):
+        if field.strip().startswith("["):
+            wide += [f"{name}[{k}]" for k in range(field.count(",") + 1)]
+        else:
+            wide.append(name)
+    return wide, True
+
+
+def _remarks(delimiter, comma, lists):
+    shown = {";": "semicolon", "\t": "tab", "|": "bar", None: "white space"}
+    notes = [f"The columns are separated by {shown[delimiter]}."] if delimiter != "," else []
+    if comma:
+        notes.append("Numbers have a decimal comma.")
+    if lists:
+        notes.append("Quoted lists were read as one column per element.")
+    return notes

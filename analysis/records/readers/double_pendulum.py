@@ -1,0 +1,75 @@
+"""DFKI double pendulum, torque-driven (github.com/dfki-ric-underactuated-lab/double_pendulum).
+
+Torques are at the joint, behind the 6:1 gear, so the gear ratio here is 1 and the rotor inertia is
+the reflected one.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.records.clock import segments
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.readers.emps import columns_of
+from clie_blocks.analysis.records.readers.options import foreign
+from clie_blocks.analysis.records.robot import Controller, Links, Motor, Robot
+
+DECISIONS = (
+    "u is the commanded and tau the measured torque, both at the joint behind the gear.",
+    "The reference of the swing-up runs has another time base and was left out.",
+)
+
+
+def read(folder, options):
+    """Return the runs of a folder with ``sysid.parquet`` and one yml file per design."""
+    path = folder / "sysid.parquet"
+    columns = columns_of(path)
+    runs = np.asarray(columns.pop("run")).astype(str)
+    designs = np.asarray(columns.pop("design")).astype(str)
+    robots = {design: _robot(folder, design) for design in dict.fromkeys(designs)}
+    edges = np.flatnonzero(runs[1:] != runs[:-1]) + 1
+    return [_record({name: value[a:b] for name, value in columns.items()},
+                    f"{path} {runs[a]}", robots[designs[a]])
+            for a, b in zip([0, *edges], [*edges, runs.size])]
+
+
+def _record(columns, source, robot):
+    def joints(name):
+        return np.column_stack([columns[f"{name}1"], columns[f"{name}2"]])
+
+    ranges, notes = segments(columns["t"])
+    return Record(time=columns["t"], q=joints("pos_meas"), u=joints("tau_con"),
+                  dq=joints("vel_meas"), tau=joints("tau_meas"), source=source, segments=ranges,
+                  decisions=(*DECISIONS, *notes), robot=robot)
+
+
+def _robot(folder, design):
+    paths = sorted(folder.glob(f"design_{design}_model_*.yml"))
+    known = _numbers(paths[0]) if paths else {}
+    return Robot(n=2, name=f"DFKI double pendulum, design {design}", motor=_motor(known),
+                 links=_links(known), controller=Controller(law="unknown", sample_time=0.002),
+                 source=str(paths[0]) if paths else "")
+
+
+def _numbers(path):
+    """Numbers of a flat ``key: value`` file."""
+    with foreign(path, "a list of key: value"):
+        pairs = [line.split(":", 1) for line in path.read_text().splitlines() if ":" in line]
+        return {key.strip(): float(value) for key, value in pairs}
+
+
+def _motor(known):
+    if not known:
+        return Motor()
+    return Motor(gear_ratio=[1.0, 1.0], inertia=[known["Ir"] * known["gr"] ** 2] * 2,
+                 peak_torque=[known["tl1"], known["tl2"]])
+
+
+def _links(known):
+    """Links of a design; an inertia about the joint below m r^2 is no body and stays unknown."""
+    if not known:
+        return Links()
+    mass, com = (np.array([known[f"{key}{k}"] for k in (1, 2)]) for key in ("m", "r"))
+    about_joint = np.array([known["I1"], known["I2"]])
+    inertia = about_joint - mass * com**2
+    return Links(length=[known["l1"], known["l2"]], mass=mass, com=com,
+                 inertia=inertia if (inertia >= 0).all() else None,
+                 joint_viscous_friction=[known["b1"], known["b2"]])

@@ -1,0 +1,87 @@
+"""The EMPS benchmark (Janot, Gautier, Brunot 2019): one sliding axis under cascaded P-P control.
+
+Source: nonlinearbenchmark.org/benchmarks/emps.  Gains and force factor from its archive; the
+velocity estimate, the encoder step and the factor of the pulses were found in the log: with them
+the stated law gives the logged command to 10 mV rms.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.readers.options import foreign, need
+from clie_blocks.analysis.records.robot import Controller, Encoder, Motor, Robot
+
+LOGS = ("DATA_EMPS", "DATA_EMPS_PULSES")
+UNITS = {"q": "m", "qd": "m", "u": "V", "pe": "V", "dq": "m/s", "tau": "N"}
+PULSE_FACTOR = 1.014  # V in the command per V of pulses_N
+
+
+def is_emps(names):
+    """Whether a log has the variables of the EMPS archive."""
+    return {"t", "qg", "qm", "vir"} <= set(names)
+
+
+def robot():
+    """Return the EMPS machine with its published gains."""
+    return Robot(
+        n=1, name="EMPS: DC motor and ball screw", joints=("axis",), units=UNITS,
+        motor=Motor(torque_gain=35.15065188248547),
+        controller=Controller(law="cascade", kp=160.18, kv=243.45, velocity_filter="two_tap",
+                              sample_time=0.001, hold="zero-order", saturation=10.0),
+        encoder=Encoder(resolution=5e-8), source="EMPS benchmark")
+
+
+def record(columns, source):
+    """Return the record of one EMPS log.
+
+    Parameters
+    ----------
+    columns : dict of str to array_like
+        ``t, qg, qm, vir`` and for the pulses ``pulses_N``.
+    source : str
+        The file.
+
+    """
+    pulses = columns.get("pulses_N")
+    decisions = ["Recognised the EMPS benchmark by its variables: qm is q in m on the load side, "
+                 "qg is qd, vir is u in V; one volt gives 35.15 N."]
+    if pulses is not None:
+        decisions.append(f"pe is {PULSE_FACTOR} * pulses_N, a factor found in the log; it is part "
+                         "of vir.")
+    flat = {name: np.asarray(value, float).ravel() for name, value in columns.items()}
+    return Record(time=flat["t"], q=flat["qm"], u=flat["vir"], qd=flat["qg"],
+                  pe=None if pulses is None else PULSE_FACTOR * flat["pulses_N"],
+                  joints=("axis",), units=UNITS, source=source, decisions=decisions, robot=robot())
+
+
+def read(folder, options):
+    """Return the records of a folder with the EMPS files, Parquet or MATLAB.
+
+    The identification run comes first, then the run with pulses.
+
+    """
+    from clie_blocks.analysis.records.readers import mat
+
+    found = []
+    for stem in LOGS:
+        path = folder / f"{stem}.parquet"
+        if path.is_file():
+            found.append(record(columns_of(path), str(path)))
+        elif (path := folder / f"{stem}.mat").is_file():
+            found += mat.read(path, options)
+    return found
+
+
+def columns_of(path):
+    """Return the columns of a Parquet file by name.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    """
+    pq = need("pyarrow.parquet", "reading Parquet", "parquet", "pyarrow")
+    with foreign(path, "Parquet"):
+        table = pq.read_table(path)
+        return {name: table[name].to_numpy() for name in table.column_names}

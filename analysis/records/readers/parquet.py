@@ -1,0 +1,60 @@
+"""Parquet tables, row group by row group."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.readers.options import foreign, need
+from clie_blocks.analysis.records.table import Table
+from clie_blocks.errors import RecordError
+
+LARGEST = 500_000_000  # values of one column
+BATCH = 100_000  # rows
+
+
+def read(path, options):
+    """Return the log in a Parquet file, as a list of one table.
+
+    Columns that hold lists of numbers of one length, become ``name[0], name[1], ...``.
+
+    """
+    pq = need("pyarrow.parquet", "reading Parquet", "parquet", "pyarrow")
+    with foreign(path, "Parquet"):
+        file = pq.ParquetFile(path)
+        if file.metadata.num_rows > LARGEST:
+            raise RecordError(f"{path} states {file.metadata.num_rows} rows; that is no robot log")
+        names, cells = _names(file)
+
+    def blocks(indices):
+        with foreign(path, "Parquet"):
+            wanted = list(dict.fromkeys(cells[index][0] for index in indices))
+            for batch in file.iter_batches(BATCH, columns=wanted):
+                yield np.column_stack([_cell(batch, *cells[index]) for index in indices])
+
+    return [Table(tuple(names), blocks, str(path))]
+
+
+def _names(file):
+    """Column names, and for each the Parquet column and the position in its list."""
+    import pyarrow as pa
+
+    head = next(file.iter_batches(1), None)
+    names, cells = [], []
+    for field in file.schema_arrow:
+        if pa.types.is_list(field.type) or pa.types.is_fixed_size_list(field.type):
+            first = head[field.name][0].as_py() if head is not None and head.num_rows else None
+            for k in range(len(first or ())):
+                names.append(f"{field.name}[{k}]")
+                cells.append((field.name, k))
+        else:
+            names.append(field.name)
+            cells.append((field.name, None))
+    return names, cells
+
+
+def _cell(batch, name, position):
+    column = batch[name]
+    if position is None:
+        return np.asarray(column.to_numpy(zero_copy_only=False), float)
+    flat = np.asarray(column.flatten().to_numpy(zero_copy_only=False), float)
+    if flat.size % len(column):
+        raise RecordError(f"column {name!r} holds lists of different lengths")
+    return flat.reshape(len(column), -1)[:, position]

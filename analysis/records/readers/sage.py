@@ -1,0 +1,96 @@
+"""SAGE logs (github.com/isaac-sim2real/sage): ``control.csv`` and ``state_motor.csv`` in a folder.
+
+Both hold ``type,timestamp,positions,...`` with quoted lists; stamps are in microseconds for a real
+robot and, depending on the writer, in seconds for a simulation.
+"""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from clie_blocks.analysis.records.assemble import assemble
+from clie_blocks.analysis.records.model import frozen
+from clie_blocks.analysis.records.readers import csv_text
+from clie_blocks.errors import RecordError
+
+MAP = {"time": "timestamp", "q": "positions[{k}]"}
+STATE = {**MAP, "dq": "velocities[{k}]", "tau": "torques[{k}]"}
+SLOWEST = 10.0  # s; a median step beyond this is in microseconds
+
+
+def read(path, options):
+    """Return the record of a SAGE folder, or of its ``state_motor.csv`` alone.
+
+    The goal that was in force at a state is the last one written at or before its stamp.
+
+    """
+    path = Path(path)
+    folder = path if path.is_dir() else path.parent
+    state = folder / "state_motor.csv" if path.is_dir() else path
+    record = _timed(state, STATE, options)
+    control = folder / "control.csv"
+    if state.name == "state_motor.csv" and control.is_file():
+        record = _with_goal(record, _timed(control, MAP, options), control)
+    names = _joint_names(folder / "joint_list.txt", record.n)
+    return [record.replace(joints=names or record.joints)]
+
+
+def _timed(path, columns, options):
+    (table,) = csv_text.read(path, options)
+    present = {signal: pattern for signal, pattern in columns.items()
+               if any(name.startswith(pattern.split("[")[0]) for name in table.names)}
+    unit = options.time_unit or _unit(table)
+    table = dataclasses.replace(table, time_unit=unit)
+    table.decisions.append(f"Took SAGE's clock to be in {unit}, from the size of its steps.")
+    return assemble(table, None, {**present, **(options.columns or {})})
+
+
+def _unit(table):
+    """Unit of the clock: no robot logs slower than SLOWEST, none faster than 100 kHz."""
+    stamps = next(table.blocks([table.names.index("timestamp")]), np.empty((0, 1)))[:, 0]
+    step = np.diff(stamps[np.isfinite(stamps)])
+    step = step[step > 0]
+    return "us" if step.size and np.median(step) > SLOWEST else "s"
+
+
+def _with_goal(record, control, path):
+    if control.n != record.n:
+        raise RecordError(f"{path} has {control.n} joints, state_motor.csv has {record.n}")
+    goal, early = held(control.time, control.q, record.time)
+    notes = [f"qd is the goal in {path.name} in force at the stamp of each state.",
+             *(note for note in control.decisions if note not in record.decisions)]
+    if early:
+        notes.append(f"The first {early} states have no goal yet and are masked.")
+    valid = record.valid & np.isfinite(goal).all(axis=1)
+    return record.replace(qd=frozen(goal), valid=valid).noted(*notes)
+
+
+def held(stamps, values, at):
+    """Return the last value at or before each time, and how many times have none.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (m,)
+        When each value took effect.
+    values : ndarray, shape (m, n)
+        The values.
+    at : ndarray, shape (N,)
+        Times asked for.
+
+    """
+    order = np.argsort(stamps, kind="stable")
+    index = np.searchsorted(stamps[order], at, side="right") - 1
+    found = values[order][np.maximum(index, 0)].astype(float)
+    found[index < 0] = np.nan
+    return found, int(np.count_nonzero(index < 0))
+
+
+def _joint_names(path, n):
+    if not path.is_file():
+        return ()
+    names = [name.strip() for name in path.read_text(errors="replace").splitlines()]
+    names = tuple(name for name in names if name)
+    if len(names) != n:
+        raise RecordError(f"{path} lists {len(names)} joints, the log has {n}")
+    return names

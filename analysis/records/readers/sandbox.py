@@ -1,0 +1,98 @@
+"""A child process with bounded memory and time, for formats whose C readers can be crashed.
+
+SciPy says of its MATLAB reader that it is not hardened, and HDF5 and bag readers trust sizes that
+the file states.  Here a hostile file can only end the child.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from clie_blocks.errors import RecordError
+
+MEMORY = 4_000_000_000  # bytes of address space
+SECONDS = 120
+
+
+def run(job, path, **said):
+    """Return what a function of a reader module finds in a file, computed in a child process.
+
+    Parameters
+    ----------
+    job : str
+        ``module.function`` in this folder; it takes the path and `said` and returns a dict of
+        arrays and a dict that JSON can hold.
+    path : path-like
+        The log.
+    **said
+        Passed on.
+
+    Raises
+    ------
+    RecordError
+        If the job says so, or the child dies, or needs too much memory or time.
+
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        order = json.dumps({"job": job, "path": str(path), "said": said, "folder": folder,
+                            "memory": MEMORY, "seconds": SECONDS})
+        try:
+            child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),
+                                   capture_output=True, timeout=SECONDS, check=False)
+        except subprocess.TimeoutExpired:
+            raise RecordError(f"{path} took more than {SECONDS} s to read and was given up; "
+                              "export only the signals that are needed") from None
+        answer = Path(folder) / "answer.json"
+        if not answer.exists():
+            raise RecordError(_death(path, child))
+        found = json.loads(answer.read_text())
+        if "error" in found:
+            raise RecordError(found["error"])
+        with np.load(Path(folder) / "arrays.npz", allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}, found
+
+
+def _death(path, child):
+    if child.returncode < 0:
+        return (f"{path} crashed its reader (signal {-child.returncode}), which runs apart so "
+                "that nothing else is hurt; the file is damaged or hostile, export it again")
+    words = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+    return f"{path} could not be read: {words[-1][:200]}; the file is damaged, export it again"
+
+
+def serve():
+    """Do the job that stands on stdin; this is the child."""
+    import importlib
+
+    order = json.loads(sys.stdin.read())
+    _limit(order["memory"], order["seconds"])
+    module, function = order["job"].split(".")
+    folder = Path(order["folder"])
+    try:
+        module = importlib.import_module(f"clie_blocks.analysis.records.readers.{module}")
+        arrays, found = getattr(module, function)(order["path"], **order["said"])
+        np.savez(folder / "arrays.npz", **arrays)
+    except RecordError as error:
+        found = {"error": str(error)}
+    except MemoryError:
+        found = {"error": f"{order['path']} needs more than {order['memory'] / 1e9:g} GB to read; "
+                          "export only the signals that are needed"}
+    (folder / "answer.json").write_text(json.dumps(found))
+
+
+def _limit(memory, seconds):
+    try:
+        import resource
+    except ImportError:
+        return  # not on Windows; the timeout of the parent still holds
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+if __name__ == "__main__":
+    serve()

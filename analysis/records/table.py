@@ -1,0 +1,152 @@
+"""A log as named columns that arrive in blocks, and how the wanted ones are packed."""
+
+import dataclasses
+import tempfile
+from collections.abc import Callable
+
+import numpy as np
+
+from clie_blocks.errors import RecordError
+
+IN_MEMORY = 200_000_000  # bytes; beyond that the values go to a file that the arrays map
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """Columns of a log.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The header.
+    blocks : callable
+        ``blocks(indices)`` yields float arrays (m, k) of those columns, in order, row by row.
+    source : str
+        The file, and the part of it.
+    decisions : list of str
+        What the reader decided; it may grow while blocks arrive.
+    time_unit : str, optional
+        Unit of the clock where the format fixes it.
+    units : dict
+        Unit of a signal where the format fixes it.
+
+    """
+
+    names: tuple
+    blocks: Callable
+    source: str
+    decisions: list = dataclasses.field(default_factory=list)
+    time_unit: str | None = None
+    units: dict = dataclasses.field(default_factory=dict)
+
+
+def table_of(columns, source, **fields):
+    """Return a table of whole arrays held in memory.
+
+    Parameters
+    ----------
+    columns : dict of str to array_like, shape (N,) or (N, k)
+        A matrix becomes columns ``name[0], name[1], ...``.
+    source : str
+        Where it came from.
+    **fields
+        Further fields of `Table`.
+
+    """
+    flat = {}
+    for name, value in columns.items():
+        array = np.asarray(value)
+        if array.ndim == 1:
+            flat[name] = array
+        else:
+            flat.update({f"{name}[{k}]": array[:, k] for k in range(array.shape[1])})
+    sizes = {array.size for array in flat.values()}
+    if len(sizes) > 1:
+        listed = ", ".join(f"{name}: {array.size}" for name, array in list(flat.items())[:8])
+        raise RecordError(f"{source}: the columns are not of one length ({listed})")
+
+    def blocks(indices):
+        arrays = list(flat.values())
+        yield np.column_stack([np.asarray(arrays[index], float) for index in indices])
+
+    return Table(tuple(flat), blocks, source, **fields)
+
+
+@dataclasses.dataclass(frozen=True)
+class Packed:
+    """The wanted columns of a log: the clock apart, the rest in rows, read-only."""
+
+    stamps: np.ndarray
+    values: np.ndarray
+    valid: np.ndarray
+    filled: np.ndarray
+    dropped: int
+
+
+def pack(blocks, factors, needed):
+    """Collect blocks whose first column is the clock.
+
+    Parameters
+    ----------
+    blocks : iterable of ndarray, shape (m, 1 + k)
+        Rows; those without a finite stamp are dropped and counted.
+    factors : array_like, shape (k,)
+        Factors to SI.
+    needed : int
+        A sample is valid when its first `needed` values are finite.
+
+    Returns
+    -------
+    Packed
+        Stamps as logged, values in SI, mask, and which columns ever held a number.
+
+    """
+    factors = np.asarray(factors, float)
+    store, stamps, masks, dropped = _Store(factors.size), [], [], 0
+    filled = np.zeros(factors.size, bool)
+    for block in blocks:
+        good = np.isfinite(block[:, 0])
+        dropped += int(good.size - np.count_nonzero(good))
+        if not good.all():
+            block = block[good]
+        values = block[:, 1:] * factors
+        finite = np.isfinite(values)
+        stamps.append(block[:, 0].copy())
+        masks.append(finite[:, :needed].all(axis=1))
+        filled |= finite.any(axis=0)
+        store.add(values)
+    if not stamps:
+        return Packed(np.empty(0), np.empty((0, factors.size)), np.empty(0, bool), filled, dropped)
+    return Packed(np.concatenate(stamps), store.close(), np.concatenate(masks), filled, dropped)
+
+
+class _Store:
+    """Rows in memory, or once they are many in an unnamed file that is mapped."""
+
+    def __init__(self, width):
+        self.width, self.rows, self.kept, self.file = width, 0, [], None
+
+    def add(self, block):
+        self.rows += len(block)
+        self.kept.append(block)
+        if self.file is not None or self.rows * self.width * 8 > IN_MEMORY:
+            self._spill()
+
+    def _spill(self):
+        try:
+            self.file = self.file or tempfile.TemporaryFile()
+            while self.kept:
+                self.file.write(np.ascontiguousarray(self.kept.pop(0)).tobytes())
+        except OSError as error:
+            raise RecordError(f"the log has more than {IN_MEMORY / 1e6:.0f} MB of values and the "
+                              f"folder for temporary files cannot hold them: {error.strerror}; "
+                              "set TMPDIR to a larger disk") from None
+
+    def close(self):
+        if self.file is None:
+            whole = self.kept[0] if len(self.kept) == 1 else np.concatenate(self.kept)
+        else:
+            self.file.flush()
+            whole = np.asarray(np.memmap(self.file, float, "r", shape=(self.rows, self.width)))
+        whole.flags.writeable = False
+        return whole
