@@ -134,6 +134,10 @@ def _plain(value):
     return value.view(np.ndarray) if isinstance(value, SymbolArray) else value
 
 
+def _objects(value):
+    return np.asarray(_plain(value), dtype=object)
+
+
 def _wrapped(result):
     if isinstance(result, np.ndarray) and result.dtype == object:
         return result.view(SymbolArray) if result.ndim else result.item()
@@ -142,15 +146,15 @@ def _wrapped(result):
 
 def _call_ufunc(ufunc, method, inputs, options):
     target = options.pop("out", (None,))[0]
-    inputs = [_plain(value) for value in inputs]
     if ufunc is np.matmul:
-        result = ufunc(*(np.asarray(value, dtype=object) for value in inputs))
+        result = ufunc(*map(_objects, inputs))
     elif ufunc in _ELEMENTWISE:
         if isinstance(options.get("where", True), np.ndarray):
             raise TraceError(f"np.{ufunc.__name__}(where=...) cannot be traced; use np.where")
         kept = {key: options[key] for key in ("axis", "keepdims") if key in options}
-        inputs = [np.asarray(value, dtype=object) for value in inputs[:1]] + inputs[1:]
-        result = getattr(_ELEMENTWISE[ufunc], method)(*inputs, **kept)
+        operands = [_objects(inputs[0]), *inputs[1:]] if method != "__call__" else map(
+            _objects, inputs)
+        result = getattr(_ELEMENTWISE[ufunc], method)(*operands, **kept)
     else:
         known = sorted(known.__name__ for known in _ELEMENTWISE)
         raise TraceError(f"np.{ufunc.__name__} cannot be traced on a signal; "
@@ -185,17 +189,17 @@ def _where(condition, *branches):
     if len(branches) != 2:
         raise TraceError("np.where(condition) gives indices, which a signal cannot; "
                          "use np.where(condition, a, b)")
-    return _WHERE(_plain(condition), *(_plain(branch) for branch in branches))
+    return _WHERE(*map(_objects, (condition, *branches)))
 
 
 def _clip_function(a, a_min=None, a_max=None, *, min=None, max=None, **options):
     low = a_min if a_min is not None else min
     high = a_max if a_max is not None else max
-    return _CLIP(_plain(a), _plain(low), _plain(high))
+    return _CLIP(*map(_objects, (a, low, high)))
 
 
 def _round_function(a, decimals=0, out=None):
-    return _ROUND(_plain(a), decimals)
+    return _ROUND(_objects(a), decimals)
 
 
 def _interp(x, xp, fp, left=None, right=None, period=None):

@@ -8,42 +8,54 @@ from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.symbols import Symbol, topological
 
 
-def source(layout, names, title=""):
+def source(layout, names=None, title="", number=""):
     """Return the Python text of ``derivative`` and ``observe``.
 
     Parameters
     ----------
     layout : Layout
         What to compute.
-    names : dict
+    names : dict, optional
         Comment by expression, such as ``'plant.u[0]'``.
     title : str
-        First line.
+        First lines.
+    number : str
+        Function that is called on every constant; by default none.
 
     """
-    return "\n\n".join([title, _function("derivative", layout.derivatives, names),
-                        _function("observe", layout.record, names)]).lstrip()
+    used = {node.op for node in topological([*layout.derivatives, *layout.record])} & set(_LIBM)
+    header = [title] if title else []
+    imports = ", ".join("power as pow" if name == "pow" else name for name in sorted(used))
+    header += [f"from numpy import {imports}"] * bool(used and not number)
+    header += ["one, zero, inf, nan = 1.0, 0.0, float('inf'), float('nan')"] * (not number)
+    functions = [_function("derivative", layout.derivatives, names or {}, number),
+                 _function("observe", layout.record, names or {}, number)]
+    return "\n\n".join(["\n".join(header), *functions]).lstrip() + "\n"
 
 
-def _function(name, roots, names):
+def _function(name, roots, names, number):
     lines, text = [], {}
+
+    def operand(a):
+        return text[a] if isinstance(a, Symbol) else _constant(a, number)
+
     for node in topological(roots):
         if node.op == "variable":
             kind, index = node.args
             text[node] = "t" if kind == "t" else f"{kind}[{index}]"
             continue
-        operands = [text[a] if isinstance(a, Symbol) else _constant(a) for a in node.args]
+        code = OPERATIONS[node.op].python.format(*map(operand, node.args))
         text[node] = f"v{len(lines)}"
         comment = f"  # {names[node]}" if node in names else ""
-        lines.append(f"    {text[node]} = {OPERATIONS[node.op].python.format(*operands)}{comment}")
-    results = ["    return [", *(
-        f"        {text[root] if isinstance(root, Symbol) else _constant(root)},"
-        for root in roots), "    ]"]
+        lines.append(f"    {text[node]} = {code}{comment}")
+    results = ["    return [", *(f"        {operand(root)}," for root in roots), "    ]"]
     return "\n".join([f"def {name}(t, x, u, p):", *lines, *results])
 
 
-def _constant(value):
-    return f"number({value!r})" if math.isfinite(value) else f"number('{value!r}')"
+def _constant(value, number):
+    if not math.isfinite(value):
+        return "nan" if math.isnan(value) else f"({value!r})"
+    return f"{number}({value!r})" if number or value < 0 else repr(value)
 
 
 class PythonEngine:
@@ -64,23 +76,23 @@ class PythonEngine:
     cached = False
 
     def __init__(self, layout, method):
-        text = source(layout, {})
         self.method = method
-        self._plain, self._careful = _PLAIN | {}, _CAREFUL | {}
-        exec(compile(text.replace("number(", "("), "<program>", "exec"), self._plain)
-        exec(compile(text, "<program>", "exec"), self._careful)
+        self._plain, self._careful = {}, _CAREFUL | {}
+        exec(compile(source(layout), "<program>", "exec"), self._plain)
+        self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
+        exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)
 
     def derivative(self, t, x, u, p):
         """Return the derivatives of the states."""
-        return np.array(self._call("derivative", t, list(x), list(u), list(p)), dtype=float)
+        return self._at_point("derivative", t, x, u, p)
 
     def observe(self, t, x, u, p):
         """Return the record."""
-        return np.array(self._call("observe", t, list(x), list(u), list(p)), dtype=float)
+        return self._at_point("observe", t, x, u, p)
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
         """Take n steps in place; rows of `log` are filled every so many steps."""
-        state, p, row = x.tolist(), list(p), 0
+        state, p, row = x.tolist(), p.tolist(), 0
         for s in range(n):
             t, u = t0 + (first + s) * h, inputs[s].tolist()
             if (first + s) % every == 0:
@@ -89,6 +101,10 @@ class PythonEngine:
                 row += 1
             state = self._step(t, h, state, u, p)
         x[:] = state
+
+    def _at_point(self, name, t, *vectors):
+        return np.array(self._call(name, float(t), *(np.asarray(value, float).tolist()
+                                                     for value in vectors)), dtype=float)
 
     def _step(self, t, h, x, u, p):
         k = []
@@ -99,7 +115,7 @@ class PythonEngine:
     def _call(self, name, t, x, u, p):
         try:
             return self._plain[name](t, x, u, p)
-        except (ArithmeticError, ValueError, TypeError):
+        except (ArithmeticError, ValueError):
             with np.errstate(all="ignore"):
                 return [float(value) for value in self._careful[name](
                     np.float64(t), np.array(x), np.array(u), np.array(p))]
@@ -117,12 +133,17 @@ def _rounding(function):
     return lambda a: math.copysign(float(function(a)), a)
 
 
+def _power(a, b):
+    return np.power(np.array([a]), np.array([b]))[0]  # a scalar power 0.5 would be a root
+
+
 _LIBM = [name for name, operation in OPERATIONS.items()
          if operation.python.startswith(f"{name}(")]
 _MATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
          "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh"}
 _PLAIN = {name: getattr(math, _MATH.get(name, name), None) for name in _LIBM}
 _PLAIN |= {name: _rounding(getattr(math, name)) for name in ("floor", "ceil", "trunc")}
-_PLAIN |= {"rint": _rounding(round), "abs": abs, "one": 1.0, "zero": 0.0, "cbrt": math.cbrt}
+_PLAIN |= {"rint": _rounding(round), "abs": abs, "cbrt": math.cbrt}
 _CAREFUL = {name: OPERATIONS[name].numpy for name in _LIBM}
-_CAREFUL |= {"number": np.float64, "one": np.float64(1.0), "zero": np.float64(0.0)}
+_CAREFUL |= {"pow": _power, "number": np.float64, "one": np.float64(1.0),
+             "zero": np.float64(0.0), "inf": np.float64("inf"), "nan": np.float64("nan")}

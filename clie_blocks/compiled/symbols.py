@@ -214,7 +214,8 @@ def _simpler_pow(a, b):
         return 1.0
     if not isinstance(b, Symbol) and b in (1.0, 2.0, 3.0, 4.0):
         square = apply("mul", a, a)
-        return {1.0: a, 2.0: square}.get(b) or apply("mul", square, a if b == 3.0 else square)
+        return {1.0: a, 2.0: square, 3.0: apply("mul", square, a),
+                4.0: apply("mul", square, square)}[b]
     return apply("div", 1.0, a) if _is(b, -1.0) else apply("sqrt", a) if _is(b, 0.5) else None
 
 
@@ -286,7 +287,9 @@ def round_to(a, decimals=0):
 
 def floor_divide(a, b):
     """Quotient rounded down, as ``np.floor_divide``."""
-    return F.floor(F.div(F.sub(a, mod(a, b)), b))
+    quotient = F.div(F.sub(a, mod(a, b)), b)
+    down = F.floor(quotient)
+    return F.where(F.gt(F.sub(quotient, down), 0.5), F.add(down, 1.0), down)
 
 
 for _name, _op in (("add", "add"), ("sub", "sub"), ("mul", "mul"), ("truediv", "div"),
