@@ -98,6 +98,15 @@ def inertial_joints(inertia, damping, load, *, name="plant"):
 def held_joint_step(q, dq, u, a, b, d, period):
     """State of eq. (9) one period later, with u held: exact, and finite for ``a = 0``.
 
+    Parameters
+    ----------
+    q, dq, u : array_like, shape (n,)
+        Position [rad], velocity [rad/s] and held input [N m].
+    a, b, d : array_like, shape (n,)
+        Coefficients of eq. (9).
+    period : float
+        Sample time [s].
+
     Returns
     -------
     q, dq : ndarray, shape (n,)

@@ -117,7 +117,8 @@ def signal(response, name):
     groups = ports(response.output_labels)
     if name not in groups:
         raise DiagramError(f"the response has no output {name!r}; {nearest(name, groups)}")
-    return response.outputs.reshape(len(response.output_labels), -1)[groups[name]]
+    rows = np.asarray(response.outputs).reshape(len(response.output_labels), -1)
+    return rows[groups[name]]
 
 
 class Diagram(ct.InterconnectedSystem):

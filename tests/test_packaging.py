@@ -1,0 +1,47 @@
+"""The built wheel and sdist hold what an installed package needs, and nothing at the top level."""
+
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run([sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder)],
+                   cwd=ROOT, check=True, capture_output=True)
+    return folder
+
+
+@pytest.mark.slow
+def test_wheel_and_sdist_hold_the_three_folders(built):
+    names = zipfile.ZipFile(next(built.glob("*.whl"))).namelist()
+    for expected in ("clie_blocks/joints.py", "clie_blocks/diagrams/clie_loop.py",
+                     "clie_blocks/analysis/cli.py"):
+        assert expected in names
+    assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"clie_blocks"}
+    sdist = tarfile.open(next(built.glob("*.tar.gz"))).getnames()
+    assert any(name.endswith("/diagrams/clie_loop.py") for name in sdist)
+    assert any(name.endswith("/LICENSE") for name in sdist)
+
+
+@pytest.mark.slow
+def test_installed_wheel_runs_outside_the_checkout(built, tmp_path):
+    site = tmp_path / "site"
+    subprocess.run([sys.executable, "-m", "pip", "install", "--no-deps", "--quiet", "--target",
+                    str(site), str(next(built.glob("*.whl")))], check=True)
+    code = ("import clie_blocks, clie_blocks.diagrams.clie_loop as loop\n"
+            f"assert clie_blocks.__file__.startswith({str(site)!r}), clie_blocks.__file__\n"
+            f"assert loop.__file__.startswith({str(site)!r}), loop.__file__\n"
+            "raise SystemExit(loop.main(['--duration', '25', '--json', '-o', 'plots']))")
+    run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True,
+                         text=True, env={"PYTHONPATH": str(site), "PATH": "/usr/bin:/bin",
+                                         "HOME": str(tmp_path)})
+    assert run.returncode == 0, run.stderr
+    assert (tmp_path / "plots" / "case_1_estimates.png").exists()

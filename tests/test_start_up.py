@@ -1,0 +1,93 @@
+"""What a user meets first: a fast import, a fast help, errors in words and their exit codes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from clie_blocks.analysis import cli
+from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError, nearest
+from clie_blocks.output import guarded, save_figure, to_json, write
+
+
+def modules_after(code):
+    """Names of the modules that a fresh interpreter holds after running some code."""
+    run = subprocess.run([sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"],
+                         capture_output=True, text=True, check=True)
+    return set(run.stdout.split())
+
+
+def test_import_is_lazy():
+    assert not {"numpy", "control", "scipy"} & modules_after("import clie_blocks")
+
+
+def test_help_imports_nothing_heavy():
+    loaded = modules_after("from clie_blocks.analysis import cli\ncli.main(['--help'])")
+    assert not {"numpy", "control", "matplotlib", "rich"} & loaded
+
+
+def test_help_lists_every_verb(capsys):
+    assert cli.main([]) == 0
+    text = capsys.readouterr().out
+    assert all(f"  {verb} " in text for verb in cli.VERBS)
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_explains_itself(verb, capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main([verb, "--help"])
+    assert stop.value.code == 0
+    assert "usage" in capsys.readouterr().out
+
+
+def test_unknown_verb_names_the_nearest(capsys):
+    assert cli.main(["lop"]) == 2
+    assert "did you mean 'loop'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error, code", [(ClieError("x"), 2), (RecordError("x"), 3),
+                                         (NotIdentifiableError("x"), 4), (KeyboardInterrupt(), 130)])
+def test_errors_become_words_and_exit_codes(error, code, capsys):
+    def fail(argv):
+        raise error
+
+    assert guarded(fail) == code
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_nearest_lists_what_exists():
+    assert nearest("pdd", ["pd", "plant"]) == "did you mean 'pd'? known: pd, plant"
+    assert nearest("zzz", []) == "known: none"
+
+
+def test_write_is_whole_or_not_at_all(tmp_path):
+    path = write(tmp_path / "sub" / "a.txt", "old")
+    with pytest.raises(ClieError, match="cannot write"):
+        write(path / "below_a_file.txt", "new")
+    assert path.read_text() == "old"
+    assert [p.name for p in path.parent.iterdir()] == ["a.txt"]
+
+
+def test_full_disk_is_an_error_in_words():
+    with pytest.raises(ClieError, match="cannot write"):
+        write("/dev/full/x", "content")
+
+
+def test_json_has_no_nan():
+    import numpy as np
+
+    text = to_json({"a": np.array([1.0, np.nan]), "b": float("inf"), "c": np.float64(2.0)})
+    assert "NaN" not in text and "Infinity" not in text and "null" in text
+
+
+def test_same_figure_same_svg_bytes(tmp_path):
+    from matplotlib.figure import Figure
+
+    def figure():
+        drawn = Figure()
+        drawn.subplots().plot([0, 1], [1, 0])
+        return drawn
+
+    paths = [save_figure(figure(), tmp_path / str(k), "f", ("svg",))[0] for k in range(2)]
+    assert Path(paths[0]).read_bytes() == Path(paths[1]).read_bytes()
