@@ -8,7 +8,8 @@ _HOME = {
     "read_records": "read",
     "read_trial": "read",
     "write_record": "write",
-    "resample": "resample",
+    "align": "resampling",
+    "resample": "resampling",
 }
 
 __all__ = list(_HOME)

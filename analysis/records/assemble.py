@@ -78,6 +78,8 @@ def _scales(table, layout, robot):
             notes.append(f"Converted {signal} from {given} to {found[0][1]}.")
         elif not given and any(note.startswith(f"Read {signal} ") for note in layout.decisions):
             notes.append(f"No unit is stated for {signal}; took {DEFAULT_UNITS[signal]}.")
+    if layout.mask is not None:
+        factors.append(1.0)
     return factors, units, notes
 
 
@@ -95,6 +97,8 @@ def _signals(layout, packed):
     if set(empty) & set(MASKED_BY):
         valid = np.all([np.isfinite(value).all(axis=1) for signal, value in signals.items()
                         if signal in MASKED_BY], axis=0)
+    if layout.mask is not None:
+        valid = valid & (packed.values[:, -1] != 0) & np.isfinite(packed.values[:, -1])
     return signals, valid, [f"Left out {signal}: it is empty for at least one joint."
                             for signal in empty]
 

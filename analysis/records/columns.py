@@ -72,10 +72,12 @@ class Layout:
     units: dict
     joints: tuple
     decisions: tuple
+    mask: int | None = None
 
     def order(self):
-        """Indices to read: the time, then each signal's columns side by side."""
-        return [self.time, *(index for found in self.columns.values() for index in found)]
+        """Indices to read: the time, then each signal's columns side by side, then the mask."""
+        wanted = [self.time, *(index for found in self.columns.values() for index in found)]
+        return wanted if self.mask is None else [*wanted, self.mask]
 
 
 def find_columns(names, source, given=None, joints=()):
@@ -124,7 +126,8 @@ def find_columns(names, source, given=None, joints=()):
     if not _plain("time", names, [time.columns[""]]):
         notes.append(_note("time", [names[time.columns[""]]]))
     return Layout(time.columns[""], columns, _units(names, time.columns[""], columns),
-                  _joint_names(tokens, joints, notes), tuple(notes))
+                  _joint_names(tokens, joints, notes), tuple(notes),
+                  list(names).index("valid") if "valid" in names else None)
 
 
 @dataclasses.dataclass

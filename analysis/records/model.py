@@ -161,6 +161,20 @@ class Record:
         raise RecordError(f"{self.source or 'record'} has no joint {which!r}; "
                           f"{nearest(which, self.joints)}")
 
+    def of_robot(self, robot):
+        """Return the record with its robot, joints in the robot's order."""
+        named = robot.joints != tuple(f"joint{k + 1}" for k in range(robot.n))
+        if not named or self.joints == robot.joints:
+            return self.replace(robot=robot)
+        if set(self.joints) != set(robot.joints):
+            strange = sorted(set(self.joints) - set(robot.joints)) or self.joints
+            self._fail(f"has a joint {strange[0]!r} that its robot has not; "
+                       f"{nearest(strange[0], robot.joints)}")
+        order = [self.joints.index(name) for name in robot.joints]
+        changes = {name: getattr(self, name)[:, order] for name in self.signals}
+        units = {name: tuple(self.units[name][k] for k in order) for name in SIGNALS}
+        return self.replace(joints=robot.joints, robot=robot, units=units, **changes)
+
     def _put(self, name, value):
         object.__setattr__(self, name, value)
 

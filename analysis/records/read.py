@@ -5,7 +5,7 @@ from pathlib import Path
 
 from clie_blocks.analysis.records.assemble import assemble
 from clie_blocks.analysis.records.readers.formats import reader, recognise
-from clie_blocks.analysis.records.readers.options import Options
+from clie_blocks.analysis.records.readers.options import Options, foreign
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.errors import RecordError
@@ -85,10 +85,12 @@ def read_records(path, robot=None, *, columns=None, time_unit=None, topic=None,
             robot = _robot(robot, path / "robot.toml")
             return [record for log in logs for record in read_records(
                 log, robot, columns=columns, time_unit=time_unit)]
-    module = reader(recognise(path))
+    name = recognise(path)
+    module = reader(name)
     robot, notes = _robot_of(robot, path)
     options = Options(robot, columns, time_unit, topic, command_topic)
-    return [_finished(log, options, notes) for log in module.read(path, options)]
+    with foreign(path, f"a log of the format {name}"):
+        return [_finished(log, options, notes) for log in module.read(path, options)]
 
 
 def read_trial(folder):
@@ -145,5 +147,5 @@ def _finished(log, options, notes):
     if hasattr(log, "blocks"):
         log = assemble(log, options.robot, options.columns, options.time_unit)
     elif options.robot is not None:
-        log = log.replace(robot=options.robot)
+        log = log.of_robot(options.robot)
     return log.noted(*notes) if notes else log

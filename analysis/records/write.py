@@ -15,8 +15,8 @@ def write_record(record, path):
     """Write a record as CSV; `read_record` gives the same arrays back, bit for bit.
 
     Joints without names of their own are numbered, ``q1``; others are named, ``q_elbow``.  Units
-    other than the canonical ones stand in the header, ``q1[m]``.  Masked samples are written as
-    empty cells, so that they stay masked.
+    other than the canonical ones stand in the header, ``q1[m]``.  Missing values are empty cells;
+    a column ``valid`` follows where samples are masked.
 
     Parameters
     ----------
@@ -49,11 +49,14 @@ def write_record(record, path):
 
 
 def _text(record):
-    numbers = np.column_stack([record.time, *(getattr(record, name) for name in record.signals)])
-    lines = [",".join(_header(record))]
-    for row, good in zip(numbers.tolist(), record.valid.tolist()):
-        cells = [repr(value) if value == value else "" for value in row]
-        lines.append(",".join(cells if good else [cells[0], "", *cells[2:]]))
+    columns = [record.time, *(getattr(record, name) for name in record.signals)]
+    header = _header(record)
+    if not record.valid.all():
+        columns.append(record.valid)
+        header.append("valid")
+    lines = [",".join(header)]
+    for row in np.column_stack(columns).tolist():
+        lines.append(",".join([repr(value) if value == value else "" for value in row]))
     return "\n".join(lines) + "\n"
 
 

@@ -6,7 +6,7 @@ from clie_blocks.analysis.records.clock import repeated, segments
 from clie_blocks.analysis.records.model import Record, frozen
 from clie_blocks.analysis.records.readers import sandbox
 from clie_blocks.analysis.records.readers.options import foreign, need
-from clie_blocks.analysis.records.readers.sage import held
+from clie_blocks.analysis.records.resampling import held
 from clie_blocks.errors import RecordError, nearest
 
 STATES = "sensor_msgs/msg/JointState"
@@ -26,7 +26,7 @@ def read(path, options):
     need("rosbags.highlevel", "reading ROS 2 bags", "ros", "rosbags")
     arrays, found = sandbox.run("bag.load", path, topic=options.topic,
                                 command_topic=options.command_topic)
-    return [_record(arrays, found, options, str(path))]
+    return [_record(arrays, found, str(path))]
 
 
 def load(path, topic, command_topic):
@@ -146,7 +146,7 @@ def _command(message, kind, names):
     return None
 
 
-def _record(arrays, found, options, path):
+def _record(arrays, found, path):
     time = arrays["time"]
     ranges, notes = segments(time)
     twins, twin_notes = repeated(time)
@@ -160,13 +160,9 @@ def _record(arrays, found, options, path):
         valid &= np.isfinite(value).all(axis=1)
         notes.append(f"{found['command']} is the command on {found['command_topic']}, held from "
                      f"its time to the next; {early} states come before the first command.")
-    return Record(time=time, q=arrays["q"], **signals, valid=valid, joints=_order(found, options),
+    return Record(time=time, q=arrays["q"], **signals, valid=valid, joints=found["names"],
                   source=f"{path} {found['topic']}", segments=ranges,
                   decisions=(*_remarks(found), *notes, *twin_notes))
-
-
-def _order(found, options):
-    return tuple(found["names"])
 
 
 def _remarks(found):

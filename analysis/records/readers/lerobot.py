@@ -22,8 +22,8 @@ COLUMNS = (STATE, ACTION, "timestamp", "episode_index")
 def read(path, options):
     """Return one record per episode of a LeRobot folder.
 
-    The unit of positions is not in the data set: state it in `robot.toml` ([units] q = "deg"), else
-    it is taken from the range of the values.
+    The unit of positions is not in the data set: state it in `robot.toml` ([units] q = "deg"),
+    else it is taken from the range of the values.
 
     """
     need("pyarrow.parquet", "reading LeRobot data sets", "parquet", "pyarrow")
@@ -34,6 +34,8 @@ def read(path, options):
         raise RecordError(f"{path} has no data/chunk-*/*.parquet; was the data set downloaded "
                           "without its data?")
     episodes = _episodes(files, len(names))
+    if not episodes:
+        raise RecordError(f"{path} has no frames")
     unit, note = _unit(episodes, options)
     return [_record(number, *parts, names, unit, note, path)
             for number, parts in sorted(episodes.items())]
@@ -77,7 +79,8 @@ def _unit(episodes, options):
     stated = options.robot.units.get("q") if options.robot else None
     if stated:
         return stated, f"Positions are in {stated}, as robot.toml says."
-    largest = max(float(np.nanmax(np.abs(state))) for _, state, _ in episodes.values())
+    largest = max(float(np.abs(state[np.isfinite(state)]).max(initial=0))
+                  for _, state, _ in episodes.values())
     if largest <= 2 * math.pi:
         return "rad", (f"No position exceeds {largest:.3g}: took them to be in rad; if not, state "
                        "[units] q in robot.toml.")

@@ -12,6 +12,7 @@ import numpy as np
 from clie_blocks.analysis.records.assemble import assemble
 from clie_blocks.analysis.records.model import frozen
 from clie_blocks.analysis.records.readers import csv_text
+from clie_blocks.analysis.records.resampling import held
 from clie_blocks.errors import RecordError
 
 MAP = {"time": "timestamp", "q": "positions[{k}]"}
@@ -64,26 +65,6 @@ def _with_goal(record, control, path):
         notes.append(f"The first {early} states have no goal yet and are masked.")
     valid = record.valid & np.isfinite(goal).all(axis=1)
     return record.replace(qd=frozen(goal), valid=valid).noted(*notes)
-
-
-def held(stamps, values, at):
-    """Return the last value at or before each time, and how many times have none.
-
-    Parameters
-    ----------
-    stamps : ndarray, shape (m,)
-        When each value took effect.
-    values : ndarray, shape (m, n)
-        The values.
-    at : ndarray, shape (N,)
-        Times asked for.
-
-    """
-    order = np.argsort(stamps, kind="stable")
-    index = np.searchsorted(stamps[order], at, side="right") - 1
-    found = values[order][np.maximum(index, 0)].astype(float)
-    found[index < 0] = np.nan
-    return found, int(np.count_nonzero(index < 0))
 
 
 def _joint_names(path, n):
