@@ -7,16 +7,18 @@ from clie_blocks.effects.chain import absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
 
 
-def coupling_terms(q, dq, moment):
-    """Inertia [kg m^2] and Coriolis torque [N m] of neighbouring links, motor side.
+def coupling_terms(q, dq, moment, turning):
+    """Inertia [kg m^2] and Coriolis torque [N m] that couple links, motor side.
 
-    From the energy ``sum_k moment_k cos(q_k) w_(k-1) w_k`` with the absolute rates w.
+    From the energy ``sum_k moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2 / 2`` with the absolute
+    rates w, less the part of `turning` that each joint feels alone: that is in its own inertia.
     """
     n = q.shape[-1]
     before = np.eye(n, k=1)  # x @ before moves each entry to the next joint
-    chain = np.tril(np.ones((n, n)))
+    chain, alone = np.tril(np.ones((n, n))), np.eye(n)
     pair = (moment * np.cos(q))[..., :, None] * before.T
-    inertia = chain.T @ (pair + np.swapaxes(pair, -1, -2)) @ chain
+    shared = (1.0 - alone) * (chain.T @ (turning[:, None] * chain))
+    inertia = chain.T @ (pair + np.swapaxes(pair, -1, -2)) @ chain + shared
     lever, square = moment * np.sin(q), absolute(dq) ** 2
     return inertia, onto_joints(lever * (square @ before) - (lever * square) @ before.T)
 
@@ -26,10 +28,14 @@ COUPLING = Effect(
     build=Static(coupling_terms, inputs=("q", "dq"), outputs=("inertia", "tau")),
     parameters=(
         Parameter("moment", "kg m^2", -10.0, 10.0, 0.05, 0.0,
-                  "m l c / r of a link (mass, length of the link before, distance of its centre "
-                  "of mass) over the gear ratio; that of the first joint does nothing"),
+                  "m l c / r of a link: its mass, the length of the link before, the distance of "
+                  "its centre of mass, the gear ratio; that of the first joint does nothing"),
+        Parameter("turning", "kg m^2", 0.0, 10.0, 0.0, 0.0,
+                  "inertia of a link and all beyond about its joint, over the gear ratio, as the "
+                  "joints before feel it; that of the first joint does nothing"),
     ),
-    equation="T = sum over k of moment_k cos(q_k) w_(k-1) w_k, w_k = dq_0 + ... + dq_k",
+    equation="T = sum over k of moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2/2, "
+             "w_k = dq_0 + ... + dq_k",
     reference="paper, section 5, matrices M and C; M. W. Spong, S. Hutchinson, M. Vidyasagar, "
               "Robot Modeling and Control, chapter 7",
     signature="An error only while other joints move, with their acceleration and the square of "

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.effect import FAMILIES, PORTS, SIMULATORS, SYMMETRIES
@@ -136,6 +137,14 @@ def test_typical_effect_changes_the_loop(effect):
         changes += [affected.dynamics(t, x, u)[columns] - plain.dynamics(t, x[columns], u),
                     affected.output(t, x, u) - plain.output(t, x[columns], u)]
     assert max(np.max(np.abs(change)) for change in changes) > 1e-6
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_compiled_is_interpreted(effect):
+    """The compiler compares the program with the diagram at random points, or raises."""
+    program = compile_diagram(loop_with(effect.typical()))
+    response = program.run(0.05, 1e-3, inputs={"q_d": [0.3, -0.2], "pe": [0.1, 0.1]})
+    assert np.all(np.isfinite(response.outputs)) and np.any(response.outputs != 0)
 
 
 def motion(duration=4.0, step=2e-3, seed=0, n=N):

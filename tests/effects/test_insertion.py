@@ -1,0 +1,138 @@
+"""Insertion: same ports, defined order, the whole family of errors."""
+
+import numpy as np
+import pytest
+from effect_runs import run_loop
+
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.effects.body import plant_with_inertia
+from clie_blocks.effects.rewiring import controller_of, with_blocks
+from clie_blocks.errors import ClieError
+from clie_blocks.joints import decoupled_joints, inertial_joints
+from clie_blocks.manipulator import two_link_arm
+from clie_blocks.signals import DiagramError
+
+
+def joints():
+    return decoupled_joints([2.0, 2.4], [0.5, 0.6], [0.1, -0.2])
+
+
+def arm():
+    return two_link_arm([1.5, 0.8], [0.6, 0.5], [50, 50], [4e-4, 3e-4], [1e-3, 2e-3])
+
+
+def points(system, count=10):
+    rng = np.random.default_rng(2)
+    return [(rng.random(), rng.normal(size=system.nstates), rng.normal(size=system.ninputs))
+            for _ in range(count)]
+
+
+def test_no_effects_leave_the_plant_as_it_is():
+    plant = joints()
+    assert with_effects(plant, []) is plant
+
+
+def test_loads_are_subtracted_from_the_torque():
+    plant = joints()
+    affected = with_effects(plant, [LIBRARY["spring"](stiffness=0.4, hardening=0.0),
+                                    LIBRARY["viscous"](extra=0.3)])
+    for t, x, u in points(plant):
+        torque = u - 0.4 * x[:2] - 0.3 * x[2:]
+        np.testing.assert_allclose(affected.dynamics(t, x, u), plant.dynamics(t, x, torque),
+                                   rtol=1e-13)
+
+
+def test_a_plant_keeps_its_ports_and_its_parameters():
+    plant = joints()
+    affected = with_effects(plant, [LIBRARY["coulomb"](level=[0.2, 0.0])])
+    assert affected.input_labels == plant.input_labels
+    assert affected.output_labels == plant.output_labels
+    assert {"plant.a", "coulomb.level", "coulomb.width"} <= set(affected.params)
+    x, u = np.array([0, 0, 0.5, 0.5]), np.zeros(2)
+    off = affected.dynamics(0, x, u, params={"coulomb.level": np.zeros(2)})
+    np.testing.assert_array_equal(off, plant.dynamics(0, x, u))
+
+
+def test_effects_reach_the_plant_inside_a_loop():
+    effects = [LIBRARY["coulomb"](level=0.2), LIBRARY["torque_gain"](error=0.1)]
+    outside = joint_loop(with_effects(joints(), effects), [10, 10], [5, 5])
+    inside = with_effects(joint_loop(joints(), [10, 10], [5, 5]), effects)
+    for t, x, u in points(outside):
+        np.testing.assert_array_equal(outside.dynamics(t, x, u), inside.dynamics(t, x, u))
+        np.testing.assert_array_equal(outside.output(t, x, u), inside.output(t, x, u))
+
+
+def test_one_joint_alone_can_have_the_effect():
+    plant = joints()
+    affected = with_effects(plant, [LIBRARY["coulomb"](level=0.2, joints=[1])])
+    change = affected.dynamics(0, [0, 0, 1.0, 1.0], [0, 0]) - plant.dynamics(
+        0, [0, 0, 1.0, 1.0], [0, 0])
+    np.testing.assert_allclose(change, [0, 0, 0, -0.2 * 0.6])
+
+
+def test_the_same_effect_twice_needs_two_names():
+    twice = [LIBRARY["periodic_disturbance"](amplitude=0.1, frequency=1.0),
+             LIBRARY["periodic_disturbance"](amplitude=0.2, frequency=3.0, name="fan")]
+    plant = with_effects(joints(), twice)
+    torque = 0.1 * np.sin(0.5 * np.pi) + 0.2 * np.sin(1.5 * np.pi)
+    np.testing.assert_allclose(plant.dynamics(0.25, np.zeros(4), np.zeros(2))[2:],
+                               -torque * np.array([0.5, 0.6]) - [0.1, -0.2])
+    with pytest.raises(DiagramError, match="two effects are called 'coulomb'.*name="):
+        with_effects(joints(), [LIBRARY["coulomb"](level=1)] * 2)
+
+
+@pytest.mark.parametrize("plant", [joints(), arm(), inertial_joints([2, 1.5], [4, 3], [0, 0])],
+                         ids=["normalised", "arm", "physical"])
+def test_no_extra_inertia_is_bitwise_the_plant(plant):
+    heavier = plant_with_inertia(plant)
+    for t, x, u in points(plant):
+        np.testing.assert_array_equal(heavier.dynamics(t, x, np.concatenate((u, np.zeros(4)))),
+                                      plant.dynamics(t, x, u))
+
+
+def test_extra_inertia_on_the_full_arm_is_that_of_its_rotors():
+    heavier = two_link_arm([1.5, 0.8], [0.6, 0.5], [50, 50], [6e-4, 3e-4], [1e-3, 2e-3])
+    affected = with_effects(arm(), [LIBRARY["inertia"](extra=[50 * 2e-4, 0.0])])
+    for t, x, u in points(heavier):
+        np.testing.assert_allclose(affected.dynamics(t, x, u), heavier.dynamics(t, x, u),
+                                   rtol=1e-9, atol=1e-9)
+
+
+def test_rewiring_a_diagram_with_its_own_blocks_changes_nothing():
+    loop = joint_loop(joints(), [10, 10], [5, 5])
+    again = with_blocks(loop, {"plant": joints()})
+    assert controller_of(loop, "plant") == "pd"
+    for t, x, u in points(loop):
+        np.testing.assert_array_equal(loop.dynamics(t, x, u), again.dynamics(t, x, u))
+        np.testing.assert_array_equal(loop.output(t, x, u), again.output(t, x, u))
+
+
+def test_effects_change_the_response_of_the_loop():
+    plain = decoupled_joints([2.0], [0.5], [0.0])
+    moved = run_loop(with_effects(plain, [LIBRARY["coulomb"](level=0.3)]), 1.0, 4.0)
+    free = run_loop(plain, 1.0, 4.0)
+    assert 0.3 / 10 * 0.5 < abs(moved.outputs[0][-1] - free.outputs[0][-1]) <= 0.3 / 10
+
+
+@pytest.mark.parametrize(("call", "text"), [
+    (lambda: LIBRARY["culomb"], "no effect is called 'culomb'; did you mean 'coulomb'"),
+    (lambda: LIBRARY["coulomb"](lvl=1.0), "no parameter 'lvl'; did you mean 'level'"),
+    (lambda: LIBRARY["coulomb"](level=-1.0), r"level .* must lie within \[0, 100\] N m"),
+    (lambda: LIBRARY["coulomb"](width=1e-3), "without a value for level it changes nothing"),
+    (lambda: LIBRARY["coulomb"](level=1, joints=-1), "joints must be whole numbers from 0"),
+    (lambda: LIBRARY["payload"](mass=1, joints=0), "acts on the robot as a whole"),
+    (lambda: with_effects(joints(), [LIBRARY["coulomb"](level=1, joints=2)]),
+     "the plant has 2; joints count from 0"),
+    (lambda: with_effects(joints(), [LIBRARY["coulomb"](level=[1, 1, 1])]),
+     "needs 2 numbers, one per joint"),
+    (lambda: with_effects(joints(), ["coulomb"]), r"write LIBRARY\['coulomb'\]\(level=0.3\)"),
+    (lambda: with_effects(joints(), [LIBRARY["coulomb"]]), "not an effect with its numbers"),
+    (lambda: with_effects(joint_loop(joints(), [1, 1], [1, 1]), [LIBRARY["coulomb"](level=1)],
+                          plant="robot"), "no block 'robot'"),
+    (lambda: with_effects(with_effects(joints(), [LIBRARY["coulomb"](level=1)]),
+                          [LIBRARY["inertia"](extra=1)]), "in one call of with_effects"),
+])
+def test_mistakes_are_told_with_their_remedy(call, text):
+    with pytest.raises(ClieError, match=text):
+        call()
