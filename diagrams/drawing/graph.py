@@ -1,0 +1,228 @@
+"""Blocks and wires of a diagram, with vector signals merged and sums made visible."""
+
+from dataclasses import dataclass, field
+
+import control as ct
+import numpy as np
+
+from clie_blocks.diagrams.drawing.icons import Icon, icon_of
+from clie_blocks.signals import ports
+
+
+@dataclass(frozen=True)
+class Block:
+    """A thing that is drawn: a block, a sum, a gain, a nested diagram or a terminal."""
+
+    key: str
+    name: str
+    kind: str  # 'block', 'sum', 'gain', 'diagram', 'input' or 'output'
+    inputs: tuple = ()
+    outputs: tuple = ()
+    icon: Icon | None = None
+    signs: tuple = ()
+    inner: "Graph | None" = None
+
+
+@dataclass(frozen=True)
+class Wire:
+    """One connection from an output port to an input port, `width` signals wide."""
+
+    source: tuple
+    target: tuple
+    width: int
+
+
+@dataclass
+class Graph:
+    """A diagram as blocks by key, in the order in which they were listed, and wires."""
+
+    name: str
+    blocks: dict = field(default_factory=dict)
+    wires: list = field(default_factory=list)
+
+
+def read_graph(diagram, expand=False, path=""):
+    """Read a diagram into blocks and wires.
+
+    Parameters
+    ----------
+    diagram : control.InterconnectedSystem
+        The diagram.
+    expand : bool or collection of str
+        Whether nested diagrams are opened, or the keys (``'plant'``, ``'plant/motor'``) of those
+        that are.
+    path : str
+        Key prefix of a nested diagram.
+
+    Returns
+    -------
+    Graph
+        A port with several sources gets a sum, a factor other than one a gain, as the picture
+        must show them.
+
+    """
+    ends = _Ends(diagram)
+    split = _split_ports(ends)
+    graph = Graph(diagram.name)
+    for label in ends.names(None, "in", split):
+        _add(graph, Block(f"{path}>{label}", label, "input", outputs=(label,)))
+    for k, system in enumerate(diagram.syslist):
+        _add(graph, _block(system, ends.names(k, "in", split), ends.names(k, "out", split),
+                           path, expand))
+    for label in ends.names(None, "out", split):
+        _add(graph, Block(f"{path}{label}>", label, "output", inputs=(label,)))
+    for (owner, port), sources in _bundles(ends, split).items():
+        target = _key(diagram, path, owner, port, "out"), port
+        _connect(graph, target, [
+            ((_key(diagram, path, *source, "in"), source[1]), gain, len(pairs))
+            for (source, gain), pairs in sources.items()])
+    return graph
+
+
+class _Ends:
+    """All signals of a diagram as (owner, side, port name, index), and the terms that join them.
+
+    The owner is the position of the block; None stands for the diagram's own terminals.
+    """
+
+    def __init__(self, diagram):
+        blocks = list(enumerate(diagram.syslist))
+        self.labels = {(k, "in"): list(s.input_labels) for k, s in blocks}
+        self.labels |= {(k, "out"): list(s.output_labels) for k, s in blocks}
+        self.labels |= {(None, "in"): list(diagram.input_labels),
+                        (None, "out"): list(diagram.output_labels)}
+        inputs = self._rows([(k, "in") for k, _ in blocks])
+        outputs = self._rows([(k, "out") for k, _ in blocks])
+        self.terms = {row: [] for row in inputs}
+        for i, j in zip(*np.nonzero(diagram.connect_map)):
+            self.terms[inputs[i]].append((outputs[j], diagram.connect_map[i, j]))
+        sources = self._rows([(None, "in")])
+        for i, j in zip(*np.nonzero(diagram.input_map)):
+            self.terms[inputs[i]].append((sources[j], diagram.input_map[i, j]))
+        seen = outputs + inputs  # a diagram may also show what enters a block
+        shown = self._rows([(None, "out")])
+        drivers = dict(self.terms)
+        self.terms |= {row: [] for row in shown}
+        for i, j in zip(*np.nonzero(diagram.output_map)):
+            gain = diagram.output_map[i, j]
+            found = [(seen[j], 1.0)] if j < len(outputs) else drivers[seen[j]]
+            self.terms[shown[i]] += [(source, gain * factor) for source, factor in found]
+
+    def _rows(self, groups):
+        return [(owner, side, base, place) for owner, side in groups
+                for base, place in _numbered(self.labels[owner, side])]
+
+    def names(self, owner, side, split):
+        """Port names of one side, a split vector as its elements."""
+        labels = self.labels[owner, side]
+        return tuple(dict.fromkeys(
+            label if (owner, side, base) in split else base
+            for label, (base, _) in zip(labels, _numbered(labels))))
+
+    def port(self, signal, split):
+        """Port that carries a signal, and the place of the signal in it."""
+        owner, side, base, place = signal
+        if (owner, side, base) not in split:
+            return base, place
+        labels = self.labels[owner, side]
+        return labels[ports(labels)[base][place]], 0
+
+    def size(self, owner, side, base):
+        return len(ports(self.labels[owner, side])[base])
+
+
+def _numbered(labels):
+    places = {position: (base, place) for base, positions in ports(labels).items()
+              for place, position in enumerate(positions)}
+    return [places[k] for k in range(len(labels))]
+
+
+def _split_ports(ends):
+    """Vectors that some wire carries only in part, or out of order: drawn element by element."""
+    split = set()
+    while True:
+        found = set()
+        for (owner, port), sources in _bundles(ends, split).items():
+            for ((source, source_port), _), pairs in sources.items():
+                into, out = (owner, _side(owner, "in"), port), (
+                    source, _side(source, "out"), source_port)
+                sizes = [ends.size(*end) if _is_base(ends, end, split) else 1
+                         for end in (into, out)]
+                whole = [(place, place) for place in range(max(sizes))]
+                if pairs != whole:
+                    found |= {end for end in (into, out) if _is_base(ends, end, split)}
+        if not found:
+            return split
+        split |= found
+
+
+def _side(owner, inside):
+    """Side of an end: the diagram's own inputs act as outputs and the reverse."""
+    return inside if owner is not None else {"in": "out", "out": "in"}[inside]
+
+
+def _is_base(ends, end, split):
+    owner, side, name = end
+    return end not in split and name in ports(ends.labels[owner, side])
+
+
+def _bundles(ends, split):
+    """Group the terms by port: {target: {(source, gain): [(place in target, in source)]}}."""
+    found = {}
+    for target, terms in ends.terms.items():
+        port, place = ends.port(target, split)
+        sources = found.setdefault((target[0], port), {})
+        for source, gain in terms:
+            source_port, source_place = ends.port(source, split)
+            sources.setdefault(((source[0], source_port), float(gain)), []).append(
+                (place, source_place))
+    return found
+
+
+def _key(diagram, path, owner, port, terminal):
+    if owner is not None:
+        return f"{path}{diagram.syslist[owner].name}"
+    return f"{path}>{port}" if terminal == "in" else f"{path}{port}>"
+
+
+def _block(system, inputs, outputs, path, expand):
+    key = f"{path}{system.name}"
+    common = {"key": key, "name": system.name, "inputs": inputs, "outputs": outputs}
+    if isinstance(system, ct.InterconnectedSystem):
+        opened = expand is True or (expand is not False and key in expand)
+        inner = read_graph(system, expand, f"{key}/") if opened else None
+        if inner and {block.name for block in inner.blocks.values()
+                      if block.kind in ("input", "output")} == {*inputs, *outputs}:
+            return Block(kind="diagram", inner=inner, **common)
+        return Block(kind="diagram", **common)
+    icon, signs = icon_of(system, inputs, outputs)
+    return Block(kind=icon.kind if icon and icon.kind in ("sum", "gain") else "block",
+                 icon=icon, signs=signs, **common)
+
+
+def _connect(graph, target, sources):
+    """Wire the sources to a port, through a sum or a gain where the picture needs one."""
+    name = f"{target[0]}.{target[1]}"
+    ends = []
+    for k, (source, gain, width) in enumerate(sources):
+        sign, size = np.sign(gain), abs(gain)
+        if size != 1 or (sign < 0 and len(sources) == 1):
+            factor = gain if len(sources) == 1 else size
+            block = _add(graph, Block(f"{name}*{k}", "", "gain", ("u",), ("y",),
+                                      Icon("gain", f"${factor:.4g}$")))
+            graph.wires.append(Wire(source, (block, "u"), width))
+            source, sign = (block, "y"), sign if len(sources) > 1 else 1.0
+        ends.append((source, sign, width))
+    if len(ends) > 1:
+        inputs = tuple(str(k) for k in range(len(ends)))
+        block = _add(graph, Block(f"{name}+", "", "sum", inputs, ("y",), Icon("sum", ""),
+                                  tuple("+" if sign > 0 else "\u2212" for _, sign, _ in ends)))
+        graph.wires += [Wire(source, (block, port), width)
+                        for port, (source, _, width) in zip(inputs, ends)]
+        ends = [((block, "y"), 1.0, ends[0][2])]
+    graph.wires += [Wire(source, target, width) for source, _, width in ends]
+
+
+def _add(graph, block):
+    graph.blocks[block.key] = block
+    return block.key

@@ -1,0 +1,87 @@
+"""Columns of the blocks: which wires are feedback, and how far right each block stands."""
+
+import numpy as np
+
+from clie_blocks.diagrams.drawing.placing import cheapest_order, shortest
+
+
+def columns(graph):
+    """Column of each block, left to right, with few and cheap wires that run back.
+
+    Parameters
+    ----------
+    graph : Graph
+        Blocks and wires.
+
+    Returns
+    -------
+    dict of str to int
+        Column by block key; inputs stand in the first.
+
+    """
+    place = {key: k for k, key in enumerate(_reading_order(graph))}
+    index = {key: k for k, key in enumerate(graph.blocks)}
+    pulls, gaps = [], set()
+    for wire in graph.wires:
+        a, b = wire.source[0], wire.target[0]
+        if place[a] < place[b]:
+            gaps.add((index[a], index[b], 1))
+            pulls.append((index[a], index[b], 1, _pull(graph, wire)))
+        elif a != b:
+            pulls.append((index[b], index[a], 0, 1.0))
+    inputs, outputs = _terminals(graph)
+    gaps |= {(index[a], index[b], 1) for a in inputs for b in graph.blocks if b not in inputs}
+    found = shortest(len(index), pulls, sorted(gaps))
+    column = {key: int(found[k]) for key, k in index.items()}
+    first = min([column[key] for key in graph.blocks if key not in inputs], default=1)
+    for key in inputs:
+        column[key] = first - 1
+    low = min(column.values(), default=0)
+    return {key: c - low for key, c in column.items()}
+
+
+def last_column_outputs(graph, column):
+    """Move all output terminals to one column right of everything."""
+    _, outputs = _terminals(graph)
+    last = 1 + max([c for key, c in column.items() if key not in outputs], default=0)
+    return {key: last if key in outputs else c for key, c in column.items()}
+
+
+def _terminals(graph):
+    return [[key for key, block in graph.blocks.items() if block.kind == kind]
+            for kind in ("input", "output")]
+
+
+def _reading_order(graph):
+    """Blocks from cause to effect: terminals outside, the cheapest wires turned back."""
+    inputs, outputs = _terminals(graph)
+    inner = [key for key in graph.blocks if key not in inputs and key not in outputs]
+    return [*inputs, *(inner[k] for k in cheapest_order(_turning_cost(graph, inner))), *outputs]
+
+
+def _turning_cost(graph, inner):
+    """Cost of a block before another: the wires from the second to the first run back."""
+    index = {key: k for k, key in enumerate(inner)}
+    driven = {wire.target[0] for wire in graph.wires
+              if graph.blocks[wire.source[0]].kind == "input"}
+    cost = np.zeros((len(inner), len(inner)))
+    for wire in graph.wires:
+        a, b = wire.source[0], wire.target[0]
+        if a in index and b in index and a != b:
+            price = _turning_price(graph.blocks[b], wire.target[1], driven)
+            known = cost[index[b], index[a]]
+            cost[index[b], index[a]] = min(price, known) if known else price
+    late = np.tri(len(inner), k=-1)  # a hair for every change of the listed order
+    return cost + 1e-4 * late
+
+
+def _turning_price(target, port, driven):
+    """Feedback ends in a minus of a sum, or where the outside enters too."""
+    if target.kind == "sum" and target.signs[target.inputs.index(port)] != "+":
+        return 0.4
+    return 0.6 if target.key in driven else 1.0
+
+
+def _pull(graph, wire):
+    kinds = {graph.blocks[wire.source[0]].kind, graph.blocks[wire.target[0]].kind}
+    return 0.3 if "input" in kinds else 2.0

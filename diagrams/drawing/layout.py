@@ -1,0 +1,323 @@
+"""The finished plan of a picture: boxes, wires and texts with their places, in points.
+
+Everything that `paint` draws is here, so that tests can read geometry instead of pixels.
+"""
+
+from dataclasses import dataclass, field, replace
+
+from clie_blocks.diagrams.drawing import layers, shapes
+from clie_blocks.diagrams.drawing.channels import channels_of
+from clie_blocks.diagrams.drawing.graph import Block, read_graph
+from clie_blocks.diagrams.drawing.heights import heights
+from clie_blocks.diagrams.drawing.order import Arrangement, arrange
+from clie_blocks.diagrams.drawing.routing import lanes_of, pin_heights
+from clie_blocks.diagrams.drawing.shapes import GRID
+from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
+
+LANE, LEAVE, ARRIVE, MARGIN = 12.0, 20.0, 18.0, 12.0
+
+
+@dataclass(frozen=True)
+class Box:
+    """Outline of a block: left, top, width and height, y downwards."""
+
+    block: Block
+    x: float
+    y: float
+    width: float
+    height: float
+    depth: int = 0
+
+    @property
+    def key(self):
+        return self.block.key
+
+    @property
+    def middle(self):
+        return self.x + self.width / 2, self.y + self.height / 2
+
+    @property
+    def is_frame(self):
+        return self.block.inner is not None
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text with its middle and the room it takes."""
+
+    text: str
+    x: float
+    y: float
+    width: float
+    height: float
+    size: float
+    bold: bool = False
+    owner: str = ""
+
+
+@dataclass(frozen=True)
+class Run:
+    """All wires from one output port: straight pieces that meet at their ends."""
+
+    source: tuple
+    targets: tuple
+    width: int
+    pieces: tuple
+    arrows: tuple  # (x, y, dx, dy): tip and direction
+
+
+@dataclass
+class Layout:
+    """A plan: everything by key or in painting order, inside ``[0, width] x [0, height]``."""
+
+    width: float = 0.0
+    height: float = 0.0
+    boxes: dict = field(default_factory=dict)
+    labels: list = field(default_factory=list)
+    runs: list = field(default_factory=list)
+
+
+def layout(diagram, expand=False, names=None):
+    """Plan the picture of a diagram.
+
+    Parameters
+    ----------
+    diagram : control.InterconnectedSystem
+        The diagram.
+    expand : bool or collection of str
+        Whether nested diagrams are opened, or the keys of those that are.
+    names : dict of str to str, optional
+        Names to show, by block key.
+
+    Returns
+    -------
+    Layout
+        The same for the same diagram.
+
+    """
+    return _plan(_renamed(read_graph(diagram, expand), names or {}), outside=True)
+
+
+def _renamed(graph, names):
+    for key, block in graph.blocks.items():
+        inner = _renamed(block.inner, names) if block.inner else None
+        graph.blocks[key] = replace(block, name=names.get(key, block.name), inner=inner)
+    return graph
+
+
+def _plan(graph, outside=False):
+    inside = {key: _plan(block.inner) for key, block in graph.blocks.items() if block.inner}
+    nodes = {key: shapes.node_of(block, inside.get(key)) for key, block in graph.blocks.items()}
+    column = layers.columns(graph)
+    if not outside:
+        column = layers.last_column_outputs(graph, column)
+    channels = channels_of(graph, nodes, column)
+    arrangement = Arrangement(nodes, column, channels)
+    arrange(arrangement)
+    y = heights(arrangement)
+    lanes = lanes_of(arrangement, y)
+    return _Plan(graph, arrangement, y, lanes).finish()
+
+
+class _Plan:
+    """Turns columns, heights and lanes into points."""
+
+    def __init__(self, graph, arrangement, y, lanes):
+        self.graph, self.nodes, self.channels = graph, arrangement.nodes, arrangement.channels
+        self.column, self.columns, self.lanes = arrangement.column, arrangement.columns, lanes
+        top = min((y[key] - node.above for key, node in self.nodes.items()), default=0)
+        low = max((y[key] + node.below for key, node in self.nodes.items()), default=0)
+        self.grid = {key: value - top for key, value in y.items()}
+        self.result = Layout(height=(low - top) * GRID)
+        self._widths()
+
+    def _widths(self):
+        """Left edge and width of each column, and of the first lane of each channel."""
+        self.left, self.breadth, self.first_lane = [], [], []
+        x = 0.0
+        for c, channel in enumerate(self.lanes):
+            outer = c in (0, len(self.lanes) - 1)
+            used = max(channel.values(), default=-1) + 1
+            self.first_lane.append(x + LEAVE)
+            if used or not outer:
+                x += LEAVE + ARRIVE + LANE * max(used - 1, 0)
+            if c < len(self.columns):
+                self.left.append(x)
+                self.breadth.append(max([self.nodes[key].width for key in self.columns[c]] or [0]))
+                x += self.breadth[-1]
+        self.result.width = x
+
+    def finish(self):
+        for key, node in self.nodes.items():
+            if not node.is_bend:
+                self._box(key, node)
+        for source in dict.fromkeys(wire.source for wire in self.graph.wires):
+            self._run(source)
+        return self.result
+
+    def middle(self, key):
+        c = self.column[key]
+        return self.left[c] + self.breadth[c] / 2, self.grid[key] * GRID
+
+    def _box(self, key, node):
+        (x, y), (width, height) = self.middle(key), node.body
+        box = Box(node.block, x - width / 2, y - height / 2, width, height)
+        self.result.boxes[key] = box
+        self.result.labels += labels_of(node, box)
+        if node.picture is not None:
+            self._inside(node.picture, box.x + 2 * GRID, box.y + 3 * GRID)
+
+    def _inside(self, picture, dx, dy):
+        for key, box in picture.boxes.items():
+            self.result.boxes[key] = replace(box, x=box.x + dx, y=box.y + dy,
+                                             depth=box.depth + 1)
+        self.result.labels += [replace(label, x=label.x + dx, y=label.y + dy)
+                               for label in picture.labels]
+        for run in picture.runs:
+            pieces = tuple(((a + dx, b + dy), (c + dx, d + dy)) for (a, b), (c, d) in run.pieces)
+            arrows = tuple((x + dx, y + dy, *way) for x, y, *way in run.arrows)
+            self.result.runs.append(replace(run, pieces=pieces, arrows=arrows))
+
+    def _run(self, source):
+        """Collect the pieces of one net over all channels."""
+        pieces, arrows = [], []
+        for c, nets in enumerate(self.channels):
+            if source in nets:
+                self._cross(c, source, nets[source], pieces, arrows)
+        for key, node in self.nodes.items():
+            if node.is_bend and key.startswith(f"{source[0]}|{source[1]}|"):
+                c, y = self.column[key], self.grid[key] * GRID
+                if self.breadth[c]:
+                    pieces.append(((self.left[c], y), (self.left[c] + self.breadth[c], y)))
+        wires = [wire for wire in self.graph.wires if wire.source == source]
+        run = Run(source, tuple(wire.target for wire in wires), wires[0].width,
+                  tuple(pieces), tuple(arrows))
+        self.result.runs.append(run)
+        self._width_label(run)
+
+    def _cross(self, c, source, net, pieces, arrows):
+        """Pieces of a net in one channel: a stub for each pin and the upright that joins them."""
+        left, right = pin_heights(self.nodes, net, self.grid)
+        tails = ([self._tail("R", pin, y * GRID) for pin, y in zip(net.left, left)]
+                 + [self._tail("L", pin, y * GRID) for pin, y in zip(net.right, right)])
+        for tail in tails:
+            pieces.extend(zip(tail, tail[1:]))
+        for pin, tail in zip(net.right, tails[len(left):]):
+            if not self.nodes[pin[0]].is_bend:
+                (x0, y0), (x1, y1) = tail[-2:] if len(tail) > 1 else ((0, 0), (1, 0))
+                arrows.append((*tail[-1], (x1 > x0) - (x1 < x0), (y1 > y0) - (y1 < y0)))
+        starts = [tail[0] for tail in tails]
+        if source not in self.lanes[c]:
+            pieces.append((starts[0], starts[1]))
+            return
+        x = self.first_lane[c] + LANE * self.lanes[c][source]
+        pieces.extend(((x, y), (px, y)) for px, y in starts)
+        levels = sorted({y for _, y in starts})
+        pieces.extend(((x, a), (x, b)) for a, b in zip(levels, levels[1:]))
+
+    def _tail(self, side, pin, y):
+        """Path from where a pin can be reached in the channel to the outline of its block."""
+        node = self.nodes[pin[0]]
+        c = self.column[pin[0]]
+        if node.is_bend:
+            return [(self.left[c] + (0 if side == "L" else self.breadth[c]), y)]
+        x, middle = self.middle(pin[0])
+        half = node.body[0] / 2
+        edge = (x - half if side == "L" else x + half), y
+        if node.picture is not None:
+            terminal = next(box for box in self.result.boxes.values() if box.depth == 1
+                            and box.key in node.block.inner.blocks and box.middle[1] == y
+                            and box.block.kind == ("input" if side == "L" else "output"))
+            inner = terminal.x if side == "L" else terminal.x + terminal.width
+            return [edge, (inner, y)]
+        if node.main is not None and side == "L" and pin[1] != node.main:
+            reach = middle + (shapes.SUM_RADIUS if y > middle else -shapes.SUM_RADIUS)
+            return [(x - half, y), (x, y), (x, reach)]
+        return [edge]
+
+    def _width_label(self, run):
+        """Number of signals over the start of a vector wire."""
+        if run.width == 1:
+            return
+        box = self.result.boxes[run.source[0]]
+        node = self.nodes[run.source[0]]
+        y = (self.grid[run.source[0]] + node.offset("R", run.source[1])) * GRID
+        text, ahead = str(run.width), measure(shapes.out_label(box.block), shapes.PORT)[0]
+        width, height = measure(text, shapes.SMALL)
+        x = box.x + box.width + (ahead + 4 if ahead else 0) + 4 + width / 2
+        self.result.labels.append(Label(text, x, y - 2 - height / 2, width, height,
+                                        shapes.SMALL, owner=box.key))
+
+
+def labels_of(node, box):
+    """Texts of one block: its name, its ports and its formula.
+
+    Parameters
+    ----------
+    node : Node
+        Gives the order of the ports.
+    box : Box
+        Gives the place.
+
+    Returns
+    -------
+    list of Label
+        Each with the room it takes.
+
+    """
+    block = box.block
+    x, y = box.middle
+
+    def label(text, at, size, bold=False):
+        width, height = measure(text, size, bold)
+        return Label(text, *at, width, height, size, bold, block.key)
+
+    if block.kind in ("input", "output"):
+        return [label(symbol(block.name), (x, y), shapes.PORT)]
+    if box.is_frame:
+        text = plain(block.name)
+        at = box.x + 8 + measure(text, shapes.NAME, True)[0] / 2, box.y + 1.5 * GRID
+        return [label(text, at, shapes.NAME, True)]
+    found = []
+    if shapes.out_label(block):
+        text = shapes.out_label(block)
+        width, height = measure(text, shapes.PORT)
+        found.append(label(text, (box.x + box.width + 4 + width / 2, y - 3 - height / 2),
+                           shapes.PORT))
+    if shapes.below_name(block):
+        found.append(label(shapes.below_name(block), (x, box.y + box.height + 4 + shapes.NAME / 2),
+                           shapes.NAME))
+    if node.main is not None:
+        found += [label(sign, at, shapes.SIGN) for sign, at in _signs(node, box)]
+    elif block.kind != "gain":
+        found += _inside_labels(node, box, label)
+    if block.kind == "gain":
+        found.append(label(block.icon.content, (box.x + 0.4 * box.width, y), shapes.PORT))
+    return found
+
+
+def _signs(node, box):
+    """Signs of a sum, inside the circle next to where each wire enters."""
+    x, y = box.middle
+    reach = 0.58 * shapes.SUM_RADIUS
+    for port in node.left:
+        sign = box.block.signs[box.block.inputs.index(port)]
+        arm = node.offset("L", port)
+        yield sign, (x - reach, y) if arm == 0 else (x, y + (reach if arm > 0 else -reach))
+
+
+def _inside_labels(node, box, label):
+    block, found = box.block, []
+    x, y = box.middle
+    if block.icon is None:
+        found.append(label(shapes.inside_name(block), (x, y), shapes.NAME, True))
+    elif block.icon.kind != "curve":
+        found.append(label(block.icon.content or "$\\Sigma$", (x, y), shapes.FORMULA))
+    for side, ports, names in (("L", node.left, block.inputs), ("R", node.right, block.outputs)):
+        for port in ports:
+            text = shapes.port_text(block, side, names.index(port))
+            if text:
+                half = measure(text, shapes.PORT)[0] / 2 + 5
+                at = box.x + half if side == "L" else box.x + box.width - half
+                found.append(label(text, (at, y + node.offset(side, port) * GRID), shapes.PORT))
+    return found

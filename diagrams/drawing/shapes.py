@@ -1,0 +1,196 @@
+"""Sizes of things before they have a place: bodies, ports and the room for their texts.
+
+Lengths are points.  Heights and port offsets count in `GRID` from the middle of a thing, so that
+two ports can be made level exactly.
+"""
+
+from dataclasses import dataclass, field
+from math import ceil
+
+from clie_blocks.diagrams.drawing.texts import measure, plain, symbol, wrapped
+
+GRID = 6.0
+PITCH = 4  # between two ports
+SUM_ARM = 5  # from the middle of a sum to a wire that enters it from above or below
+SUM_RADIUS = 13.0
+NAME, PORT, FORMULA, SIGN, SMALL = 9.0, 10.0, 13.0, 8.0, 6.5
+
+
+@dataclass
+class Node:
+    """A block with its size, or a bend of a long wire (no block).
+
+    `above` and `below` are the grid steps from its middle to its ends, names included; `left` and
+    `right` are its ports from top to bottom.
+    """
+
+    key: str
+    block: object = None
+    left: list = field(default_factory=list)
+    right: list = field(default_factory=list)
+    width: float = 0.0
+    body: tuple = (0.0, 0.0)  # width and height of the outline
+    above: int = 0
+    below: int = 0
+    main: str | None = None  # the port of a sum that enters straight
+    fixed: dict = field(default_factory=dict)  # port offsets of an opened diagram
+    picture: object = None  # layout of an opened diagram
+
+    def offset(self, side, port):
+        """Grid steps from the middle of the node down to a port."""
+        if self.fixed:
+            return self.fixed[side, port]
+        ports = self.left if side == "L" else self.right
+        place = ports.index(port)
+        if self.main is not None:
+            return SUM_ARM * (place - self.left.index(self.main)) if side == "L" else 0
+        return PITCH * place - PITCH * (len(ports) - 1) // 2
+
+    def fit_sum(self):
+        """Room of a sum, which depends on which of its ports enters straight."""
+        offsets = [self.offset("L", port) for port in self.left]
+        radius = ceil(SUM_RADIUS / GRID)
+        self.above, self.below = max(radius, -min(offsets)), max(radius, max(offsets))
+
+    @property
+    def is_bend(self):
+        return self.block is None
+
+    @property
+    def is_terminal(self):
+        return self.block is not None and self.block.kind in ("input", "output")
+
+    @property
+    def sortable(self):
+        """Whether its ports may change places."""
+        return not self.is_bend and not self.is_terminal and not self.fixed
+
+
+def node_of(block, picture=None):
+    """Return the node of a block, sized to fit its texts.
+
+    Parameters
+    ----------
+    block : clie_blocks.diagrams.drawing.graph.Block
+        The block.
+    picture : Layout, optional
+        Layout of the inside, for a nested diagram that is opened.
+
+    Returns
+    -------
+    Node
+        Without a place yet.
+
+    """
+    node = Node(block.key, block, list(block.inputs), list(block.outputs))
+    if picture is not None:
+        _frame(node, picture)
+    elif block.kind in ("input", "output"):
+        _terminal(node)
+    elif block.kind == "sum" and len(block.inputs) <= 3:
+        _sum(node)
+    elif block.kind == "gain":
+        _gain(node)
+    else:
+        _box(node)
+    return node
+
+
+def out_label(block):
+    """Text over the outgoing wire of a block that does not name its port inside."""
+    named = block.kind in ("sum", "gain") and block.name
+    return symbol(block.outputs[0]) if named and block.outputs else ""
+
+
+def port_text(block, side, place):
+    """Text beside a port inside a box; a tall sum shows signs."""
+    if block.kind == "sum":
+        return block.signs[place] if side == "L" else ""
+    return symbol((block.inputs if side == "L" else block.outputs)[place])
+
+
+def inside_name(block):
+    """Name inside a box that has no icon."""
+    return wrapped(block.name) if block.icon is None else ""
+
+
+def below_name(block):
+    """Name below a block whose inside shows an icon."""
+    shown = block.icon is not None and block.kind != "sum"
+    return plain(block.name) if shown else ""
+
+
+def _terminal(node):
+    width = max(30.0, measure(symbol(node.block.name), PORT)[0] + 18.0)
+    node.width, node.body = width, (width, 18.0)
+    node.above = node.below = 2
+
+
+def _sum(node):
+    node.body = (2 * SUM_RADIUS, 2 * SUM_RADIUS)
+    label = measure(out_label(node.block), PORT)[0]
+    # the label needs room right of the circle; the same is kept on the left to stay centred
+    node.width = 2 * SUM_RADIUS + 2 * (label + 4 if label else 0)
+    node.main = node.left[len(node.left) // 2 if len(node.left) == 3 else 0]
+    node.fit_sum()
+
+
+def _gain(node):
+    text = measure(node.block.icon.content, PORT)[0]
+    side = max(36.0, text + 24.0)
+    label = measure(out_label(node.block), PORT)[0]
+    node.body = (side, 36.0)
+    node.width = max(side + 2 * (label + 4 if label else 0), measure(below_name(node.block), NAME)[0])
+    node.above, node.below = 3, 3 + _name_room(node.block)
+
+
+def _box(node):
+    block = node.block
+    sides = [max([measure(port_text(block, side, k), PORT)[0] for k in range(len(ports))] or [0])
+             for side, ports in (("L", block.inputs), ("R", block.outputs))]
+    wide, high = _inside(block)
+    rows = max(len(block.inputs), len(block.outputs), 1)
+    half = max(PITCH * rows // 2 + 1, ceil((high / 2 + 6) / GRID))
+    if block.kind == "diagram":
+        half += 1
+    width = max(60.0, wide + 2 * max(sides) + 28.0)
+    node.body = (width, 2 * half * GRID)
+    node.width = max(width, measure(below_name(block), NAME)[0])
+    node.above, node.below = half, half + _name_room(block)
+
+
+def _inside(block):
+    """Width and height of what stands in the middle of a box."""
+    if block.icon is None:
+        return measure(inside_name(block), NAME, True)
+    if block.icon.kind == "curve":
+        return 44.0, 34.0
+    wide, high = measure(block.icon.content or "$\\Sigma$", FORMULA)
+    return wide, high
+
+
+def _name_room(block):
+    return ceil((NAME * 1.2 + 4) / GRID) if below_name(block) else 0
+
+
+def _frame(node, picture):
+    """Frame round an opened diagram; its ports are level with the terminals inside."""
+    margin, title = 2 * GRID, 3 * GRID
+    height = picture.height + margin + title
+    half = ceil(height / 2 / GRID)
+    node.body = (max(picture.width, measure(plain(node.block.name), NAME, True)[0] + 12)
+                 + 2 * margin, 2 * half * GRID)
+    node.width = node.body[0]
+    node.above = node.below = half
+    node.picture = picture
+    for key, side, port in ([(b.key, "L", b.name) for b in _kind(picture, "input")]
+                            + [(b.key, "R", b.name) for b in _kind(picture, "output")]):
+        middle = picture.boxes[key].middle[1]
+        node.fixed[side, port] = round((middle + title) / GRID) - half
+    node.left.sort(key=lambda port: node.fixed["L", port])
+    node.right.sort(key=lambda port: node.fixed["R", port])
+
+
+def _kind(picture, kind):
+    return [box.block for box in picture.boxes.values()
+            if box.block.kind == kind and box.depth == 0]

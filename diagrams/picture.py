@@ -1,0 +1,72 @@
+"""Pictures of diagrams, in the manner of Simulink."""
+
+from clie_blocks.diagrams.drawing.colours import Shades
+from clie_blocks.diagrams.drawing.layout import layout
+from clie_blocks.diagrams.drawing.paint import paint
+from clie_blocks.errors import nearest
+from clie_blocks.signals import DiagramError
+
+
+def draw(diagram, *, expand=False, names=None, values=None, value_label="", title=""):
+    """Draw any `control.InterconnectedSystem` as a block diagram.
+
+    Signals flow from left to right and feedback runs back below or above its loop.  A vector
+    signal is one thick line with its size over it.  A static block of ones is a summing circle, a
+    linear block shows its formula, a static block of one input its characteristic.
+
+    Parameters
+    ----------
+    diagram : control.InterconnectedSystem
+        The diagram.
+    expand : bool or collection of str
+        True opens every nested diagram; a collection of keys such as ``'plant'`` or
+        ``'plant/motor'`` only those.
+    names : dict of str to str, optional
+        Names to show instead of the blocks' own, by key.
+    values : dict of str to float, optional
+        Colours blocks by a value, such as each one's share of a gap; adds a colour bar.
+    value_label : str
+        What the values are, with unit.
+    title : str
+        Heading.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Save it with `clie_blocks.output.save_figure`: the same diagram gives the same bytes.
+
+    Raises
+    ------
+    DiagramError
+        If `diagram` has no blocks to draw, or a key names none of its blocks.
+
+    """
+    if not hasattr(diagram, "syslist"):
+        raise DiagramError(f"cannot draw {getattr(diagram, 'name', diagram)!r}: it is a single "
+                           "block; draw the diagram that it stands in")
+    _check_names(expand if not isinstance(expand, bool) else (), _inner_keys(diagram), "expand")
+    plan = layout(diagram, expand, names)
+    for mapping, what in ((names, "names"), (values, "values")):
+        _check_names(mapping or (), plan.boxes, what)
+    return paint(plan, _shades(values) if values else None, value_label, title)
+
+
+def _shades(values):
+    numbers = [float(value) for value in values.values()]
+    low, high = min(0.0, *numbers), max(numbers)
+    return Shades(dict(zip(values, numbers)), low, high if high > low else low + 1.0)
+
+
+def _inner_keys(diagram, path=""):
+    found = []
+    for block in diagram.syslist:
+        if hasattr(block, "syslist"):
+            found += [f"{path}{block.name}", *_inner_keys(block, f"{path}{block.name}/")]
+    return found
+
+
+def _check_names(keys, known, what):
+    for key in keys:
+        if key not in known:
+            raise DiagramError(f"draw: {what} has {key!r}, which is no block of the picture; "
+                               f"{nearest(key, known)}")
