@@ -102,31 +102,39 @@ def pack(blocks, factors, needed):
 
     """
     factors = np.asarray(factors, float)
-    store, stamps, masks, dropped = _Store(factors.size), [], [], 0
+    stamps, masks, dropped = [np.empty(0)], [np.empty(0, bool)], 0
     filled = np.zeros(factors.size, bool)
-    for block in blocks:
-        good = np.isfinite(block[:, 0])
-        dropped += int(good.size - np.count_nonzero(good))
-        if not good.all():
-            block = block[good]
-        values = block[:, 1:] * factors
-        finite = np.isfinite(values)
-        stamps.append(block[:, 0].copy())
-        masks.append(finite[:, :needed].all(axis=1))
-        filled |= finite.any(axis=0)
-        store.add(values)
-    if not stamps:
-        return Packed(np.empty(0), np.empty((0, factors.size)), np.empty(0, bool), filled, dropped)
-    return Packed(np.concatenate(stamps), store.close(), np.concatenate(masks), filled, dropped)
+    with _Store(factors.size) as store:
+        for block in blocks:
+            good = np.isfinite(block[:, 0])
+            dropped += int(good.size - np.count_nonzero(good))
+            if not good.all():
+                block = block[good]
+            values = block[:, 1:] * factors
+            finite = np.isfinite(values)
+            stamps.append(block[:, 0].copy())
+            masks.append(finite[:, :needed].all(axis=1))
+            filled |= finite.any(axis=0)
+            store.add(values)
+        values = store.whole()
+    return Packed(np.concatenate(stamps), values, np.concatenate(masks), filled, dropped)
 
 
 class _Store:
     """Rows in memory, or once they are many in an unnamed file that is mapped."""
 
     def __init__(self, width):
-        self.width, self.rows, self.kept, self.file = width, 0, [], None
+        self.width, self.rows, self.kept, self.file = width, 0, [np.empty((0, width))], None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        if self.file is not None:
+            self.file.close()  # a map of it lives on
 
     def add(self, block):
+        """Keep a block."""
         self.rows += len(block)
         self.kept.append(block)
         if self.file is not None or self.rows * self.width * 8 > IN_MEMORY:
@@ -142,9 +150,10 @@ class _Store:
                               f"folder for temporary files cannot hold them: {error.strerror}; "
                               "set TMPDIR to a larger disk") from None
 
-    def close(self):
+    def whole(self):
+        """Return all rows, read-only."""
         if self.file is None:
-            whole = self.kept[0] if len(self.kept) == 1 else np.concatenate(self.kept)
+            whole = self.kept[1] if len(self.kept) == 2 else np.concatenate(self.kept)
         else:
             self.file.flush()
             whole = np.asarray(np.memmap(self.file, float, "r", shape=(self.rows, self.width)))

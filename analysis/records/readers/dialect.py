@@ -10,6 +10,7 @@ from clie_blocks.errors import RecordError
 SEPARATORS = (";", "\t", ",", "|", None)  # None is white space
 MARKS = ("#", "%", "//")
 SAMPLE = 50  # lines looked at
+HALF = 100_000  # bytes; a longer head may end within a line
 LISTED = str.maketrans("", "", '[]"')
 NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)?", re.I)
 
@@ -48,7 +49,9 @@ def sniff(head, path):
         If this is no table in text.
 
     """
-    lines = _text(head, path).split("\n")[:-1 if len(head) > 100_000 else None]
+    lines = _text(head, path).split("\n")
+    if len(head) > HALF and len(lines) > 1:
+        lines.pop()  # it goes on beyond what was read
     rows = [(number, line) for number, line in enumerate(lines)
             if line.strip() and not line.lstrip().startswith(MARKS)]
     if not rows:
