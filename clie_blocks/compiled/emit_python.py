@@ -107,6 +107,8 @@ class PythonEngine:
                                                      for value in vectors)), dtype=float)
 
     def _step(self, t, h, x, u, p):
+        if self.method.is_map:
+            return self._call("derivative", t, x, u, p)
         k = []
         for weights, c in zip(self.method.a, self.method.c):
             k.append(self._call("derivative", t + c * h, _advance(x, h, weights, k), u, p))

@@ -19,6 +19,8 @@ class Method:
         Row i holds the weights of the derivatives 0..i-1 at stage i.
     b, c : tuple of float
         Weights of the result and times of the stages, in steps.
+    is_map : bool
+        The one stage is the next state itself: a system in discrete time.
 
     """
 
@@ -28,6 +30,7 @@ class Method:
     a: tuple
     b: tuple
     c: tuple
+    is_map: bool = False
 
 
 METHODS = {method.name: method for method in (
@@ -47,6 +50,9 @@ METHODS = {method.name: method for method in (
         (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
         (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)),
 )}
+
+
+SAMPLED = Method("sampled", "difference equation", 0, ((),), (1.0,), (0.0,), is_map=True)
 
 
 def method_named(name):

@@ -10,7 +10,7 @@ import numpy as np
 from clie_blocks.compiled.emit_python import PythonEngine, source
 from clie_blocks.compiled.inputs import bind
 from clie_blocks.compiled.layout import layout
-from clie_blocks.compiled.methods import method_named
+from clie_blocks.compiled.methods import SAMPLED, method_named
 from clie_blocks.compiled.selfcheck import POINTS, check
 from clie_blocks.compiled.simulate import Plan, simulate
 from clie_blocks.compiled.tracing import trace
@@ -26,7 +26,7 @@ def compile_diagram(diagram, engine="llvm"):
     Parameters
     ----------
     diagram : control.NonlinearIOSystem
-        A diagram in continuous time, nested or not, or a single block.
+        A diagram in continuous or discrete time, nested or not, or a single block.
     engine : str
         ``'llvm'``, or ``'python'`` for plain Python, slower, without llvmlite.
 
@@ -40,7 +40,7 @@ def compile_diagram(diagram, engine="llvm"):
     TraceError
         If a block cannot be traced; names the block and the remedy.
     DiagramError
-        For an algebraic loop, named signal by signal, or a diagram in discrete time.
+        For an algebraic loop, named signal by signal.
     CompiledDifferenceError
         If the program differs from the diagram.
 
@@ -72,6 +72,8 @@ class Program:
         Block and label of every state.
     signals : list of str
         Everything that can be logged: the outputs, and every port of every block.
+    period : float or None
+        Sample time of a diagram in discrete time [s].
     params : dict
         Default value by key.
 
@@ -83,6 +85,7 @@ class Program:
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
+        self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
         self._default = self._build(self._layout, "ode5")
 
     @property
@@ -105,7 +108,7 @@ class Program:
         record = self._default.observe(t, x, u, self._parameter_vector(params))
         return record[[self._layout.slots[name] for name in self.outputs]]
 
-    def run(self, duration, step=1e-4, method="ode5", inputs=None, initial_state=None,
+    def run(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
             params=None, log=None, every=1):
         """Simulate with a fixed step.
 
@@ -113,8 +116,8 @@ class Program:
         ----------
         duration : float
             Simulated time [s], a multiple of the step.
-        step : float
-            Step [s].
+        step : float, optional
+            Step [s], by default 0.1 ms; a diagram in discrete time steps by its sample time.
         method : str
             ``'ode1'`` Euler, ``'ode2'`` Heun, ``'ode3'`` Bogacki-Shampine, ``'ode4'``
             Runge-Kutta, ``'ode5'`` Dormand-Prince: Simulink's fixed-step methods.
@@ -154,6 +157,7 @@ class Program:
             `response` holds what was computed until then.
 
         """
+        step = self._step_of(step)
         steps = _steps(duration, step, every)
         rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
         arranged = layout(self._trace, driven) if driven else self._layout
@@ -185,8 +189,16 @@ class Program:
             return module(self._layout, method_named("ode5"))
         raise ClieError(f"no source in {language!r}; {nearest(language, ['python', 'llvm'])}")
 
+    def _step_of(self, step):
+        if self.period is None:
+            return 1e-4 if step is None else step
+        if step not in (None, self.period):
+            raise ClieError(f"{self.name} is a diagram in discrete time with the sample time "
+                            f"{self.period:g} s; it cannot take steps of {step:g} s")
+        return self.period
+
     def _build(self, arranged, method):
-        method = method_named(method)
+        method = method_named(method) if self.period is None else SAMPLED
         if self._engine == "python":
             return PythonEngine(arranged, method)
         from clie_blocks.compiled.native import NativeEngine

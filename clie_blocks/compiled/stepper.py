@@ -55,6 +55,8 @@ done:
 }}
 """
 
+_COPY = "declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)\n"
+
 _SUM = """\
   br label %{name}
 {name}:
@@ -90,7 +92,8 @@ def run_function(method, nx, nu, nrecord, width=1):
               for i in range(len(method.b))]
     arrays += [f"  %y = alloca double, i64 {max(nx, 1) * width}, align 64",
                f"  %record = alloca double, i64 {max(nrecord, 1) * width}, align 64"]
-    return _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages))
+    loop = _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages))
+    return (_COPY if method.is_map else "") + loop
 
 
 def _stages(method, size):
@@ -104,9 +107,15 @@ def _stages(method, size):
             lines += [f"  %ch{i} = fmul double {constant(c)}, %h",
                       f"  {t} = fadd double %t, %ch{i}"]
         lines.append(f"  call void @derivative(double {t}, ptr {at}, ptr %u, ptr %p, ptr %k{i})")
-    lines.append(_weighted_sum("result", before, method.b, "%x", size))
+    lines.append(_next_state(size) if method.is_map
+                 else _weighted_sum("result", before, method.b, "%x", size))
     lines.append("  br label %advance")
     return lines
+
+
+def _next_state(size):
+    return ("  call void @llvm.memcpy.p0.p0.i64(ptr %x, ptr %k0, "
+            f"i64 {8 * size}, i1 false)")
 
 
 def _weighted_sum(name, before, weights, result, size):

@@ -110,12 +110,9 @@ def trace(diagram):
     TraceError
         If a block cannot be traced; names the block and the remedy.
     DiagramError
-        For an algebraic loop, or a diagram in discrete time.
+        For an algebraic loop.
 
     """
-    if diagram.dt not in (0, None):
-        raise DiagramError(f"{diagram.name} is a discrete-time system (dt = {diagram.dt}); "
-                           "a compiled diagram is continuous, dt = 0")
     flat, frozen = flatten(diagram), set()
     while True:
         try:
