@@ -3,7 +3,7 @@
 import control as ct
 import numpy as np
 
-from clie_blocks.signals import DiagramError, signals
+from clie_blocks.signals import DiagramError, ports, signals
 
 
 def acceleration_with_inertia(free, response):
@@ -43,11 +43,8 @@ def plant_with_inertia(plant):
         If the plant has further states: the rigid-body terms are then inside it.
 
     """
-    n = plant.ninputs
-    if plant.nstates != 2 * n or hasattr(plant, "syslist"):
-        raise DiagramError(f"{plant.name}: extra inertia needs the bare plant with the states q, "
-                           "dq; insert all effects in one call of with_effects")
-    rate = _rate(plant)
+    _refuse_composed(plant)
+    n, rate = plant.ninputs, _rate(plant)
 
     def update(t, x, u, params):
         torque, inertia = u[:n], u[n:].reshape(n, n)
@@ -61,6 +58,45 @@ def plant_with_inertia(plant):
         update, lambda t, x, u, params: x, name=plant.name, params=dict(plant.params),
         inputs=signals("u", n=n) + signals("inertia", n=n * n), outputs=plant.output_labels,
         states=plant.state_labels)
+
+
+def refuse_heavy_motor(plant, transmission):
+    """Refuse a transmission that takes more inertia out of the plant than it has.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        The plant.
+    transmission : control.NonlinearIOSystem
+        A block with the output `inertia`, what the plant is rid of with a minus sign [kg m^2].
+
+    Raises
+    ------
+    DiagramError
+        If nothing would be left to a link, or the plant has further states.
+
+    """
+    _refuse_composed(plant)
+    n = plant.ninputs
+    rows = ports(transmission.output_labels)["inertia"]
+    at_rest = (np.zeros(transmission.nstates), np.zeros(transmission.ninputs))
+    taken = transmission.output(0.0, *at_rest)[rows].reshape(n, n)
+    rest = np.zeros(2 * n)
+    response = np.stack([plant.dynamics(0.0, rest, unit) - plant.dynamics(0.0, rest, np.zeros(n))
+                         for unit in np.eye(n)], axis=1)[n:]
+    left = np.linalg.eigvals(np.eye(n) + response @ taken).real
+    if np.min(left) <= 0:
+        own = np.diag(np.linalg.inv(response))
+        raise DiagramError(
+            f"{transmission.name}: motor_inertia {-np.diag(taken)} kg m^2 leaves nothing to the "
+            f"link of {plant.name}, whose joints have {own} kg m^2 with their motors; give the "
+            "motor's share alone")
+
+
+def _refuse_composed(plant):
+    if plant.nstates != 2 * plant.ninputs or hasattr(plant, "syslist"):
+        raise DiagramError(f"{plant.name}: extra inertia needs the bare plant with the states q, "
+                           "dq; insert all effects in one call of with_effects")
 
 
 def _rate(plant):

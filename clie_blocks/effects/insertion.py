@@ -3,19 +3,18 @@
 Order along the signals, whatever the order of the list::
 
     controller: q_d, q, dq -> [effects] -> law -> [effects] -> u
-    plant:      u -> drive -> (+) -> joints -> transmission -> sensor -> q, dq
-                              (-) load, environment, body
+    plant:      u -> drive -> (+) -> transmission -> (+) -> joints -> sensor -> q, dq
+                              (-) motor's loads      (-) link's loads, body
     loop:       q, dq, u -> log -> the outputs
 
 Within one port the order is that of the list.  One sign convention: a load returns the torque that
-opposes, ``tau`` [N m] on the motor side, and the sum subtracts it.  Loads of side ``'link'`` see
-the link and act on it where a transmission gives it a motion of its own.
+opposes, ``tau`` [N m] on the motor side, and the sum subtracts it.  A transmission that gives the
+motor a motion of its own (an output ``q_motor``) leaves the plant to the link; drive and loads of
+side ``'motor'`` then see the motor, loads of side ``'link'`` the link.  What the sensors see,
+`measured` says.
 """
 
-import control as ct
-import numpy as np
-
-from clie_blocks.effects.body import plant_with_inertia
+from clie_blocks.effects.body import plant_with_inertia, refuse_heavy_motor
 from clie_blocks.effects.rewiring import controller_of, with_blocks
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError, interconnect, ports, summing
@@ -23,9 +22,10 @@ from clie_blocks.signals import DiagramError, interconnect, ports, summing
 _LOAD_PORTS = ("load", "environment", "body")
 _PLANT_PORTS = ("drive", "transmission", "sensor", *_LOAD_PORTS)
 _SUMMED = ("tau", "inertia")
+_SIDES = ("link", "motor")
 
 
-def with_effects(system, effects, *, plant="plant"):
+def with_effects(system, effects, *, plant="plant", measured="link"):
     """Insert effects into a plant or into a closed loop; its ports stay the same.
 
     Parameters
@@ -36,6 +36,8 @@ def with_effects(system, effects, *, plant="plant"):
         Effects with their numbers, such as ``[LIBRARY['coulomb'](level=0.3)]``.
     plant : str
         Name of the plant block inside a diagram.
+    measured : str
+        Where the sensors sit, ``'link'`` or ``'motor'``; it matters behind a transmission.
 
     Returns
     -------
@@ -51,6 +53,9 @@ def with_effects(system, effects, *, plant="plant"):
     """
     effects = list(effects)
     _refuse_strangers(effects)
+    if measured not in _SIDES:
+        raise DiagramError(f"measured={measured!r}: sensors sit at the link or at the motor; "
+                           f"{nearest(measured, _SIDES)}")
     if not effects:
         return system
     if _is_plant(system):
@@ -59,11 +64,11 @@ def with_effects(system, effects, *, plant="plant"):
             raise DiagramError(
                 f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which a plant "
                 "does not have; insert it into a loop, such as joint_loop(plant, kp, kd)")
-        return _effective_plant(system, effects)
-    return _effective_loop(system, effects, plant)
+        return _effective_plant(system, effects, measured)
+    return _effective_loop(system, effects, plant, measured)
 
 
-def _effective_loop(loop, effects, plant_name):
+def _effective_loop(loop, effects, plant_name, measured):
     blocks = {block.name: block for block in getattr(loop, "syslist", ())}
     if plant_name not in blocks:
         raise DiagramError(f"{loop.name}: no block {plant_name!r} to put effects into; "
@@ -71,7 +76,7 @@ def _effective_loop(loop, effects, plant_name):
     replaced = {}
     in_plant = [s for s in effects if s.effect.port in _PLANT_PORTS]
     if in_plant:
-        replaced[plant_name] = _effective_plant(blocks[plant_name], in_plant)
+        replaced[plant_name] = _effective_plant(blocks[plant_name], in_plant, measured)
     in_law = [s for s in effects if s.effect.port == "controller"]
     if in_law:
         law = controller_of(loop, plant_name)
@@ -81,7 +86,7 @@ def _effective_loop(loop, effects, plant_name):
     return _recorded_loop(changed, in_log) if in_log else changed
 
 
-def _effective_plant(plant, settings):
+def _effective_plant(plant, settings, measured):
     if not _is_plant(plant):
         raise DiagramError(f"{plant.name}: a plant has the ports u -> q, dq, not "
                            f"{list(ports(plant.input_labels))} -> "
@@ -89,15 +94,23 @@ def _effective_plant(plant, settings):
     n = plant.ninputs
     bus = _Bus(external=["u"], n=n)
     bus.source.update({signal + end: f"{plant.name}.{signal}" for signal in ("q", "dq")
-                       for end in ("", "_motor", "_link")})
-    for port in ("drive", "transmission", "sensor"):
-        for setting in _at(settings, port):
-            bus.insert(setting.block(n))
+                       for end in ("", "_plant", "_motor", "_link")})
+    for setting in _at(settings, "transmission"):
+        bus.insert_transmission(setting.block(n), plant)
+    bus.source.update({signal: bus.source[f"{signal}_{measured}"] for signal in ("q", "dq")})
+    for setting in _at(settings, "drive"):
+        bus.insert(setting.block(n), reading=_seen_from("motor"))
+    for setting in _at(settings, "sensor"):
+        bus.insert(setting.block(n))
     for setting in (s for port in _LOAD_PORTS for s in _at(settings, port)):
         side = setting.effect.side
-        bus.insert(setting.block(n), reading={"q": f"q_{side}", "dq": f"dq_{side}"}, side=side)
+        bus.insert(setting.block(n), reading=_seen_from(side), side=side)
     bus.close_sums(plant)
     return bus.diagram(plant.name, outputs=("q", "dq"))
+
+
+def _seen_from(side):
+    return {"q": f"q_{side}", "dq": f"dq_{side}"}
 
 
 def _effective_controller(law, settings):
@@ -130,6 +143,7 @@ class _Bus:
         self.external = {signal: [] for signal in external}
         self.source = dict.fromkeys(external)
         self.sums = {"tau_motor": [], "tau_link": [], "inertia": []}
+        self.transmission = None
         self.read_ports = set()
 
     def insert(self, block, *, reading=None, side="motor", replaces=False):
@@ -142,14 +156,32 @@ class _Bus:
                                    "so that its neutral value can pass it on untouched")
         self.blocks.append(block)
         for signal in wanted:
-            if signal != "tau_link":
-                self.read(f"{block.name}.{signal}", (reading or {}).get(signal, signal))
+            self.read(f"{block.name}.{signal}", (reading or {}).get(signal, signal))
         for signal in given:
             if signal in _SUMMED:
                 key = f"tau_{side}" if signal == "tau" else signal
                 self.sums[key].append(f"{block.name}.{signal}")
             else:
                 self.source[signal] = f"{block.name}.{signal}"
+
+    def insert_transmission(self, block, plant):
+        """Add a transmission: a function of the link's motion, or a motor with its own motion.
+
+        The latter gets its torque in `close_sums`, when all loads of the motor are known.
+        """
+        self.blocks.append(block)
+        moving = "q_motor" in ports(block.output_labels)
+        if moving and self.transmission:
+            raise DiagramError(f"{plant.name}: {self.transmission} and {block.name} each give the "
+                               "motor a motion of its own; one transmission can")
+        for signal in ("q", "dq"):
+            self.read(f"{block.name}.{signal}", f"{signal}_{'plant' if moving else 'link'}")
+            end = "_motor" if moving else ""
+            self.source[f"{signal}{end or '_link'}"] = f"{block.name}.{signal}{end}"
+        if moving:
+            refuse_heavy_motor(plant, block)
+            self.transmission = block.name
+            self.sums["inertia"].append(f"{block.name}.inertia")
 
     def read(self, target, signal):
         """Wire an input port to the present source of a signal."""
@@ -163,28 +195,31 @@ class _Bus:
             self.read_ports.add(self.source[signal])
 
     def close_sums(self, plant):
-        """Lead the loads to link and motor, and the torque that is left to the plant."""
-        taking = [b.name for b in self.blocks if "tau_link" in ports(b.input_labels)]
-        if len(taking) > 1:
-            raise DiagramError(f"{plant.name}: {' and '.join(taking)} each give the link a motion "
-                               "of its own; one transmission can")
-        if taking:
-            self._lead(f"{taking[0]}.tau_link", self.sums["tau_link"])
+        """Lead the torque that the loads leave to the motor, and on to the plant."""
+        if self.transmission:
+            self._subtract(self.sums["tau_motor"], "motor_torque")
+            self.read(f"{self.transmission}.u", "u")
+            self.source["u"] = f"{self.transmission}.u"
+            self._subtract(self.sums["tau_link"], "link_torque")
         else:
-            self.sums["tau_motor"] += self.sums["tau_link"]
+            self._subtract(self.sums["tau_motor"] + self.sums["tau_link"], "torque_sum")
         inertias = self.sums["inertia"]
         self.blocks.append(plant_with_inertia(plant) if inertias else plant)
         if inertias:
-            self._lead(f"{plant.name}.inertia", inertias)
-        loads = self.sums["tau_motor"]
-        if loads:
-            self.blocks.append(summing("u", *(f"-{load.partition('.')[0]}" for load in loads),
-                                       output="u", n=self.n, name="torque_sum"))
-            self.read("torque_sum.u", "u")
-            for load in loads:
-                self._lead(f"torque_sum.{load.partition('.')[0]}", [load])
-            self.source["u"] = "torque_sum.u"
+            self.connections.append((f"{plant.name}.inertia", *inertias))
+            self.read_ports |= set(inertias)
         self.read(f"{plant.name}.u", "u")
+
+    def _subtract(self, loads, name):
+        if not loads:
+            return
+        terms = [load.partition(".")[0] for load in loads]
+        self.blocks.append(summing("u", *(f"-{term}" for term in terms), output="u", n=self.n,
+                                   name=name))
+        self.read(f"{name}.u", "u")
+        self.connections += [(f"{name}.{term}", load) for term, load in zip(terms, loads)]
+        self.read_ports |= set(loads)
+        self.source["u"] = f"{name}.u"
 
     def diagram(self, name, outputs):
         """Return the diagram whose outputs are the present sources."""
@@ -193,19 +228,6 @@ class _Bus:
                  for port in ports(block.output_labels)}
         return interconnect(self.blocks, self.connections, inputs=self.external, outputs=shown,
                             name=name, unused=sorted(every - self.read_ports - {*shown.values()}))
-
-    def _lead(self, target, sources):
-        if not sources:
-            self.blocks.append(_no_load(self.n))
-            sources = ["no_load.tau"]
-        self.connections.append((target, *sources))
-        self.read_ports |= set(sources)
-
-
-def _no_load(n):
-    labels = [f"tau[{k}]" for k in range(n)]
-    return ct.nlsys(None, lambda t, x, u, params: np.zeros(n), inputs=0, outputs=labels,
-                    name="no_load")
 
 
 def _at(settings, port):

@@ -50,6 +50,6 @@ PAYLOAD = Effect(
         "simscape": "Solid or Point Mass",
     },
     wrong="A point mass on a planar arm that moves in a vertical plane; with a transmission the "
-          "mass sits on the motor side of it.",
+          "mass sits on the link.",
     passive=True, symmetry="none", per_joint=False, side="link",
 )

@@ -1,0 +1,59 @@
+"""Play between motor and link."""
+
+import numpy as np
+
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+
+
+def contact_torque(twist, twist_rate, half_gap, stiffness, damping):
+    """Torque of the tooth in contact [N m]; none within the gap.
+
+    ``stiffness depth + damping twist_rate``, never pulling: it is cut at zero, and the damping
+    is bounded by the spring, so that there is no jump of torque at the touch.
+    """
+    depth = twist - np.clip(twist, -half_gap, half_gap)
+    elastic = stiffness * depth
+    damped = np.clip(damping * twist_rate, -np.abs(elastic), np.abs(elastic))
+    return elastic + damped
+
+
+def has_gap(half_gap):
+    """Joints with play."""
+    return half_gap > 0
+
+
+BACKLASH = Effect(
+    name="backlash", family="transmission", port="transmission",
+    build=TwoBodies(contact_torque, has_gap),
+    parameters=(
+        Parameter("half_gap", "rad", 0.0, 0.5, 1e-3, 0.0, "half of the play, at the joint"),
+        Parameter("stiffness", "N m/rad", 1e-3, 1e7, 5e3, None, "stiffness in contact"),
+        Parameter("damping", "N m s/rad", 0.0, 1e5, 10.0, None, "damping in contact"),
+        *MOTOR,
+    ),
+    equation="torque = stiffness depth + clip(damping twist', |stiffness depth|), depth = "
+             "twist - clip(twist, -half_gap, half_gap)",
+    reference="M. Nordin, P.-O. Gutman, Automatica 38(10), 2002; Modelica Standard Library, "
+              "ElastoBacklash (contact that never pulls)",
+    signature="Lost motion at each reversal of the torque, impacts, a limit cycle of the width of "
+              "the gap.",
+    confused_with={
+        "coulomb": "vary Kp: level/Kp scales, a gap does not",
+        "presliding": "amplitude ladder: a dead band against a soft spring",
+        "dead_zone": "vary Kp: width/Kp scales, a gap does not",
+        "joint_elasticity": "preload with gravity: a gap closes, a spring stays",
+        "encoder_quantization": "histogram of q; a gap has no steps",
+        "torsional_hysteresis": "amplitude ladder: the loop of hysteresis has no flat part",
+        "stiffening_elasticity": "small torques: a soft gear still carries, a gap does not",
+    },
+    simulators={
+        "mujoco": "extra hinge with range = -half_gap half_gap",
+        "isaac": "extra joint with limits",
+        "gazebo": "extra joint with <limit>",
+        "simscape": "Rotational Hard Stop between two inertias",
+    },
+    wrong="One contact law for both flanks, no oil film; the half gap zero is a rigid joint, not "
+          "a stiff one.",
+    symmetry="odd", stiff=True, curve=("twist", 3e-3),
+)

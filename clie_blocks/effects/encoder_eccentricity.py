@@ -1,0 +1,39 @@
+"""Encoder disc off its centre."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def eccentric_measurement(q, dq, amplitude, order, phase):
+    """Position and velocity of an off-centre encoder: ``q + amplitude sin(order q + phase)``."""
+    angle = order * q + phase
+    return q + amplitude * np.sin(angle), dq + amplitude * order * np.cos(angle) * dq
+
+
+ENCODER_ECCENTRICITY = Effect(
+    name="encoder_eccentricity", family="sensor", port="sensor",
+    build=Static(eccentric_measurement, inputs=("q", "dq"), outputs=("q", "dq")),
+    parameters=(
+        Parameter("amplitude", "rad", 0.0, 0.5, 2e-3, 0.0, "largest error, at the joint"),
+        Parameter("order", "1", 0.1, 1e4, 8.0, None,
+                  "turns of the encoder shaft per turn of the joint; twice that for the second "
+                  "harmonic"),
+        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
+    ),
+    equation="q_measured = q + amplitude sin(order q + phase)",
+    reference="Heidenhain, Angle Encoders (technical information): error by eccentricity of the "
+              "graduation",
+    signature="A wave over position with an amplitude in position that no speed changes.",
+    confused_with={
+        "kinematic_error": "order: whole turns of the encoder against those of the gear",
+        "torque_ripple": "speed ladder: constant amplitude in position against one in torque",
+        "position_dependent_friction": "same path both ways: friction changes sign",
+        "encoder_offset": "several poses: an offset is the same everywhere",
+        "gravity": "fast sweep: the sensor's wave stays in position",
+    },
+    simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
+    wrong="One harmonic.",
+    symmetry="none", curve=("q", 1.6),
+)

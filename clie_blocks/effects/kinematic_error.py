@@ -1,0 +1,37 @@
+"""Transmission error of a gear: the link runs ahead and behind once per so many degrees."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def wobbling_link(q, dq, amplitude, order, phase):
+    """Position and velocity of the link [rad, rad/s]: ``q + amplitude sin(order q + phase)``."""
+    angle = order * q + phase
+    return q + amplitude * np.sin(angle), dq + amplitude * order * np.cos(angle) * dq
+
+
+KINEMATIC_ERROR = Effect(
+    name="kinematic_error", family="transmission", port="transmission",
+    build=Static(wobbling_link, inputs=("q", "dq"), outputs=("q", "dq")),
+    parameters=(
+        Parameter("amplitude", "rad", 0.0, 0.1, 3e-4, 0.0, "amplitude at the link"),
+        Parameter("order", "1", 0.1, 1e5, 200.0, None,
+                  "periods per turn of the joint: twice the ratio of a harmonic drive"),
+        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
+    ),
+    equation="q_link = q + amplitude sin(order q + phase)",
+    reference="T. D. Tuttle, W. P. Seering, IEEE Trans. Robotics and Automation 12(3), 1996",
+    signature="A line at twice the motor's speed, constant in position; it shakes the joint when "
+              "it meets the resonance.",
+    confused_with={
+        "encoder_eccentricity": "order: turns of the gear against whole turns of the encoder",
+        "torque_ripple": "speed ladder: constant amplitude in position against one in torque",
+        "gear_mesh_ripple": "vary the load: a kinematic error does not grow with it",
+        "ratio_error": "sweep far: an error of the ratio grows with the travel",
+    },
+    simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
+    wrong="The motor does not feel the link's wobble (small for a large ratio); one harmonic.",
+    symmetry="none", curve=("q", 0.1),
+)

@@ -1,0 +1,13 @@
+"""First-order lag with a neutral value: what several effects share."""
+
+import numpy as np
+
+
+def lag_rate(z, signal, lag):
+    """Rate of the lagged signal: ``(signal - z) / lag``; without a lag it rests."""
+    return np.where(lag > 0, (signal - z) / np.where(lag > 0, lag, 1.0), 0.0)
+
+
+def lagged(z, signal, lag):
+    """Lagged signal; without a lag the signal itself, bit for bit."""
+    return np.where(lag > 0, z, signal)

@@ -1,0 +1,47 @@
+"""Motor that weakens as it heats up."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def heating_rate(z, u, heating, time_constant):
+    """Rate of the temperature rise z [K/s]: ``(heating u^2 - z) / time_constant``."""
+    return (heating * u**2 - z) / time_constant
+
+
+def faded_torque(z, u, fade):
+    """Torque of a motor that is z warmer [N m]: ``u max(0, 1 - fade z)``."""
+    return u * np.maximum(0.0, 1.0 - fade * z)
+
+
+MOTOR_HEATING = Effect(
+    name="motor_heating", family="drive", port="drive",
+    build=Dynamic(heating_rate, faded_torque, inputs=("u",), outputs=("u",)),
+    parameters=(
+        Parameter("heating", "K/(N m)^2", 0.0, 1e4, 5.0, 0.0,
+                  "final rise per squared torque: copper loss times thermal resistance"),
+        Parameter("time_constant", "s", 1.0, 1e5, 300.0, None, "thermal time constant"),
+        Parameter("fade", "1/K", 0.0, 0.05, 1.1e-3, None,
+                  "relative loss of torque per kelvin; 1.1e-3 for NdFeB magnets"),
+    ),
+    equation="z' = (heating u^2 - z) / time_constant, u_motor = u max(0, 1 - fade z)",
+    reference="J. R. Hendershot, T. J. E. Miller, Design of Brushless Permanent-Magnet Machines, "
+              "chapter on cooling",
+    signature="The gain falls over minutes of hard work and comes back after a rest.",
+    confused_with={
+        "friction_drift": "hold a known mass before and after: heat changes the gain at rest too",
+        "torque_gain_error": "repeat the first run at the end: heat fades, a gain error stays",
+        "supply_sag": "repeat at once: sag has no memory",
+    },
+    simulators={
+        "mujoco": "actuator dcmotor thermal",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "DC Motor with thermal port",
+    },
+    wrong="One thermal mass, copper loss by torque alone; resistance, which a current loop hides, "
+          "is left out.",
+    symmetry="odd",
+)

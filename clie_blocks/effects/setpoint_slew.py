@@ -1,0 +1,48 @@
+"""Profile limiter that slows the set-point on its way to the control law."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.effect import Effect, Parameter
+
+UNLIMITED = 1e6
+
+
+def slewed_rate(z, q_d, speed, follow):
+    """Rate of the slewed set-point [rad/s]: ``clip((q_d - z) / follow, -speed, speed)``."""
+    return np.where(speed < UNLIMITED, np.clip((q_d - z) / follow, -speed, speed), 0.0)
+
+
+def slewed_setpoint(z, q_d, speed):
+    """Set-point that the law sees [rad]; without a limit q_d itself."""
+    return np.where(speed < UNLIMITED, z, q_d)
+
+
+SETPOINT_SLEW = Effect(
+    name="setpoint_slew", family="drive", port="controller",
+    build=Dynamic(slewed_rate, slewed_setpoint, inputs=("q_d",), outputs=("q_d",)),
+    parameters=(
+        Parameter("speed", "rad/s", 1e-6, UNLIMITED, 1.0, UNLIMITED,
+                  "largest speed of the set-point; the upper bound stands for no limit"),
+        Parameter("follow", "s", 1e-4, 1.0, 2e-3, None,
+                  "lag of the limiter below its limit"),
+    ),
+    equation="z' = clip((q_d - z) / follow, -speed, speed), the law sees z",
+    reference="L. Biagiotti, C. Melchiorri, Trajectory Planning for Automatic Machines and "
+              "Robots, 2008, chapter on nonlinear filters",
+    signature="Every large step has the same slope, whatever its size.",
+    confused_with={
+        "actuator_saturation": "ladder of steps: the slope of a slewed set-point never grows",
+        "torque_speed_limit": "push with pe instead of q_d: a slewed set-point does not mind",
+        "time_delay": "small slow motions: the limiter is invisible there",
+    },
+    simulators={
+        "mujoco": "actuator dcmotor slewmax",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "Rate Limiter",
+    },
+    wrong="No limit of the acceleration; the limiter starts at q_d = 0 and lags by `follow` below "
+          "its limit.",
+    symmetry="odd", stiff=True,
+)

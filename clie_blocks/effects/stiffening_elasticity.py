@@ -1,0 +1,49 @@
+"""Gear that stiffens under load, as harmonic drives do."""
+
+import numpy as np
+
+from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.joint_elasticity import DAMPING, is_elastic
+from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+
+
+def stiffening_torque(twist, twist_rate, compliance, stiffening, knee, damping):
+    """Torque of a spring that stiffens [N m].
+
+    ``k (twist + stiffening (|twist| - knee compliance) sgn twist)`` with the second term beyond
+    the knee only: the stiffness steps from ``k = 1/compliance`` to ``k (1 + stiffening)``.
+    """
+    safe = np.where(compliance > 0, compliance, 1.0)
+    soft = np.clip(twist, -knee * safe, knee * safe)
+    return (soft + (1.0 + stiffening) * (twist - soft)) / safe + damping * twist_rate
+
+
+STIFFENING_ELASTICITY = Effect(
+    name="stiffening_elasticity", family="transmission", port="transmission",
+    build=TwoBodies(stiffening_torque, is_elastic),
+    parameters=(
+        Parameter("compliance", "rad/(N m)", 0.0, 10.0, 3e-4, 0.0, "twist per torque when soft"),
+        Parameter("stiffening", "1", 0.0, 100.0, 1.0, None,
+                  "relative gain of stiffness beyond the knee"),
+        Parameter("knee", "N m", 1e-6, 1e4, 1.0, None, "torque at which the gear stiffens"),
+        DAMPING, *MOTOR,
+    ),
+    equation="torque = (clip(twist, knee) + (1 + stiffening) (rest of twist)) / compliance + "
+             "damping twist'",
+    reference="Harmonic Drive, technical data: stiffness K1, K2, K3 at the torques T1, T2; T. D. "
+              "Tuttle, W. P. Seering, IEEE Trans. Robotics and Automation 12(3), 1996",
+    signature="As joint_elasticity, with a resonance that rises with the static load.",
+    confused_with={
+        "joint_elasticity": "sweeps at several static loads: a linear spring keeps its peak",
+        "backlash": "small torques: a soft gear still carries, a gap does not",
+        "torsional_hysteresis": "slow torque loop with a link encoder: a spring has no width",
+    },
+    simulators={
+        "mujoco": "extra hinge, stiffness with polynomial coefficients",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "Nonlinear Rotational Spring",
+    },
+    wrong="One knee where catalogues give two; no hysteresis.",
+    symmetry="odd", stiff=True, curve=("twist", 1e-3),
+)

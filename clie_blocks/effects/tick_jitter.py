@@ -1,0 +1,42 @@
+"""Ticks of the drive that beat against those of the controller."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.delay import ORDER, memory_rate, recalled
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def torque_memory_rate(z, t, u, spread):
+    """Rate of the memory of the torque."""
+    return memory_rate(z, u, spread)
+
+
+def beating_torque(z, t, u, spread, beat):
+    """Torque commanded ``spread frac(beat t)`` seconds ago [N m]."""
+    turns = beat * t
+    return recalled(z, u, spread, turns - np.floor(turns))
+
+
+TICK_JITTER = Effect(
+    name="tick_jitter", family="timing", port="drive",
+    build=Dynamic(torque_memory_rate, beating_torque, inputs=("t", "u"), outputs=("u",),
+                  size=ORDER),
+    parameters=(
+        Parameter("spread", "s", 0.0, 1.0, 4e-3, 0.0, "largest delay, about one tick"),
+        Parameter("beat", "Hz", 1e-3, 1e3, 7.3, None, "difference of the two clocks' rates"),
+    ),
+    equation="u_motor(t) = u(t - spread frac(beat t))",
+    reference="J. Nilsson, Real-Time Control Systems with Delays, Lund, 1998",
+    signature="A mean delay of spread/2, and lines beside the excitation at the beat's distance.",
+    confused_with={
+        "time_delay": "spectrum: jitter has lines beside the excitation",
+        "packet_hold": "time stamps; a hold is flat while it lasts",
+        "actuator_lag": "spectrum: a lag is linear and has no lines of its own",
+    },
+    simulators={"mujoco": "none", "isaac": "decimation of the controller", "gazebo": "update_rate",
+                "simscape": "Variable Transport Delay"},
+    wrong="A regular saw-tooth: blocks draw no random numbers, so random jitter must come as an "
+          "input of the diagram. Below that, as time_delay.",
+    symmetry="odd", stiff=True,
+)

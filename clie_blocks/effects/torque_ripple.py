@@ -1,0 +1,45 @@
+"""Cogging torque of a motor."""
+
+import numpy as np
+
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.effect import Effect, Parameter
+
+
+def cogging_torque(q, level, order, phase):
+    """Cogging torque level sin(order q + phase) [N m], opposing: a potential, so no loss."""
+    return level * np.sin(order * q + phase)
+
+
+TORQUE_RIPPLE = Effect(
+    name="torque_ripple", family="drive", port="load",
+    build=Static(cogging_torque, inputs=("q",)),
+    parameters=(
+        Parameter("level", "N m", 0.0, 100.0, 0.1, 0.0, "amplitude"),
+        Parameter("order", "1", 0.1, 1e5, 50.0, None,
+                  "periods per turn of the joint: slots of the motor times gear ratio"),
+        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
+    ),
+    equation="tau = level sin(order q + phase)",
+    reference="J. R. Hendershot, T. J. E. Miller, Design of Brushless Permanent-Magnet Machines, "
+              "chapter on cogging torque",
+    signature="A wave over position, alike in both directions; its line in the spectrum moves "
+              "with the speed, its amplitude in torque does not.",
+    confused_with={
+        "kinematic_error": "speed ladder: constant amplitude in torque against one in position",
+        "commutation_ripple": "vary the load: cogging does not grow with the torque",
+        "gear_mesh_ripple": "vary the load: cogging does not grow with the torque",
+        "position_dependent_friction": "same path both ways: friction changes sign",
+        "periodic_disturbance": "stand still: cogging needs motion",
+        "encoder_eccentricity": "speed ladder: constant amplitude in torque against one in "
+                                "position",
+    },
+    simulators={
+        "mujoco": "actuator dcmotor cogging (amplitude, periods, phase)",
+        "isaac": "none",
+        "gazebo": "none",
+        "simscape": "BLDC or PMSM, cogging torque by table",
+    },
+    wrong="One harmonic; real cogging has several.",
+    passive=True, symmetry="none", curve=("q", 0.5),
+)

@@ -1,0 +1,96 @@
+"""A joint as two bodies, motor and link: what elasticity, backlash and hysteresis share.
+
+The plant keeps the link and everything that it carries; the motor leaves it with its inertia and
+damping and becomes a body of its own, so that the equations are those of the elastic-joint robot::
+
+    motor_inertia q_motor'' + motor_damping q_motor' = u - torque
+    (M - motor_inertia) q'' + ... = torque,    torque = spring(q_motor - q, q_motor' - q')
+
+All torques are on the motor side, all angles at the joint: a stiffness is N m of the motor per rad
+of the joint, that of the drawing divided by the gear ratio.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from inspect import signature
+
+import control as ct
+import numpy as np
+
+from clie_blocks.effects.effect import Parameter
+from clie_blocks.signals import signals
+
+MOTOR = (
+    Parameter("motor_inertia", "kg m^2", 1e-9, 1e4, 1.0, None,
+              "the motor's share of the joint's inertia; must leave some to the link"),
+    Parameter("motor_damping", "N m s/rad", 0.0, 1e4, 0.0, None,
+              "the motor's share of the joint's viscous friction"),
+)
+
+
+@dataclass(frozen=True)
+class TwoBodies:
+    """Block between motor and link.
+
+    Inputs: u [N m] on the motor, q, dq of the link [rad, rad/s].  Outputs: u [N m] on the link,
+    q_motor, dq_motor, and inertia [kg m^2], which the link is rid of.  State: twist
+    ``q_motor - q`` [rad], zero in any pose at rest; motor_speed [rad/s]; z if there is a memory.
+
+    Parameters
+    ----------
+    kernel : callable
+        ``kernel(twist, twist_rate, *memory, **parameters)``, the torque of the spring [N m].
+    active : callable
+        ``active(**parameters)``, the joints that have two bodies; the others stay rigid.
+    memory : callable or None
+        ``memory(z, twist_rate, **parameters)``, the rate of a state z of the spring.
+
+    """
+
+    kernel: Callable
+    active: Callable
+    memory: Callable | None = None
+    inputs = ("u", "q", "dq")
+    outputs = ("u", "q_motor", "dq_motor", "inertia")
+
+    def __call__(self, values, n, name):
+        """Return the block for n joints with the given parameter vectors."""
+        rows = 3 if self.memory else 2
+
+        def spring(x, dq, params):
+            numbers = {key: params[f"{name}.{key}"] for key in values}
+            twist, speed, *memory = x.reshape(rows, n)
+            torque = _named(self.kernel, numbers)(twist, speed - dq, *memory)
+            return _named(self.active, numbers)(), torque, twist, speed, memory, numbers
+
+        def update(t, x, u, params):
+            torque_in, _, dq = u.reshape(3, n)
+            active, torque, _, speed, memory, numbers = spring(x, dq, params)
+            damped = torque_in - torque - numbers["motor_damping"] * speed
+            rates = [speed - dq, damped / numbers["motor_inertia"]]
+            rates += [_named(self.memory, numbers)(z, speed - dq) for z in memory]
+            return np.concatenate([np.where(active, rate, 0.0) for rate in rates])
+
+        def output(t, x, u, params):
+            torque_in, q, dq = u.reshape(3, n)
+            active, torque, twist, speed, _, numbers = spring(x, dq, params)
+            # The plant damps the link with the motor's share as well: give that back.
+            passed = torque + numbers["motor_damping"] * dq
+            return np.concatenate((
+                np.where(active, passed, torque_in), np.where(active, q + twist, q),
+                np.where(active, speed, dq),
+                (np.eye(n) * np.where(active, -numbers["motor_inertia"], 0.0)).reshape(-1)))
+
+        states = ("twist", "motor_speed", "z")[:rows]
+        return ct.nlsys(
+            update, output, name=name, states=signals(*states, n=n),
+            params={f"{name}.{key}": value for key, value in values.items()},
+            inputs=signals(*self.inputs, n=n),
+            outputs=signals("u", "q_motor", "dq_motor", n=n) + signals("inertia", n=n * n))
+
+
+def _named(function, numbers):
+    """Fill in the parameters that the function names."""
+    known = signature(function).parameters
+    chosen = {key: value for key, value in numbers.items() if key in known}
+    return lambda *arguments: function(*arguments, **chosen)
