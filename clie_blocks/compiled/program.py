@@ -186,7 +186,7 @@ class Program:
             return source(self._layout, self._names(), self._legend())
         if language == "llvm":
             from clie_blocks.compiled.native import module
-            return module(self._layout, method_named("ode5"))
+            return module(self._layout, self._method("ode5"))
         raise ClieError(f"no source in {language!r}; {nearest(language, ['python', 'llvm'])}")
 
     def _step_of(self, step):
@@ -197,8 +197,11 @@ class Program:
                             f"{self.period:g} s; it cannot take steps of {step:g} s")
         return self.period
 
+    def _method(self, name):
+        return method_named(name) if self.period is None else SAMPLED
+
     def _build(self, arranged, method):
-        method = method_named(method) if self.period is None else SAMPLED
+        method = self._method(method)
         if self._engine == "python":
             return PythonEngine(arranged, method)
         from clie_blocks.compiled.native import NativeEngine

@@ -50,8 +50,9 @@ def check(program, diagram, points=POINTS):
     if not compared and (diagram.nstates or diagram.noutputs):
         raise CompiledDifferenceError(
             f"{diagram.name}: python-control could evaluate the diagram at none of {points} "
-            "random points, so the compiled program cannot be checked; call diagram.dynamics(0, "
-            "x, u) to see why")
+            "random points, so the compiled program cannot be checked. It calls NaN an algebraic "
+            "loop, and a path through more outputs than it has blocks as well; call "
+            "diagram.output(0, x, u) to see what it says")
 
 
 def _varied(program, diagram, generator):

@@ -94,7 +94,7 @@ def simulate(engine, plan, x, p, rows, label="simulating"):
     if plan.steps % plan.every == 0:
         record = engine.observe(plan.steps * plan.step, x, rows(1)[0], p)
         log[-1] = record[plan.slots]
-    return Log(np.arange(len(log)) * (plan.every * plan.step), log)
+    return Log(np.arange(len(log)) * plan.every * plan.step, log)
 
 
 def _stopped(engine, plan, x, p, inputs, first, log):
@@ -106,7 +106,7 @@ def _stopped(engine, plan, x, p, inputs, first, log):
             break
     last = first + k
     kept = last // plan.every + 1
-    return Log(np.arange(kept) * (plan.every * plan.step), log[:kept],
+    return Log(np.arange(kept) * plan.every * plan.step, log[:kept],
                stopped_at=(last + 1) * plan.step, culprit=int(np.argmin(np.isfinite(x))))
 
 

@@ -195,11 +195,6 @@ def test_wrong_number_of_outputs_is_refused():
         compile_diagram(block)
 
 
-def test_discrete_diagram_is_refused():
-    with pytest.raises(DiagramError, match=r"discrete-time system \(dt = 0.1\)"):
-        compile_diagram(ct.ss(0.5, 1, 1, 0, dt=0.1))
-
-
 def test_parameter_that_decides_is_part_of_the_program(make_block):
     def output(t, x, u, params):
         return u * params["block.gain"] if params["block.mode"] > 1 else -u

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from clie_blocks.compiled import cache, compile_diagram, machine
+
+DRIVE = {"q_d": [1.0, -0.5]}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", str(tmp_path))
+    return tmp_path
+
+
+def final(program):
+    return program.run(0.1, step=0.01, inputs=DRIVE).outputs[:, -1]
+
+
+def test_second_compile_comes_from_the_disk(loop, folder):
+    first, second = compile_diagram(loop), compile_diagram(loop)
+    assert (first.cached, second.cached) == (False, True)
+    np.testing.assert_array_equal(final(first), final(second))
+
+
+@pytest.mark.parametrize("damage", [
+    lambda content: b"", lambda content: content[:40], lambda content: content[:-1],
+    lambda content: content[:100] + b"\0" * 50 + content[150:], lambda content: b"x" * 5000])
+def test_damaged_file_is_built_again(loop, folder, damage):
+    expected = final(compile_diagram(loop))
+    (file,) = folder.glob("*.bin")
+    file.write_bytes(damage(file.read_bytes()))
+    again = compile_diagram(loop)
+    assert not again.cached
+    np.testing.assert_array_equal(final(again), expected)
+    assert compile_diagram(loop).cached
+
+
+def test_sound_file_with_foreign_code_is_built_again(loop, folder):
+    compile_diagram(loop)
+    (file,) = folder.glob("*.bin")
+    cache.save(file.stem, b"not machine code at all")
+    again = compile_diagram(loop)
+    assert not again.cached
+    assert np.all(np.isfinite(final(again)))
+
+
+def test_another_version_has_another_name(loop, folder, monkeypatch):
+    compile_diagram(loop)
+    monkeypatch.setattr(machine.llvmlite, "__version__", "99.0")
+    assert not compile_diagram(loop).cached
+    assert len(list(folder.glob("*.bin"))) == 2
+
+
+def test_another_diagram_has_another_name(make_block, folder):
+    for gain in (1.0, 2.0):
+        block = make_block("b", None, lambda t, x, u, params, gain=gain: gain * u + u**2)
+        assert not compile_diagram(block).cached
+
+
+def test_cache_can_be_switched_off(loop, folder, monkeypatch):
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", "off")
+    assert not compile_diagram(loop).cached
+    assert not compile_diagram(loop).cached
+    assert list(folder.iterdir()) == []
+
+
+def test_cache_that_cannot_be_written_is_no_reason_to_stop(loop, tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", str(blocked / "below"))
+    assert np.all(np.isfinite(final(compile_diagram(loop))))
+
+
+def test_oldest_programs_are_forgotten(folder, monkeypatch):
+    monkeypatch.setattr(cache, "KEPT", 3)
+    for k in range(6):
+        cache.save(cache.key(str(k)), b"content")
+    assert len(list(folder.glob("*.bin"))) == 3
+    assert cache.load(cache.key("5")) == b"content"
