@@ -23,8 +23,8 @@ COUPLED_JOINTS = Effect(
                   "travel of the joint per travel of the joint before; none for the first"),
     ),
     equation="q_link_k = q_k + ratio_k q_(k-1)",
-    reference="A. Janot, P.-O. Vandanjon, M. Gautier, IEEE Trans. Control Systems Technology 22(1), "
-              "2014 (wrist of the TX40)",
+    reference="A. Janot, P.-O. Vandanjon, M. Gautier, IEEE Trans. Control Systems Technology "
+              "22(1), 2014 (wrist of the TX40)",
     signature="A joint at rest moves when its neighbour does, also slowly.",
     confused_with={
         "coupling": "quasi-static moves, one joint at a time: inertia does not couple then",
