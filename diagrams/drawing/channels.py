@@ -11,12 +11,18 @@ from clie_blocks.diagrams.drawing.shapes import Node
 
 @dataclass
 class Net:
-    """Ends of one net in one channel: pins ``(node, port)`` at its left and at its right."""
+    """Ends of one net in one channel: pins ``(node, port)`` at its left and at its right.
+
+    `entry` is the side and pin through which the signal comes.
+    """
 
     left: list = field(default_factory=list)
     right: list = field(default_factory=list)
+    entry: tuple = ()
 
     def add(self, side, pin):
+        """Add a pin; the first one is the entry."""
+        self.entry = self.entry or (side, pin)
         pins = self.left if side == "left" else self.right
         if pin not in pins:
             pins.append(pin)

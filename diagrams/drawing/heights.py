@@ -4,6 +4,7 @@ from clie_blocks.diagrams.drawing.order import gap
 from clie_blocks.diagrams.drawing.placing import shortest
 
 TURN, NEIGHBOUR = 0.3, 0.02
+ROUNDS = 3
 
 
 def heights(arrangement):
@@ -31,7 +32,12 @@ def heights(arrangement):
     for nets in arrangement.channels:
         for net in nets.values():
             pulls += _net_pulls(arrangement.nodes, index, net)
-    found = shortest(len(index), pulls, gaps)
+    weights = [weight for *_, weight in pulls]
+    for _ in range(ROUNDS):
+        found = shortest(len(index), [(*pull[:3], weight) for pull, weight in zip(pulls, weights)],
+                         gaps)
+        # a wire that is bent anyway gives way to one that is nearly straight
+        weights = [weight / (1 + abs(found[b] - found[a] - d)) for a, b, d, weight in pulls]
     return {key: int(found[k]) for key, k in index.items()}
 
 
@@ -41,19 +47,22 @@ def _net_pulls(nodes, index, net):
         distance = nodes[a[0]].offset(side_a, a[1]) - nodes[b[0]].offset(side_b, b[1])
         return index[a[0]], index[b[0]], distance, weight
 
-    alone = len(net.left) == len(net.right) == 1
-    found = [pull("R", a, "L", b, _weight(nodes, a, b, alone))
-             for a in net.left for b in net.right if a[0] != b[0]]
-    for side, pins in (("R", net.left), ("L", net.right)):
-        found += [pull(side, a, side, b, TURN) for a, b in zip(pins, pins[1:]) if a[0] != b[0]]
-    return found
+    side, entry = net.entry
+    exits = [(other, pin) for other, pins in (("left", net.left), ("right", net.right))
+             for pin in pins if pin != entry and pin[0] != entry[0]]
+    face = {"left": "R", "right": "L"}
+    return [pull(face[side], entry, face[other], pin,
+                 TURN if other == side else _weight(nodes, entry, pin, len(exits) == 1))
+            for other, pin in exits]
 
 
 def _weight(nodes, a, b, alone):
-    bends = nodes[a[0]].is_bend + nodes[b[0]].is_bend
-    if bends == 2:
+    ends = nodes[a[0]], nodes[b[0]]
+    if all(end.is_bend for end in ends):
         return 6.0
-    if bends == 1:
+    if any(end.is_bend for end in ends):
         return 2.0
-    straight = 2.0 if nodes[b[0]].main in (None, b[1]) else 0.3  # not the side arm of a sum
+    if any(end.is_terminal for end in ends):
+        return 1.0
+    straight = 4.0 if nodes[b[0]].main in (None, b[1]) else 0.3  # not the side arm of a sum
     return straight * (3.0 if alone else 1.0)

@@ -189,7 +189,7 @@ def _characteristic(system, x):
 
 
 def _bend(x, y):
-    """Distance of a curve from its best line, relative to its height; -1 where it is not finite."""
+    """Distance of a curve from its best line, relative to its height; -1 if not finite."""
     if not np.all(np.isfinite(y)) or np.ptp(y) == 0:
         return -1.0
     line = np.polyval(np.polyfit(x, y, 1), x)

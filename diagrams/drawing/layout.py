@@ -30,14 +30,17 @@ class Box:
 
     @property
     def key(self):
+        """Key of the block."""
         return self.block.key
 
     @property
     def middle(self):
+        """Point in its middle."""
         return self.x + self.width / 2, self.y + self.height / 2
 
     @property
     def is_frame(self):
+        """Whether it is an opened diagram."""
         return self.block.inner is not None
 
 
@@ -148,6 +151,7 @@ class _Plan:
         self.result.width = x
 
     def finish(self):
+        """Place everything."""
         for key, node in self.nodes.items():
             if not node.is_bend:
                 self._box(key, node)
@@ -155,12 +159,12 @@ class _Plan:
             self._run(source)
         return self.result
 
-    def middle(self, key):
+    def _middle(self, key):
         c = self.column[key]
         return self.left[c] + self.breadth[c] / 2, self.grid[key] * GRID
 
     def _box(self, key, node):
-        (x, y), (width, height) = self.middle(key), node.body
+        (x, y), (width, height) = self._middle(key), node.body
         box = Box(node.block, x - width / 2, y - height / 2, width, height)
         self.result.boxes[key] = box
         self.result.labels += labels_of(node, box)
@@ -221,7 +225,7 @@ class _Plan:
         c = self.column[pin[0]]
         if node.is_bend:
             return [(self.left[c] + (0 if side == "L" else self.breadth[c]), y)]
-        x, middle = self.middle(pin[0])
+        x, middle = self._middle(pin[0])
         half = node.body[0] / 2
         edge = (x - half if side == "L" else x + half), y
         if node.picture is not None:

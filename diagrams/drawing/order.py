@@ -3,7 +3,8 @@
 import random
 from statistics import fmean
 
-RESTARTS, SWEEPS = 12, 6
+RESTARTS, SWEEPS, REFINED, PASSES = 16, 6, 3, 10
+CLIMB, COLUMN_TASTE, PORT_TASTE = 0.002, 0.25, 0.02
 GAP_BLOCKS, GAP_BEND, GAP_BENDS = 4, 3, 2
 
 
@@ -23,6 +24,7 @@ class Arrangement:
         self.columns = [[] for _ in range(max(column.values(), default=0) + 1)]
         for key in nodes:
             self.columns[column[key]].append(key)
+        self.rank = {key: k for k, key in enumerate(nodes)}
         self.partners = _partners(nodes, channels)
         self.y = {}
         self.stack()
@@ -58,6 +60,13 @@ class Arrangement:
                 self.nodes[key].fit_sum()
         self.stack()
 
+    def turn_over(self):
+        """Turn columns and ports upside down, unless an opened diagram fixes them."""
+        columns, ports = self.snapshot()
+        if not any(node.fixed for node in self.nodes.values()):
+            turned = {key: (left[::-1], right[::-1]) for key, (left, right) in ports.items()}
+            self.restore(([keys[::-1] for keys in columns], turned))
+
     def crossings(self, c):
         """Crossings in channel c when each net has one upright, the better way round."""
         return _channel_crossings([
@@ -65,12 +74,33 @@ class Arrangement:
              [self.pin_y("L", pin) for pin in net.right])
             for net in self.channels[c].values()])
 
+    def taste(self, c):
+        """How far a column and the ports in it stray from the order in which they were listed."""
+        found = COLUMN_TASTE * inversions(self.columns[c], self.rank, self._prominence)
+        for key in self.columns[c]:
+            node = self.nodes[key]
+            if node.sortable:
+                ranks = {port: k for ports in (node.block.inputs, node.block.outputs)
+                         for k, port in enumerate(ports)}
+                found += PORT_TASTE * (inversions(node.left, ranks)
+                                       + inversions(node.right, ranks))
+        return found
+
+    def _prominence(self, key):
+        node = self.nodes[key]
+        return 0.1 if node.is_bend else 0.7 if node.is_terminal else 1.0
+
+    def column_cost(self, c):
+        """What the order of one column costs: crossings on both sides, and taste."""
+        return self.crossings(c) + self.crossings(c + 1) + self.taste(c)
+
     def cost(self):
-        """Crossings, and a little for the height that the wires climb."""
+        """Crossings, taste, and a little for the height that the wires climb."""
         climb = sum(abs(self.pin_y(*a) - self.pin_y(*b))
                     for pins in self.partners.values() for a, others in pins.items()
                     for b in others)
-        return sum(self.crossings(c) for c in range(len(self.channels))) + 0.002 * climb
+        return (sum(self.crossings(c) for c in range(len(self.channels))) + CLIMB * climb
+                + sum(self.taste(c) for c in range(len(self.columns))))
 
     def sweep(self, rightwards):
         """Sort each column by the mean height of what its nodes are wired to."""
@@ -107,7 +137,7 @@ class Arrangement:
 
 
 def arrange(arrangement):
-    """Find the orders with the fewest crossings; the listed order is tried first and wins ties.
+    """Find orders with few crossings; the listed order is tried first and wins ties.
 
     Parameters
     ----------
@@ -115,45 +145,79 @@ def arrange(arrangement):
         Is left at the best orders found.
 
     """
+    found = _swept(arrangement)
+    best, least = None, float("inf")
+    for snapshot in found[:REFINED]:
+        arrangement.restore(snapshot)
+        for turned in (False, True):
+            if turned:
+                arrangement.turn_over()
+            _swap_neighbours(arrangement)
+            cost = arrangement.cost()
+            if cost < least - 1e-9:
+                best, least = arrangement.snapshot(), cost
+    arrangement.restore(best)
+
+
+def _swept(arrangement):
+    """Orders after sweeps from the listed order and from chance ones, the cheapest first."""
     chance = random.Random(0)
-    start = arrangement.snapshot()
-    best, least = start, float("inf")
+    start, found = arrangement.snapshot(), []
     for attempt in range(RESTARTS):
         arrangement.restore(start)
         if attempt:
             for keys in arrangement.columns:
                 chance.shuffle(keys)
             arrangement.stack()
+        best, least = start, float("inf")
         for sweep in range(SWEEPS):
             arrangement.sweep(rightwards=sweep % 2 == 0)
             arrangement.sort_ports()
             cost = arrangement.cost()
             if cost < least - 1e-9:
                 best, least = arrangement.snapshot(), cost
-    arrangement.restore(best)
-    _swap_neighbours(arrangement)
-    arrangement.sort_ports()
-    if arrangement.cost() > least:
-        arrangement.restore(best)
+        found.append((least, attempt, best))
+    return [snapshot for _, _, snapshot in sorted(found, key=lambda item: item[:2])]
 
 
 def _swap_neighbours(arrangement):
-    """Swap neighbours in a column while that removes crossings."""
-    improved = True
-    while improved:
-        improved = False
+    """Swap neighbours in columns and ports while that makes the picture better."""
+    for _ in range(PASSES):
+        better = False
         for c, keys in enumerate(arrangement.columns):
-            for k in range(len(keys) - 1):
-                before = arrangement.crossings(c) + arrangement.crossings(c + 1)
-                if not before:
-                    break
-                keys[k], keys[k + 1] = keys[k + 1], keys[k]
-                arrangement.stack(c)
-                if arrangement.crossings(c) + arrangement.crossings(c + 1) < before:
-                    improved = True
-                else:
-                    keys[k], keys[k + 1] = keys[k + 1], keys[k]
-                    arrangement.stack(c)
+            lists = [keys] + [ports for key in keys if arrangement.nodes[key].sortable
+                              for ports in (arrangement.nodes[key].left,
+                                            arrangement.nodes[key].right)]
+            for items in lists:
+                better |= _swap_in(arrangement, c, items)
+        if not better:
+            break
+
+
+def _swap_in(arrangement, c, items):
+    better = False
+    for k in range(len(items) - 1):
+        before = arrangement.column_cost(c)
+        _swap(arrangement, c, items, k)
+        if arrangement.column_cost(c) < before - 1e-9:
+            better = True
+        else:
+            _swap(arrangement, c, items, k)
+    return better
+
+
+def _swap(arrangement, c, items, k):
+    items[k], items[k + 1] = items[k + 1], items[k]
+    for key in arrangement.columns[c]:
+        if arrangement.nodes[key].main is not None:
+            arrangement.nodes[key].fit_sum()
+    arrangement.stack(c)
+
+
+def inversions(items, rank, weight=lambda item: 1.0):
+    """Weighted pairs that stand against their rank."""
+    return sum(weight(upper) * weight(lower) for k, lower in enumerate(items)
+               for upper in items[:k] if rank[upper] > rank[lower])
 
 
 def _at(sided_pin):

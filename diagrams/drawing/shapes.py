@@ -54,10 +54,12 @@ class Node:
 
     @property
     def is_bend(self):
+        """Whether it is only a passing wire."""
         return self.block is None
 
     @property
     def is_terminal(self):
+        """Whether it is an input or output of the diagram."""
         return self.block is not None and self.block.kind in ("input", "output")
 
     @property
@@ -140,7 +142,8 @@ def _gain(node):
     side = max(36.0, text + 24.0)
     label = measure(out_label(node.block), PORT)[0]
     node.body = (side, 36.0)
-    node.width = max(side + 2 * (label + 4 if label else 0), measure(below_name(node.block), NAME)[0])
+    node.width = max(side + 2 * (label + 4 if label else 0),
+                     measure(below_name(node.block), NAME)[0])
     node.above, node.below = 3, 3 + _name_room(node.block)
 
 
