@@ -44,8 +44,8 @@ def test_no_pyplot_in_the_library(path):
 
 
 def test_no_script_shadows_a_module():
-    needed = {*sys.stdlib_module_names, "control", "numpy", "scipy", "matplotlib", "rich", "jinja2",
-              "llvmlite"}
+    needed = {*sys.stdlib_module_names, "control", "numpy", "scipy", "matplotlib", "rich",
+              "jinja2", "llvmlite"}
     scripts = {path.stem for folder in ("diagrams", "analysis")
                for path in (ROOT / folder).glob("*.py")}
     assert not scripts & needed

@@ -46,8 +46,9 @@ def test_unknown_verb_names_the_nearest(capsys):
     assert "did you mean 'loop'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("error, code", [(ClieError("x"), 2), (RecordError("x"), 3),
-                                         (NotIdentifiableError("x"), 4), (KeyboardInterrupt(), 130)])
+@pytest.mark.parametrize("error, code", [
+    (ClieError("x"), 2), (RecordError("x"), 3), (NotIdentifiableError("x"), 4),
+    (KeyboardInterrupt(), 130)])
 def test_errors_become_words_and_exit_codes(error, code, capsys):
     def fail(argv):
         raise error

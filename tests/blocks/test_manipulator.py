@@ -66,7 +66,7 @@ def test_energy_balance_of_the_arm():
     torque = np.array([0.8, -0.3])
 
     def rate(t, x):
-        q, dq = x[:2], x[2:4]
+        dq = x[2:4]
         loss = gear**2 * friction * dq**2 + np.array([0.1, 0.2]) * dq**2
         return [*arm.dynamics(t, x[:4], torque), np.sum(gear * torque * dq - loss)]
 

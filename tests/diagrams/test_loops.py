@@ -200,7 +200,7 @@ def test_recorded_loops_are_discrete_and_ordinary_systems():
 
 
 def test_recorded_model_reproduces_a_sampled_robot_exactly():
-    """Known truth: a robot (9) under a sampled PD; with its parameters e_u is zero to round-off."""
+    """Known truth: with the parameters of the sampled robot e_u is zero to round-off."""
     period, theta = 1e-3, np.array([2.0, 0.5, 0.1])
     velocity = difference_filter(1, period, name="velocity")
     loop = recorded_loop([40.0], [5.0], 20.0, velocity)
