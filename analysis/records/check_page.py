@@ -1,0 +1,74 @@
+"""One page with the signals of a checked log, its findings marked where they are."""
+
+import numpy as np
+
+from clie_blocks.output import save_figure
+
+COLOURS = {"error": "tab:red", "warning": "tab:orange", "repair": "tab:blue"}
+MOST_POINTS = 4000
+SHOWN = ("q", "u", "dq", "tau")
+
+
+def save_page(report, folder, stem):
+    """Draw the signals of a report's record with the marked samples.
+
+    Parameters
+    ----------
+    report : Report
+        From `check_log`.
+    folder : path-like
+        Where to.
+    stem : str
+        File name without its ending.
+
+    Returns
+    -------
+    list of str
+        The files.
+
+    """
+    from matplotlib.figure import Figure
+
+    record = report.record
+    names = [name for name in SHOWN if name in record.signals]
+    figure = Figure(figsize=(4.5 * record.n + 1, 2.2 * len(names) + 1), layout="constrained")
+    axes = figure.subplots(len(names), record.n, squeeze=False, sharex=True)
+    for row, name in zip(axes, names, strict=True):
+        for k, axis in enumerate(row):
+            _signal(axis, record, name, k)
+            _marks(axis, record, report.findings, k)
+    for k, axis in enumerate(axes[-1]):
+        axis.set_xlabel("time [s]")
+        axes[0][k].set_title(record.joints[k])
+    figure.suptitle(f"{record.source}: {report.verdict}", fontsize=9)
+    return save_figure(figure, folder, stem, formats=("png",))
+
+
+def _signal(axis, record, name, k):
+    """Envelope of a long signal, so that no peak is lost; the reference behind the position."""
+    if name == "q" and record.qd is not None:
+        axis.plot(*_thinned(record.time, record.qd[:, k]), color="0.7", lw=1, label="reference")
+        axis.legend(fontsize=7)
+    axis.plot(*_thinned(record.time, np.where(record.valid, getattr(record, name)[:, k], np.nan)),
+              lw=0.8)
+    axis.set_ylabel(f"{name} [{record.units[name][k]}]")
+
+
+def _thinned(time, x):
+    block = 2 * len(x) // MOST_POINTS
+    if block < 2:
+        return time, x
+    cut = len(x) // block * block
+    parts = x[:cut].reshape(-1, block)
+    holes = ~np.isfinite(parts).any(axis=1)
+    low = np.where(holes, np.nan, np.where(np.isfinite(parts), parts, np.inf).min(axis=1))
+    high = np.where(holes, np.nan, np.where(np.isfinite(parts), parts, -np.inf).max(axis=1))
+    return np.repeat(time[:cut:block], 2), np.stack((low, high), axis=1).ravel()
+
+
+def _marks(axis, record, findings, k):
+    for finding in findings:
+        if finding.joint in (None, record.joints[k]):
+            for start, stop in finding.samples:
+                axis.axvspan(record.time[start], record.time[min(stop, len(record)) - 1],
+                             color=COLOURS[finding.severity], alpha=0.3)

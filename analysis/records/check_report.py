@@ -1,0 +1,204 @@
+"""The command ``clie check`` says whether a log is sound and what can be told from it."""
+
+import argparse
+import dataclasses
+import sys
+
+import numpy as np
+
+from clie_blocks.analysis.records.checks import SEVERITIES, check_record
+from clie_blocks.analysis.records.checks.capability import best_experiment, capabilities, facts
+from clie_blocks.analysis.records.checks.clock import even_clock
+from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.robot_file import read_robot
+from clie_blocks.output import run_main, to_json
+
+SCHEMA_VERSION = 1
+NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
+CANNOT_GO_ON = ("clock.stopped", "clock.backward")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Report:
+    """What `check_log` found: findings, capabilities, the advised experiment, the exit code."""
+
+    record: object
+    findings: list
+    facts: object
+    capabilities: list
+    experiment: str
+    exit_code: int
+
+    @property
+    def verdict(self):
+        """One sentence."""
+        count = {name: sum(f.severity == name for f in self.findings) for name in SEVERITIES}
+        if self.exit_code == 0:
+            return ("sound" if not count["warning"] else
+                    f"usable, with {count['warning']} warnings")
+        if self.exit_code == 4:
+            return "sound, but the motion does not show the parameters"
+        return f"not usable as it is: {count['error']} errors"
+
+
+def check_log(record, robot=None):
+    """Check one record and judge what can be learned from it.
+
+    Parameters
+    ----------
+    record : Record
+        The log.
+    robot : Robot, optional
+        What is known of the robot; by default the record's own.
+
+    Returns
+    -------
+    Report
+        Findings in order of weight, capabilities, experiment and exit code.
+
+    """
+    robot = robot or record.robot
+    findings = check_record(record, robot)
+    errors = [finding.check for finding in findings if finding.severity == "error"]
+    if any(check in CANNOT_GO_ON for check in errors):
+        return Report(record, findings, None, [], "Repair the clock first.", 1)
+    steady = even_clock(record)
+    known = facts(steady, robot)
+    code = 0 if not errors else 4 if set(errors) <= set(NOT_IDENTIFIABLE) else 1
+    return Report(steady, findings, known, capabilities(steady, robot, known),
+                  best_experiment(steady, known), code)
+
+
+def main(argv=None):
+    """Check logs; the worst exit code counts.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Arguments; by default those of the process.
+
+    """
+    options = _parser().parse_args(argv)
+    robot = read_robot(options.robot) if options.robot else None
+    reports = [check_log(record, robot) for path in options.logs
+               for record in read_records(path, robot, columns=_columns(options.map),
+                                          time_unit=options.time_unit)]
+    if options.json:
+        print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
+    else:
+        print("\n\n".join(as_text(report) for report in reports))
+    if options.output:
+        from clie_blocks.analysis.records.check_page import save_page
+
+        for number, report in enumerate(reports, 1):
+            for path in save_page(report, options.output, f"check-{number}"):
+                print(f"wrote {path}", file=sys.stderr)
+    if not options.json and all(report.exit_code == 0 for report in reports):
+        print(f"\nNext: clie identify {' '.join(options.logs)}", file=sys.stderr)
+    return _exit_code(reports)
+
+
+def as_text(report):
+    """Report as lines: verdict, joints, findings, what can be diagnosed, experiment."""
+    record = report.record
+    lines = [f"{record.source}: {report.verdict}", f"  {_outline(record)}", ""]
+    lines += [_joint_line(report, k) for k in range(record.n)] if report.facts else []
+    for severity in SEVERITIES:
+        lines += [f"  {severity.upper()} {text}" for text in _grouped(report.findings, severity)]
+    lines += [f"  READ {sentence}" for sentence in record.decisions]
+    for title, wanted in (("Can be diagnosed:", True), ("Cannot:", False)):
+        found = [c for c in report.capabilities if c.possible == wanted]
+        lines += ["", title] + [f"  {c.subject}: {c.reason}" for c in found] if found else []
+    return "\n".join([*lines, "", f"Most helpful next: {report.experiment}"])
+
+
+def _outline(record):
+    rate = f" at {1 / record.sample_time:.5g} Hz" if record.sample_time > 0 else ""
+    return (f"{len(record)} samples, {record.duration:.4g} s{rate}, {record.n} joints, signals "
+            f"{' '.join(record.signals)}")
+
+
+def as_dict(report):
+    """Report as plain values for JSON."""
+    record, known = report.record, report.facts
+    return {
+        "source": record.source, "verdict": report.verdict, "exit_code": report.exit_code,
+        "samples": len(record), "duration_s": record.duration,
+        "sample_time_s": record.sample_time, "signals": record.signals,
+        "joints": [{"name": name, **(_joint_values(report, k) if known else {})}
+                   for k, name in enumerate(record.joints)],
+        "findings": [dataclasses.asdict(finding) for finding in report.findings],
+        "decisions": record.decisions,
+        "capabilities": [dataclasses.asdict(c) for c in report.capabilities],
+        "experiment": report.experiment}
+
+
+def _joint_values(report, k):
+    motion = report.facts.motions[k]
+    return {"findings": _worst(report, k), "sweep": motion.sweep, "top_speed": motion.top_speed,
+            "frequency_hz": motion.frequency, "reversals": motion.reversals,
+            "noise": report.facts.floor.std[k], "hidden": motion.hidden}
+
+
+def _joint_line(report, k):
+    record, values = report.record, _joint_values(report, k)
+    unit = record.units["q"][k]
+    u = "" if record.u is None else (f", command {np.sqrt(np.nanmean(record.u[:, k] ** 2)):.3g} "
+                                     f"{record.units['u'][k]} rms")
+    return (f"  {record.joints[k]}: {values['findings']}; sweeps {values['sweep']:.3g} {unit}, "
+            f"up to {values['top_speed']:.3g} {unit}/s near {values['frequency_hz']:.2g} Hz, "
+            f"{values['reversals']} reversals, noise {values['noise']:.2g} {unit}{u}")
+
+
+def _worst(report, k):
+    """Gravest severity of the findings on a joint, or ``ok``."""
+    own = {f.severity for f in report.findings if f.joint == report.record.joints[k]}
+    return next((severity for severity in SEVERITIES if severity in own), "ok")
+
+
+def _grouped(findings, severity):
+    """Texts of one severity; a fault that many joints share is told once, with their names."""
+    groups = {}
+    for finding in findings:
+        if finding.severity == severity:
+            groups.setdefault(finding.check, []).append(finding)
+    for check, group in groups.items():
+        joints = ", ".join(finding.joint for finding in group if finding.joint)
+        shared = dataclasses.replace(group[0], joint=joints or None)
+        yield f"[{check}] {shared}" + (" (figures of the first)" if len(group) > 1 else "")
+
+
+def _exit_code(reports):
+    codes = {report.exit_code for report in reports}
+    if codes == {4} or 1 not in codes:
+        return 4 if codes == {4} else 0
+    return 1
+
+
+def _columns(pairs):
+    return dict(pair.split("=", 1) for pair in pairs) or None
+
+
+def _pair(text):
+    if "=" not in text:
+        raise argparse.ArgumentTypeError(f"{text!r} is not SIGNAL=COLUMN, as "
+                                         "q=actual_pos_{joint}")
+    return text
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="clie check", description="Say whether a log is sound, and what it can tell.",
+        epilog="Exit: 0 usable, 1 errors found, 2 usage, 3 cannot be read, 4 not identifiable.")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
+    parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one beside the log")
+    parser.add_argument("--map", action="append", type=_pair, default=[], metavar="SIGNAL=COLUMN",
+                        help="name a column, as q=actual_pos_{joint}")
+    parser.add_argument("--time-unit", choices=("s", "ms", "us", "ns"))
+    parser.add_argument("--json", action="store_true", help="print JSON with schema_version")
+    parser.add_argument("-o", dest="output", metavar="DIR", help="write a page with the signals")
+    return parser
+
+
+if __name__ == "__main__":
+    run_main(main)

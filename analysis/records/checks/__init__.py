@@ -1,0 +1,41 @@
+"""Checks of a log: each a function from record and robot to the faults that it finds."""
+
+from clie_blocks.analysis.records.checks.clock import check_clock, even_clock
+from clie_blocks.analysis.records.checks.command import check_saturation, check_torque
+from clie_blocks.analysis.records.checks.completeness import check_alive, check_missing
+from clie_blocks.analysis.records.checks.excitation import check_excitation
+from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding
+from clie_blocks.analysis.records.checks.law import check_law
+from clie_blocks.analysis.records.checks.reference import check_reference
+from clie_blocks.analysis.records.checks.stability import check_gains
+from clie_blocks.analysis.records.checks.velocity import check_velocity
+
+__all__ = ["CHECKS", "Finding", "check_record"]
+
+CHECKS = (check_clock, check_missing, check_alive, check_reference, check_velocity, check_law,
+          check_gains, check_saturation, check_torque, check_excitation)
+FATAL = ("clock.stopped", "clock.backward")
+
+
+def check_record(record, robot=None):
+    """Run every check on a record.
+
+    Parameters
+    ----------
+    record : Record
+        The log.
+    robot : Robot, optional
+        What is known of the robot; by default the record's own.
+
+    Returns
+    -------
+    list of Finding
+        Errors first, then warnings, then repairs.
+
+    """
+    robot = robot or record.robot
+    found = check_clock(record, robot)
+    if not any(finding.check in FATAL for finding in found):
+        steady = even_clock(record)
+        found = found + [finding for check in CHECKS[1:] for finding in check(steady, robot)]
+    return sorted(found, key=lambda finding: SEVERITIES.index(finding.severity))

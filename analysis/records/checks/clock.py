@@ -1,0 +1,134 @@
+"""Checks of the clock: unit, order, repeats, gaps, jitter, and the stated rate."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.checks.finding import Finding, ranges
+
+GAP = 3  # sample times
+COARSE = 0.01  # share of repeated stamps
+JITTER = (0.002, 0.10)  # std of the step over its median: worth saying, worth a warning
+PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
+UNITS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
+
+
+def check_clock(record, robot):
+    """Findings on the stamps of a record."""
+    if not record.sample_time > 0:
+        return [Finding("error", "clock.stopped", "The clock never advances.",
+                        "Without time there is no velocity and no model.",
+                        "Name the right column: --map time=COLUMN.")]
+    step = np.diff(record.time)
+    unit = _unit(record, robot)
+    return [*_order(step), *_repeats(step), *_gaps(record, step), *_jitter(record, step),
+            *(unit or _rate(record, robot))]
+
+
+def even_clock(record):
+    """Return the record with a coarse clock rebuilt from its rate, or as it is.
+
+    Between its ends each segment gets equal steps; the samples are not touched.
+    """
+    if not _is_coarse(np.diff(record.time)):
+        return record
+    time = record.time.copy()
+    for start, stop in record.segments:
+        time[start:stop] = np.linspace(time[start], time[stop - 1], stop - start)
+    return record.replace(time=time).noted(
+        "The clock is coarser than the sampling; its stamps were rebuilt from its mean rate.")
+
+
+def _is_coarse(step):
+    return np.mean(step == 0) > COARSE if step.size else False
+
+
+def _order(step):
+    backward = np.flatnonzero(step < 0)
+    if backward.size == 0:
+        return []
+    where = tuple((int(k), int(k) + 2) for k in backward[:20])
+    if backward.size == 1:
+        return [Finding("repair", "clock.reset", f"The clock jumps back once, by "
+                        f"{-step[backward[0]]:.6g} s.", "It was reset or the logs were joined.",
+                        "The record is split there; nothing to do.", samples=where)]
+    return [Finding("error", "clock.backward", f"The clock runs backwards {backward.size} times.",
+                    "The order of the samples is not known, so neither is any velocity.",
+                    "Sort at the source, or log the stamp of the measurement instead of that of "
+                    "its arrival.", samples=where)]
+
+
+def _repeats(step):
+    share = np.mean(step == 0)
+    if share == 0:
+        return []
+    where = ranges(np.concatenate((step == 0, [False])))[:20]
+    if share <= COARSE:
+        return [Finding("repair", "clock.repeated", f"{np.count_nonzero(step == 0)} stamps repeat "
+                        "the one before.", "A sample was logged twice.",
+                        "The last of each is kept; nothing to do.", samples=where)]
+    return [Finding("warning", "clock.coarse", f"Coarse clock: {share:.0%} of the stamps repeat "
+                    "the one before.", "The true sample times are not known.",
+                    "The stamps are rebuilt from the mean rate; log a finer clock.",
+                    samples=where)]
+
+
+def _gaps(record, step):
+    if _is_coarse(step):
+        return []
+    gap = step > GAP * record.sample_time
+    if not gap.any():
+        return []
+    lost = float(np.sum(step[gap]))
+    return [Finding("warning", "clock.gaps", f"{np.count_nonzero(gap)} gaps, together "
+                    f"{lost:.3g} s of {record.duration:.3g} s.", "What happened inside is not "
+                    "known.", "The record is split there and nothing is filled in; if it is much, "
+                    "log to memory first.",
+                    samples=tuple((int(k), int(k) + 2) for k in np.flatnonzero(gap)[:20]))]
+
+
+def _jitter(record, step):
+    if _is_coarse(step):
+        return []
+    usual = step[(step > 0) & (step <= GAP * record.sample_time)]
+    size = usual.std() / record.sample_time
+    if size < JITTER[0]:
+        return []
+    said = (f"The step of the clock varies by {size:.1%} (median {1e3 * record.sample_time:.4g} "
+            f"ms, mean {1e3 * usual.mean():.4g} ms).")
+    if size < JITTER[1]:
+        return [Finding("repair", "clock.jitter", said, "Even steps would shift the samples.",
+                        "The true stamps are used; nothing to do.")]
+    return [Finding("warning", "clock.jitter", said,
+                    "The controller's own clock is not this one, so its velocity filter cannot be "
+                    "replayed exactly, and lags below one step cannot be told.",
+                    "Log the stamp of the controller's cycle.")]
+
+
+def _unit(record, robot):
+    """Whether the step is a power of a thousand off what is stated, or off what is plausible."""
+    step = record.sample_time
+    stated = robot.controller.sample_time if robot else None
+    if stated:
+        for factor, unit in UNITS.items():
+            if abs(step / stated / factor - 1) < 0.2:
+                return [_wrong_unit(f"The step of the clock is {step:g} s but the robot's sample "
+                                    f"time is {stated:g} s: the stamps are in {unit}.", unit)]
+    elif not PLAUSIBLE[0] <= step <= PLAUSIBLE[1]:
+        return [_wrong_unit(f"The step of the clock would be {step:g} s.", "ms, us or ns")]
+    return []
+
+
+def _wrong_unit(what, unit):
+    return Finding("error", "clock.unit", what,
+                   "Every velocity and every parameter would be off by powers of a thousand.",
+                   f"Read it with --time-unit {unit}.")
+
+
+def _rate(record, robot):
+    stated = robot.controller.sample_time if robot else None
+    if not stated or abs(record.sample_time / stated - 1) < 0.01:
+        return []
+    return [Finding("warning", "clock.rate", f"The log has a step of "
+                    f"{1e3 * record.sample_time:.4g} ms, the controller one of "
+                    f"{1e3 * stated:.4g} ms.",
+                    "The control law cannot be replayed sample by sample.",
+                    "Log every cycle of the controller, or correct sample_time_s.")]

@@ -1,0 +1,45 @@
+"""What a check says about a log."""
+
+import dataclasses
+
+SEVERITIES = ("error", "warning", "repair")
+
+
+@dataclasses.dataclass(frozen=True)
+class Finding:
+    """One fault of a log: what, where, why it matters, how to mend it.
+
+    Parameters
+    ----------
+    severity : str
+        ``error``: nothing sound can be learned until it is mended; ``warning``: some answers are
+        out of reach or less certain; ``repair``: handled, and the answers stand.
+    check : str
+        Stable name for programs, ``family.fault``.
+    what, why, fix : str
+        Sentences.
+    joint : str, optional
+        Joint name; None for the whole log.
+    samples : tuple of (int, int)
+        Half-open sample ranges; empty for the whole log.
+
+    """
+
+    severity: str
+    check: str
+    what: str
+    why: str
+    fix: str
+    joint: str | None = None
+    samples: tuple[tuple[int, int], ...] = ()
+
+    def __str__(self):
+        where = f"{self.joint}: " if self.joint else ""
+        return f"{where}{self.what} {self.why} {self.fix}".strip()
+
+
+def ranges(mask):
+    """Half-open ranges in which a mask is true."""
+    edges = [*(mask[1:] != mask[:-1]).nonzero()[0] + 1]
+    edges = [0, *map(int, edges), len(mask)]
+    return tuple((a, b) for a, b in zip(edges, edges[1:], strict=False) if mask[a])

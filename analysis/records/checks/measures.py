@@ -1,0 +1,162 @@
+"""Measures of signals that several checks share; plain numpy, since a check must start fast."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.runs import runs
+
+WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
+
+
+def half_width(record, window=WINDOW):
+    """Half width in samples of a window of this many seconds, at least one sample."""
+    return max(1, round(window / record.sample_time))
+
+
+def centres(record, width):
+    """Indices k for which ``k - width`` and ``k + width`` lie in the same run of valid samples."""
+    parts = [np.arange(start + width, stop - width) for start, stop in runs(record)
+             if stop - start > 2 * width]
+    return np.concatenate(parts) if parts else np.empty(0, int)
+
+
+def increments(x, at, width):
+    """Change of a signal over each window: ``x[k + width] - x[k - width]``."""
+    return x[at + width] - x[at - width]
+
+
+def travelled(record, rate, at, width):
+    """Integral of a rate over each window by trapezia on the true stamps: what x changed by."""
+    area = np.diff(record.time)[:, None] * (rate[1:] + rate[:-1]) / 2
+    return increments(_total(area), at, width)
+
+
+def smooth_motion(record, at, width):
+    """Position, velocity and acceleration, averaged over each window with `averaged`.
+
+    Returns
+    -------
+    q, dq, ddq : ndarray, shape (len(at), n)
+        The acceleration is ``(q[k+w] - 2 q[k] + q[k-w]) / (wT)^2``; the others are averaged
+        alike, so that a force averaged alike obeys the same equation of motion.
+
+    """
+    ahead, here, behind = record.q[at + width], record.q[at], record.q[at - width]
+    rate = np.zeros(record.q.shape)
+    rate[1:-1] = (record.q[2:] - record.q[:-2]) / (2 * record.sample_time)
+    return (averaged(record.q, at, width), averaged(rate, at, width),
+            (ahead - 2 * here + behind) / (width * record.sample_time) ** 2)
+
+
+def averaged(x, at, width):
+    """Triangular mean over each window: twice the mean of `width` samples."""
+    ahead = _total(x)
+    ahead = (ahead[width:] - ahead[:-width]) / width
+    total = _total(ahead)
+    return (total[at + 1] - total[at + 1 - width]) / width
+
+
+def _total(x):
+    finite = np.where(np.isfinite(x), x, 0.0)
+    return np.concatenate((np.zeros((1, x.shape[1])), np.cumsum(finite, axis=0)))
+
+
+def slope(x, y):
+    """Slope of y on x through the origin, and their correlation about zero; NaN without x."""
+    xx, yy, xy = np.sum(x * x), np.sum(y * y), np.sum(x * y)
+    if xx == 0 or yy == 0:
+        return np.nan, np.nan
+    return xy / xx, xy / np.sqrt(xx * yy)
+
+
+def correlations(x, y):
+    """Matrix of the correlations about zero of the columns of x with those of y; 0 if dead."""
+    size = np.linalg.norm(x, axis=0)[:, None] * np.linalg.norm(y, axis=0)
+    return np.divide(x.T @ y, size, out=np.zeros(size.shape), where=size > 0)
+
+
+def permutation(match):
+    """Permutation that a matrix of similarities shows beyond doubt, or None.
+
+    Parameters
+    ----------
+    match : ndarray, shape (n, n)
+        Similarity of row signal i with column signal j, at most 1.
+
+    Returns
+    -------
+    list of int or None
+        ``found[i] = j`` where it differs from the identity, each pair of a moved joint is alike
+        (above 0.8) and the stated pair is not (0.3 less).
+
+    """
+    found = match.argmax(axis=1)
+    rows = np.arange(len(match))
+    moved = found != rows
+    if not moved.any() or sorted(found) != list(rows):
+        return None
+    sure = (match[rows, found] > 0.8) & (match[rows, rows] < match[rows, found] - 0.3)
+    return found.tolist() if sure[moved].all() else None
+
+
+def lag(record, early, late, at, width, reach=40):
+    """Samples by which one signal trails another, to a fraction of a sample.
+
+    Parameters
+    ----------
+    record : Record
+        Gives the number of samples.
+    early, late : ndarray, shape (N,)
+        Signals.
+    at : ndarray of int
+        Centres to use.
+    width : int
+        Increments over this half width are compared, so that offsets do not count.
+    reach : int
+        Largest lag tried.
+
+    Returns
+    -------
+    float
+        Positive when `late` trails; NaN when the two are not alike.
+
+    """
+    at = at[(at >= reach + width) & (at < len(record) - reach - width)]
+    if at.size < 10:
+        return np.nan
+    change = increments(early, at, width)
+    match = np.array([slope(change, increments(late, at + shift, width))[1]
+                      for shift in range(-reach, reach + 1)])
+    if not np.isfinite(match).all():
+        return np.nan
+    best = int(match.argmax())
+    if not 0 < best < 2 * reach or match[best] < 0.8:
+        return np.nan
+    before, top, after = match[best - 1:best + 2]
+    bend = before - 2 * top + after
+    return best - reach + (0.5 * (before - after) / bend if bend else 0.0)
+
+
+def step_size(x):
+    """Smallest step of a quantised signal; NaN when its values lie on no lattice."""
+    change = np.abs(np.diff(x[np.isfinite(x)]))
+    change = change[change > 1e-12 * max(1.0, np.nanmax(np.abs(x), initial=0.0))]
+    if change.size < 10:
+        return np.nan
+    step = change.min()
+    near = change[change < 20.5 * step] / step
+    on_lattice = np.abs(near - np.round(near)) < 0.05
+    return float(np.median(change[change < 1.5 * step])) if (
+        near.size > 0.1 * change.size and on_lattice.mean() > 0.98) else np.nan
+
+
+def longest_flat(x):
+    """Range of the longest run of equal values, and the share of equal neighbours outside it."""
+    same = np.diff(x) == 0
+    if not same.any():
+        return (0, 1), 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(int)))
+    starts, stops = edges[::2], edges[1::2]
+    longest = int(np.argmax(stops - starts))
+    start, stop = int(starts[longest]), int(stops[longest]) + 1
+    outside = same.size - (stop - start - 1)
+    return (start, stop), float((same.sum() - (stop - start - 1)) / max(outside, 1))

@@ -1,0 +1,98 @@
+"""Checks of the logged reference against the position: identity, order, unit, side."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.checks.finding import Finding
+from clie_blocks.analysis.records.checks.measures import (
+    centres,
+    correlations,
+    half_width,
+    increments,
+    permutation,
+    slope,
+)
+
+DEGREE = 180 / np.pi
+TURNS = 3  # a joint that sweeps more than this many turns in radians is probably in degrees
+
+
+def check_reference(record, robot):
+    """Findings on the reference: logged twice, in another order, unit, or side of the gear."""
+    if record.qd is None:
+        return _range(record)
+    copied = [k for k in range(record.n) if _identical(record.q[:, k], record.qd[:, k])]
+    if copied:
+        return [Finding("error", "reference.copied", "Its reference equals its position at every "
+                        "sample: one was logged as the other.", "The loop seems to have no error, "
+                        "so nothing of controller or robot can be seen.",
+                        "Log the measurement, or name its column: --map q=COLUMN.",
+                        joint=record.joints[k]) for k in copied]
+    width = half_width(record, 0.25)
+    at = centres(record, width)
+    if at.size < 10:
+        return _range(record)
+    asked, moved = increments(record.qd, at, width), increments(record.q, at, width)
+    order = _order(asked, moved)
+    if order is not None:
+        pairs = ", ".join(f"qd of {record.joints[i]} is followed by {record.joints[j]}"
+                          for i, j in enumerate(order) if i != j)
+        return [Finding("error", "reference.swapped", f"Joints are swapped: {pairs}.",
+                        "Every joint would be given another's model.",
+                        f"Reorder the columns: permutation {[j + 1 for j in order]}.")]
+    return [*_range(record), *(finding for k in range(record.n)
+                               for finding in _scale(record, robot, k, asked[:, k], moved[:, k]))]
+
+
+def _identical(q, qd):
+    both = np.isfinite(q) & np.isfinite(qd)
+    return both.any() and np.ptp(q[both]) > 0 and bool(np.all(q[both] == qd[both]))
+
+
+def _order(asked, moved):
+    """Permutation of the joints whose reference moves; the others stay where they are."""
+    size = np.sqrt(np.mean(asked**2, axis=0))
+    live = np.flatnonzero(size > 0.02 * size.max(initial=0))
+    found = permutation(correlations(asked[:, live], moved[:, live])) if live.size > 1 else None
+    if found is None:
+        return None
+    order = list(range(asked.shape[1]))
+    for i, j in zip(live, found, strict=True):
+        order[i] = int(live[j])
+    return order
+
+
+def _scale(record, robot, k, asked, moved):
+    scale, match = slope(asked, moved)
+    name = record.joints[k]
+    if not abs(match) > 0.8:
+        return []
+    if scale < 0:
+        return [Finding("error", "reference.sign", "It moves opposite to its reference.",
+                        "The loop could not be stable, so a sign is wrong in the log.",
+                        "Turn the position or the reference: sign = -1.", joint=name)]
+    ratio = robot.motor.gear_ratio if robot else None
+    ratio = 0 if ratio is None else ratio[k]
+    for factor in (ratio, 1 / ratio) if ratio > 1.5 else ():
+        if abs(scale / factor - 1) < 0.15:
+            return [Finding("error", "reference.side", f"It moves {scale:.4g} times its reference,"
+                            f" the gear ratio being {ratio:g}: one is on the motor side, the "
+                            "other on the joint side.", "The control error would be meaningless.",
+                            "Divide the motor side by the gear ratio.", joint=name)]
+    for factor, which in ((DEGREE, "the position in deg"), (1 / DEGREE, "the reference in deg")):
+        if abs(scale / factor - 1) < 0.15:
+            return [Finding("warning", "units.reference", f"It moves {scale:.4g} times its "
+                            f"reference, as if {which} and the other in rad.",
+                            "The gains would be off by 57.3.", "State the unit in the header, as "
+                            f"q_{name}[deg]; --fix-units converts it.", joint=name)]
+    return []
+
+
+def _range(record):
+    sweep = np.nanmax(record.q, axis=0) - np.nanmin(record.q, axis=0)
+    return [Finding("warning", "units.range", f"It sweeps {sweep[k]:.4g} rad, "
+                    f"{sweep[k] / 2 / np.pi:.1f} turns: is it in degrees?",
+                    "In degrees every gain and inertia would be off by 57.3.",
+                    f"If so, write q_{record.joints[k]}[deg] in the header or give --map with the "
+                    "unit; a joint that turns freely is fine.", joint=record.joints[k])
+            for k in range(record.n)
+            if record.units["q"][k] == "rad" and sweep[k] > TURNS * 2 * np.pi]

@@ -1,0 +1,87 @@
+"""Checks of the stated gains before anything is simulated: stable, and within the theorems."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.checks.finding import Finding
+
+
+def check_gains(record, robot):
+    """Findings on gains with which the nominal loop is unstable or K-bar is not positive."""
+    nominal = nominal_joints(robot)
+    if nominal is None or robot.controller.law not in ("pd", "cascade"):
+        return []
+    kp, kd = loop_gains(robot.controller)
+    return [finding for k in range(robot.n)
+            for finding in _joint(robot, k, *(x[k] for x in (*nominal, kp, kd)))]
+
+
+def nominal_joints(robot):
+    """Nominal A [1/s] and B [1/(kg m^2)] of eq. (9) with the links stretched out, or None.
+
+    The load is ``J r + M_kk / r`` on the motor side, as in (8); without motor data None.
+    """
+    motor, links = (robot.motor, robot.links) if robot else (None, None)
+    if motor is None or motor.inertia is None or motor.gear_ratio is None:
+        return None
+    ratio = motor.gear_ratio
+    inertia = motor.inertia * ratio + _stretched(links, robot.n) / ratio
+    damping = np.zeros(robot.n) if motor.viscous_friction is None else motor.viscous_friction
+    joint = links.joint_viscous_friction
+    damping = damping * ratio + (0.0 if joint is None else joint / ratio)
+    gain = 1.0 if motor.torque_gain is None else motor.torque_gain
+    if not (inertia > 0).all():
+        return None
+    return damping / inertia, gain / inertia
+
+
+def loop_gains(controller):
+    """Gains on position and velocity as the PD law (11) has them."""
+    if controller.law == "cascade":
+        return controller.kp * controller.kv, controller.kv
+    return controller.kp, controller.kd
+
+
+def smallest_kd(a, b, kp):
+    """Smallest Kd with ``K-bar = Kd/Kp (A + B Kd) - 1 > 0``, which Theorem 2 needs."""
+    return (np.sqrt(a**2 + 4 * b * kp) - a) / (2 * b)
+
+
+def slowest_growth(a, b, kp, kd, controller):
+    """Largest real part [1/s] of the poles of the loop of (9), (11) with the filter G1 (47)."""
+    if controller.highpass is None or controller.lowpass is None:
+        return float(np.roots([1, a + b * kd, b * kp]).real.max())
+    lag = np.poly([-controller.highpass, -controller.lowpass])
+    loop = np.polyadd(np.polymul([1, a, 0], lag), b * kp * lag)
+    return float(np.roots(np.polyadd(loop, [b * kd * lag[-1], 0])).real.max())
+
+
+def _joint(robot, k, a, b, kp, kd):
+    name, controller = robot.joints[k], robot.controller
+    if slowest_growth(a, b, kp, kd, controller) > 0:
+        trial = np.geomspace(1e-3, 1e3, 601) * max(abs(kd), 1e-9)
+        good = [d for d in trial if slowest_growth(a, b, kp, d, controller) < 0]
+        fix = (f"The smallest Kd that is stable is {min(good):.4g}." if good else
+               "No Kd makes it stable with this filter; lower Kp.")
+        return [Finding("error", "gains.unstable", f"With Kp = {kp:.4g} and Kd = {kd:.4g} the "
+                        "nominal loop is unstable.", "A simulation would run away; the robot did "
+                        "not, so gains or datasheet are wrong.", fix, joint=name)]
+    if kd / kp * (a + b * kd) <= 1:
+        return [Finding("warning", "gains.k_bar", f"K-bar = Kd/Kp (A + B Kd) - 1 is "
+                        f"{kd / kp * (a + b * kd) - 1:.3g}, not positive.",
+                        "The proof of the update law (27) does not cover these gains.",
+                        f"From Kd = {smallest_kd(a, b, kp):.4g} on it does; the least-squares "
+                        "estimates do not need it.", joint=name)]
+    return []
+
+
+def _stretched(links, n):
+    """Inertia of all links beyond each joint, the arm stretched out [kg m^2]."""
+    if links.mass is None or links.com is None:
+        return np.zeros(n)
+    length = np.zeros(n) if links.length is None else links.length
+    own = np.zeros(n) if links.inertia is None else links.inertia
+    total = np.zeros(n)
+    for k in range(n):
+        reach = np.concatenate(([0.0], np.cumsum(length[k:-1])))
+        total[k] = np.sum(own[k:] + links.mass[k:] * (reach + links.com[k:]) ** 2)
+    return total

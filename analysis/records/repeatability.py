@@ -1,0 +1,156 @@
+"""The noise floor of a log: from repeated periods, from repeated runs, or from its roughness.
+
+Only repeats are a measurement: what repeats is the robot, what does not is noise.  Without them
+the second difference of the position stands in, which sees white noise alone.
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from clie_blocks.analysis.records.runs import runs
+from clie_blocks.errors import RecordError
+
+MAD_TO_STD = 1.4826
+LEAST_PERIODS = 3
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class NoiseFloor:
+    """Standard deviation of what does not repeat in the measured position.
+
+    Parameters
+    ----------
+    std : ndarray, shape (n,)
+        Noise of one sample of q [unit of q].
+    method : str
+        ``periods``, ``runs`` or ``second difference``.
+    repeats : int
+        Periods or runs that were compared; 0 without repeats.
+    caveat : str
+        Why the figure may mislead; empty when it is a measurement.
+
+    """
+
+    std: np.ndarray
+    method: str
+    repeats: int
+    caveat: str = ""
+
+
+def noise_floor(record, *others):
+    """Noise floor of q, from the best evidence that the log has.
+
+    Parameters
+    ----------
+    record : Record
+        The log.
+    *others : Record
+        Further runs of the same robot; those with the same reference and excitation count.
+
+    Returns
+    -------
+    NoiseFloor
+        Standard deviation per joint, method and caveat.
+
+    """
+    twins = [record, *(other for other in others if _same_drive(record, other))]
+    if len(twins) > 1:
+        size = min(map(len, twins))
+        return NoiseFloor(_spread(np.stack([twin.q[:size] for twin in twins])), "runs", len(twins))
+    start, stop = max(runs(record), key=lambda run: run[1] - run[0], default=(0, 0))
+    period = repeated_period(record, start, stop)
+    if period:
+        count = (stop - start) // period - 1  # the first period holds the transient
+        cut = record.q[start + period:start + (count + 1) * period]
+        return NoiseFloor(_spread(cut.reshape(count, period, record.n)), "periods", count)
+    std, whiteness = roughness(record)
+    return NoiseFloor(std, "second difference", 0, _caveat(whiteness))
+
+
+@functools.lru_cache(maxsize=2)  # a record does not change, and several checks ask
+def roughness(record):
+    """Noise from the second difference of q, and its whiteness: 1 for white noise, 0 if smooth.
+
+    Returns
+    -------
+    std, whiteness : ndarray, shape (n,)
+        Standard deviation by the median of ``|q[k-1] - 2 q[k] + q[k+1]| / sqrt(6)``; and the
+        ratio to the same over twice the distance, which a low-pass filter makes small.
+
+    """
+    near, far = (_second_difference(record, width) for width in (1, 2))
+    return near, np.divide(near, far, out=np.ones_like(near), where=far > 0)
+
+
+def repeated_period(record, start, stop):
+    """Period of reference and excitation in samples, when at least three fit; else 0."""
+    drive = [x[start:stop] for x in (record.qd, record.pe) if x is not None and np.ptp(x) > 0]
+    if not drive:
+        return 0
+    drive = np.hstack(drive)
+    drive = drive[:, np.ptp(drive, axis=0) > 0]
+    drive = (drive - drive.mean(axis=0)) / np.ptp(drive, axis=0)
+    size = len(drive)
+    candidates = _self_similar(drive, size // LEAST_PERIODS)
+    for period in candidates:
+        if np.abs(drive[2 * period:] - drive[period:-period]).max() < 1e-3:
+            return int(period)
+    return 0
+
+
+def _self_similar(drive, longest):
+    """Shifts at which the drive is nearly itself again, shortest first.
+
+    The mean square of ``drive[k + shift] - drive[k]`` comes from energies and a correlation, which
+    takes one transform for all shifts.
+    """
+    count = len(drive)
+    size = 1 << (2 * count - 1).bit_length()
+    power = np.abs(np.fft.rfft(drive, size, axis=0)) ** 2
+    correlation = np.fft.irfft(power.sum(axis=1), size)[:longest + 1]
+    energy = np.concatenate(([0.0], np.cumsum(np.sum(drive**2, axis=1))))
+    shift = np.arange(longest + 1)
+    ends = energy[count - shift] + energy[-1] - energy[shift]
+    apart = (ends - 2 * correlation) / (count - shift)
+    middle = apart[1:-1]
+    dip = (middle <= apart[:-2]) & (middle < apart[2:]) & (middle < 1e-3 * apart.max())
+    return np.flatnonzero(dip) + 1
+
+
+def _spread(repeats):
+    """Standard deviation over repeats, with the freedom of their mean given back."""
+    return np.sqrt(np.nanmean(np.nanvar(repeats, axis=0, ddof=1), axis=0))
+
+
+def _second_difference(record, width):
+    bends = [record.q[start:stop][2 * width:] - 2 * record.q[start:stop][width:-width]
+             + record.q[start:stop][:-2 * width]
+             for start, stop in runs(record, least=2 * width + 1)]
+    if not bends:
+        raise RecordError(f"{record.source or 'the record'} has no five samples in a row; the "
+                          "noise of its position cannot be estimated")
+    bends = np.vstack(bends)
+    size = MAD_TO_STD * np.median(np.abs(bends), axis=0)
+    return np.where(size > 0, size, bends.std(axis=0)) / np.sqrt(6)
+
+
+def _same_drive(one, other):
+    """Whether two runs had the same reference and excitation, sample by sample."""
+    if one.n != other.n or abs(len(one) - len(other)) > 0.01 * len(one):
+        return False
+    size = min(len(one), len(other))
+    pairs = [(getattr(one, name), getattr(other, name)) for name in ("qd", "pe")]
+    if any((a is None) != (b is None) for a, b in pairs) or pairs[0][0] is None:
+        return False
+    return all(a is None or np.allclose(a[:size], b[:size], rtol=0, atol=1e-6 * np.ptp(a) + 1e-12)
+               for a, b in pairs)
+
+
+def _caveat(whiteness):
+    said = "no motion repeats in the log, so slow noise is not seen"
+    if np.any(whiteness < 0.8):
+        said += ("; the position was filtered before it was logged, or moves too fast for its "
+                 "rate, so the figure is not its noise")
+    return said

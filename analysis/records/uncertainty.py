@@ -1,0 +1,87 @@
+"""Least squares whose intervals hold when the residual is coloured, as a robot's always is."""
+
+import dataclasses
+
+import numpy as np
+
+BLOCKS = 30  # blocks of residual whose sums are taken as independent
+Z95 = 1.96
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fit:
+    """A least-squares estimate.
+
+    Parameters
+    ----------
+    value : ndarray, shape (p,)
+        Estimate.
+    covariance : ndarray, shape (p, p)
+        Its covariance.
+    residual : ndarray, shape (N,)
+        What is left.
+    freedom : int
+        Blocks less one, for the interval's quantile.
+
+    """
+
+    value: np.ndarray
+    covariance: np.ndarray
+    residual: np.ndarray
+    freedom: int
+
+    @property
+    def interval(self):
+        """Half width of the 95 % interval."""
+        return quantile95(self.freedom) * np.sqrt(np.maximum(np.diag(self.covariance), 0))
+
+
+def least_squares(columns, target, instruments=None, blocks=BLOCKS):
+    """Least squares, or instrumental variables, with block-robust uncertainty.
+
+    The scores ``z_k r_k`` are summed over blocks much longer than the residual's memory; the
+    spread of the sums, not of the samples, gives the covariance.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (N, p)
+        Regressor, in the order of time.
+    target : ndarray, shape (N,)
+        What it explains.
+    instruments : ndarray, shape (N, p), optional
+        Signals free of the noise in `columns`; by default the columns themselves.
+    blocks : int
+        Number of blocks.
+
+    Returns
+    -------
+    Fit
+        Estimate, covariance and residual.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the columns are not independent.
+
+    """
+    size = np.linalg.norm(columns, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    scaled = columns / size
+    z = scaled if instruments is None else instruments / np.linalg.norm(instruments, axis=0)
+    inverse = np.linalg.inv(z.T @ scaled)
+    value = inverse @ (z.T @ target)
+    residual = target - scaled @ value
+    return Fit(value / size, inverse @ _middle(z * residual[:, None], blocks) @ inverse.T
+               / np.outer(size, size), residual, blocks - 1)
+
+
+def quantile95(freedom):
+    """Two-sided 95 % quantile of Student's t, by the first term of its expansion."""
+    return Z95 + (Z95**3 + Z95) / (4 * max(freedom, 1))
+
+
+def _middle(scores, blocks):
+    """Sum over blocks of the outer products of their scores."""
+    edges = np.linspace(0, len(scores), blocks + 1).astype(int)[:-1]
+    sums = np.add.reduceat(scores, edges, axis=0)
+    return sums.T @ sums * blocks / (blocks - 1)
