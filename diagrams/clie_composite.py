@@ -1,7 +1,6 @@
 """Fig. 2 with the composite update law (40): the filtered robot corrects the estimates too."""
 
 from clie_blocks.diagrams.twin_loop import twin_loop
-
 from clie_blocks.filters import lowpass, lowpass_with_rate
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
 from clie_blocks.output import run_main

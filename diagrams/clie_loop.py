@@ -1,7 +1,6 @@
 """Fig. 2 with the update law (27): robot and model under one PD law, compared by their inputs."""
 
 from clie_blocks.diagrams.twin_loop import twin_loop
-
 from clie_blocks.identification import gradient_update
 from clie_blocks.output import run_main
 from clie_blocks.signals import interconnect

@@ -1,8 +1,8 @@
 """Fig. 2 with a recorded robot and the composite update law (40)."""
 
 import control as ct
-from clie_blocks.diagrams.recorded_loop import model_half
 
+from clie_blocks.diagrams.recorded_loop import model_half
 from clie_blocks.filters import lowpass, lowpass_with_rate, velocity_filter
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
 from clie_blocks.signals import interconnect
