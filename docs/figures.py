@@ -1,0 +1,41 @@
+"""Draw the figures that stand in the README from the very diagrams: ``python docs/figures.py``."""
+
+import argparse
+from pathlib import Path
+
+from clie_blocks import paper
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.diagrams.clie_loop import clie_loop
+from clie_blocks.diagrams.feedback_linearization import feedback_linearization
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.diagrams.picture import draw
+from clie_blocks.output import guarded, save_figure
+
+
+def figures():
+    """Return the paper's diagrams by file name."""
+    arm, gains = paper.paper_arm(), (paper.KP, paper.KD)
+    return {"fig_1": joint_loop(arm, *gains), "fig_2": clie_loop(arm, *gains, paper.GAMMA),
+            "fig_2_composite": clie_composite(arm, *gains, paper.GAMMA, paper.ALPHA[2]),
+            "fig_5": feedback_linearization(arm, paper.THETA_HAT[1], *gains)}
+
+
+def main(argv=None):
+    """Write one SVG per figure.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Command-line arguments; by default those of the process.
+
+    """
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("-o", "--output", default=Path(__file__).parent / "figures",
+                         metavar="DIR", help="folder for the pictures")
+    folder = options.parse_args(argv).output
+    for stem, diagram in figures().items():
+        print(*save_figure(draw(diagram), folder, stem, formats=("svg",)))
+
+
+if __name__ == "__main__":
+    raise SystemExit(guarded(main))
