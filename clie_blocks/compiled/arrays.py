@@ -3,17 +3,16 @@
 import numpy as np
 
 from clie_blocks.compiled import linear_algebra
-from clie_blocks.compiled.symbols import (
+from clie_blocks.compiled.scalars import (
     FUNCTIONS,
     F,
-    Symbol,
-    TraceError,
     floor_divide,
     mod,
     number,
     round_to,
     truth,
 )
+from clie_blocks.compiled.symbols import Symbol, TraceError
 from clie_blocks.errors import nearest
 
 

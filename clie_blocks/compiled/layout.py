@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from clie_blocks.compiled.symbols import F, Symbol, topological
+from clie_blocks.compiled.scalars import F
+from clie_blocks.compiled.symbols import Symbol, topological
 
 
 @dataclass(frozen=True)

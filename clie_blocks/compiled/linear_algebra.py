@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from clie_blocks.compiled.symbols import F, Symbol, TraceError
+from clie_blocks.compiled.scalars import F
+from clie_blocks.compiled.symbols import Symbol, TraceError
 
 LARGEST = 12
 

@@ -14,6 +14,9 @@ _REAL, _COUNT, _ARRAY = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
 def module(layout, method):
     """Return the LLVM text of a program: derivative, observe and the loop over steps.
 
+    The derivative stays out of line: inlined into every stage it was 2 % quicker on the paper's
+    loop and took twice as long to compile.
+
     Parameters
     ----------
     layout : Layout

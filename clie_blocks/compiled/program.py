@@ -1,12 +1,11 @@
 """A compiled diagram: run it, read it, hand it back."""
 
-import fnmatch
-import re
 import sys
 
 import control as ct
 import numpy as np
 
+from clie_blocks.compiled.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.emit_python import PythonEngine, source
 from clie_blocks.compiled.inputs import bind
 from clie_blocks.compiled.layout import layout
@@ -15,7 +14,6 @@ from clie_blocks.compiled.selfcheck import POINTS, check
 from clie_blocks.compiled.simulate import Plan, simulate
 from clie_blocks.compiled.tracing import trace
 from clie_blocks.errors import ClieError, DivergedError, nearest
-from clie_blocks.signals import DiagramError, ports, vector
 
 QUICK_POINTS = 4
 
@@ -43,6 +41,13 @@ def compile_diagram(diagram, engine="llvm"):
         For an algebraic loop, named signal by signal.
     CompiledDifferenceError
         If the program differs from the diagram.
+
+    Notes
+    -----
+    Every block function ``(t, x, u, params)`` runs once, on symbols, so it must be pure numpy or
+    math without a branch on a signal.  Arithmetic follows numpy bit by bit up to the last digit
+    of the elementary functions, with one exception: a constant zero times a signal is zero, also
+    where the signal is infinite or NaN.  Small linear systems are solved with row exchange.
 
     """
     if isinstance(diagram, ct.TransferFunction):
@@ -91,8 +96,9 @@ class Program:
     @property
     def params(self):
         """Default value by key."""
-        return {key: self._slots_of(key, self._trace.parameters.defaults).copy()
-                for key in self._trace.parameters.offset}
+        parameters = self._trace.parameters
+        return {key: parameters.part(key, parameters.defaults).copy()[()]
+                for key in parameters.offset}
 
     @property
     def cached(self):
@@ -101,11 +107,11 @@ class Program:
 
     def dynamics(self, t, x, u, params=None):
         """Derivatives of the states, as ``diagram.dynamics``."""
-        return self._default.derivative(t, x, u, self._parameter_vector(params))
+        return self._default.derivative(t, x, u, self._trace.parameters.vector(params, self.name))
 
     def output(self, t, x, u, params=None):
         """Outputs, as ``diagram.output``."""
-        record = self._default.observe(t, x, u, self._parameter_vector(params))
+        record = self._default.observe(t, x, u, self._trace.parameters.vector(params, self.name))
         return record[[self._layout.slots[name] for name in self.outputs]]
 
     def run(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
@@ -158,16 +164,16 @@ class Program:
 
         """
         step = self._step_of(step)
-        steps = _steps(duration, step, every)
+        steps = count_steps(duration, step, every)
         rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
         arranged = layout(self._trace, driven) if driven else self._layout
         engine = self._build(arranged, method)
-        chosen = self._select(log)
+        chosen = self.outputs if log is None else select(self.signals, log, self.name)
         entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
         plan = Plan(steps, int(every), float(step), np.array(entries, np.int64))
-        p = self._parameter_vector(params)
-        done = simulate(engine, plan, self._state_vector(initial_state), p, rows,
-                        f"running {self.name}")
+        p = self._trace.parameters.vector(params, self.name)
+        x = state_vector(self.states, initial_state, self.name)
+        done = simulate(engine, plan, x, p, rows, f"running {self.name}")
         response = self._response(done, chosen)
         if done.stopped_at is not None:
             raise self._diverged(done, response)
@@ -209,58 +215,6 @@ class Program:
         if key not in self._engines:
             self._engines[key] = NativeEngine(arranged, method)
         return self._engines[key]
-
-    def _slots_of(self, key, values):
-        layout, shape = self._trace.parameters, self._trace.parameters.shape[key]
-        start = layout.offset[key]
-        return values[start:start + int(np.prod(shape))].reshape(shape)
-
-    def _parameter_vector(self, params):
-        values = self._trace.parameters.defaults.copy()
-        for key, value in (params or {}).items():
-            if key in self._trace.parameters.frozen:
-                raise DiagramError(
-                    f"{self.name}: parameter {key!r} is part of the program, because a block "
-                    "decides by its value; build the diagram with the new value and compile it")
-            if key not in self._trace.parameters.offset:
-                raise DiagramError(f"{self.name}: no block has the parameter {key!r}; "
-                                   f"{nearest(key, self._trace.parameters.offset)}")
-            slots = self._slots_of(key, values)
-            try:
-                slots[...] = np.asarray(value, float)
-            except (TypeError, ValueError):
-                raise DiagramError(f"{self.name}: parameter {key!r} needs shape {slots.shape} or "
-                                   f"one number, got {value!r}") from None
-        return values
-
-    def _state_vector(self, initial_state):
-        if initial_state is None:
-            return np.zeros(len(self.states))
-        if not isinstance(initial_state, dict):
-            return vector(initial_state, f"{self.name}: initial_state", n=len(self.states))
-        x = np.zeros(len(self.states))
-        for block, value in initial_state.items():
-            where = [k for k, (name, _) in enumerate(self.states) if name == block]
-            if not where:
-                raise DiagramError(f"{self.name}: no block with states is called {block!r}; "
-                                   f"{nearest(block, dict(self.states))}")
-            x[where] = vector(value, f"{self.name}: initial_state of {block!r}", n=len(where))
-        return x
-
-    def _select(self, log):
-        if log is None:
-            return list(self.outputs)
-        groups, chosen = ports(self.signals), []
-        for name in [log] if isinstance(log, str) else log:
-            found = [name] if name in self._trace.signals else [
-                self.signals[k] for k in groups.get(name, [])]
-            if not found and ("*" in name or "?" in name):
-                found = _matching(name, self.signals)
-            if not found:
-                raise DiagramError(f"{self.name}: no signal {name!r} to log; "
-                                   f"{nearest(name, groups)}")
-            chosen += [signal for signal in found if signal not in chosen]
-        return chosen
 
     def _response(self, done, chosen):
         nx, nu = len(self.states), len(self.inputs)
@@ -311,21 +265,3 @@ def _available(engine):
                   "pip install llvmlite", file=sys.stderr)
             return "python"
     return engine
-
-
-def _steps(duration, step, every):
-    if not (np.isfinite(duration) and duration >= 0 and np.isfinite(step) and step > 0):
-        raise ClieError(f"need a duration >= 0 s and a step > 0 s, got {duration!r}, {step!r}")
-    if not (isinstance(every, (int, np.integer)) and every >= 1):
-        raise ClieError(f"every must be a whole number of steps >= 1, got {every!r}")
-    steps = round(duration / step)
-    if abs(steps * step - duration) > 1e-6 * step * max(1, steps) ** 0.5:
-        raise ClieError(f"the duration {duration:g} s is not a multiple of the step {step:g} s; "
-                        f"use {steps * step:g} s")
-    return steps
-
-
-def _matching(pattern, signals):
-    pattern = pattern.replace("[", "[[]")
-    return [signal for signal in signals if fnmatch.fnmatchcase(signal, pattern)
-            or fnmatch.fnmatchcase(re.sub(r"\[\d+\]$", "", signal), pattern)]

@@ -1,15 +1,16 @@
 """From a diagram to one straight-line program: each block's own functions run once, on symbols."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import control as ct
 import numpy as np
 
 from clie_blocks.compiled.arrays import flat_scalars, symbol_array
 from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.parameters import Parameters, is_numeric
+from clie_blocks.compiled.scalars import F
 from clie_blocks.compiled.schedule import schedule
 from clie_blocks.compiled.symbols import (
-    F,
     FrozenParameterError,
     Graph,
     Symbol,
@@ -20,44 +21,6 @@ from clie_blocks.compiled.symbols import (
 from clie_blocks.compiled.twins import twin
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
-
-
-@dataclass
-class Parameters:
-    """Where each parameter lies in the flat vector that a program reads.
-
-    Parameters
-    ----------
-    offset, shape : dict
-        First slot and shape by key.
-    defaults : ndarray
-        Values as the diagram was built.
-    frozen : set of str
-        Keys whose value is part of the program, because a block decides by it.
-
-    """
-
-    offset: dict = field(default_factory=dict)
-    shape: dict = field(default_factory=dict)
-    defaults: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    frozen: set = field(default_factory=set)
-
-    def add(self, key, value):
-        """Give a parameter its slots, unless it has them."""
-        if key not in self.offset:
-            self.offset[key], self.shape[key] = self.defaults.size, np.shape(value)
-            self.defaults = np.append(self.defaults, np.ravel(value).astype(float))
-
-    def symbols(self, graph, key):
-        """Return the parameter as a block sees it: a symbol or an array of symbols."""
-        shape = self.shape[key]
-        slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
-        found = symbol_array([graph.variable("p", k) for k in slots])
-        return found[0] if shape == () else found.reshape(shape)
-
-    def key_of(self, slot):
-        """Return the key of the parameter that owns a slot."""
-        return max((offset, key) for key, offset in self.offset.items() if offset <= slot)[1]
 
 
 @dataclass
@@ -181,7 +144,7 @@ class _Tracer:
         seen = dict(leaf.params)
         for key, value in leaf.params.items():
             name = key if key in (self.diagram.params or {}) else f"{leaf.name}.{key}"
-            if _is_numeric(value) and name not in self.parameters.frozen:
+            if is_numeric(value) and name not in self.parameters.frozen:
                 self.parameters.add(name, value)
                 seen[key] = self.parameters.symbols(self.graph, name)
         return seen
@@ -229,13 +192,3 @@ def _dot(row, values):
         if gain:
             total = F.add(total, F.mul(float(gain), value))
     return total
-
-
-def _is_numeric(value):
-    if isinstance(value, (bool, str)) or value is None:
-        return False
-    try:
-        array = np.asarray(value)
-    except (ValueError, TypeError):
-        return False
-    return array.dtype.kind in "iuf" and array.size > 0

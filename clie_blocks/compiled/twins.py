@@ -12,7 +12,8 @@ import types
 import numpy as np
 
 from clie_blocks.compiled.arrays import SymbolArray, has_symbols, symbol_array
-from clie_blocks.compiled.symbols import F, Symbol
+from clie_blocks.compiled.scalars import F
+from clie_blocks.compiled.symbols import Symbol
 
 
 def twin(function):

@@ -13,7 +13,8 @@ from clie_blocks.compiled.machine import Machine
 from clie_blocks.compiled.methods import METHODS
 from clie_blocks.compiled.native import NativeEngine
 from clie_blocks.compiled.operations import OPERATIONS
-from clie_blocks.compiled.symbols import F, Graph, apply
+from clie_blocks.compiled.scalars import F, apply
+from clie_blocks.compiled.symbols import Graph
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.7, 1e300, -1e300, 5e-324, -2.2e-310, 1e-9,
            np.inf, -np.inf, np.nan, 710.5, -745.3, 1e17]

@@ -1,0 +1,103 @@
+"""What a caller of a program gives, turned into numbers, with every mistake named."""
+
+import fnmatch
+import re
+
+import numpy as np
+
+from clie_blocks.errors import ClieError, nearest
+from clie_blocks.signals import DiagramError, ports, vector
+
+
+def count_steps(duration, step, every):
+    """Return the number of steps of a run.
+
+    Parameters
+    ----------
+    duration, step : float
+        Simulated time and step [s].
+    every : int
+        Steps per row of the log.
+
+    Raises
+    ------
+    ClieError
+        If the duration is not a multiple of the step, or a number makes no sense.
+
+    """
+    if not (np.isfinite(duration) and duration >= 0 and np.isfinite(step) and step > 0):
+        raise ClieError(f"need a duration >= 0 s and a step > 0 s, got {duration!r}, {step!r}")
+    if not (isinstance(every, (int, np.integer)) and every >= 1):
+        raise ClieError(f"every must be a whole number of steps >= 1, got {every!r}")
+    steps = round(duration / step)
+    if abs(steps * step - duration) > 1e-6 * step * max(1, steps) ** 0.5:
+        raise ClieError(f"the duration {duration:g} s is not a multiple of the step {step:g} s; "
+                        f"use {steps * step:g} s")
+    return steps
+
+
+def state_vector(states, initial_state, owner):
+    """Return the initial state as a fresh vector.
+
+    Parameters
+    ----------
+    states : list of (str, str)
+        Block and label of every state.
+    initial_state : array_like, dict or None
+        All states, or values by block; zero where nothing is given.
+    owner : str
+        Name of the diagram, for messages.
+
+    Raises
+    ------
+    DiagramError
+        For an unknown block or a wrong length.
+
+    """
+    if initial_state is None:
+        return np.zeros(len(states))
+    if not isinstance(initial_state, dict):
+        return vector(initial_state, f"{owner}: initial_state", n=len(states))
+    x = np.zeros(len(states))
+    for block, value in initial_state.items():
+        where = [k for k, (name, _) in enumerate(states) if name == block]
+        if not where:
+            raise DiagramError(f"{owner}: no block with states is called {block!r}; "
+                               f"{nearest(block, dict(states))}")
+        x[where] = vector(value, f"{owner}: initial_state of {block!r}", n=len(where))
+    return x
+
+
+def select(signals, log, owner):
+    """Return the signals that a log asks for, each once, in the order asked for.
+
+    Parameters
+    ----------
+    signals : list of str
+        All of them.
+    log : str or list of str
+        Labels, base names or patterns with ``*`` and ``?``.
+    owner : str
+        Name of the diagram, for messages.
+
+    Raises
+    ------
+    DiagramError
+        For a name or pattern that fits none, with the nearest valid name.
+
+    """
+    groups, chosen = ports(signals), {}
+    for name in [log] if isinstance(log, str) else log:
+        found = [name] if name in signals else [signals[k] for k in groups.get(name, [])]
+        if not found and ("*" in name or "?" in name):
+            found = _matching(name, signals)
+        if not found:
+            raise DiagramError(f"{owner}: no signal {name!r} to log; {nearest(name, groups)}")
+        chosen |= dict.fromkeys(found)
+    return list(chosen)
+
+
+def _matching(pattern, signals):
+    pattern = pattern.replace("[", "[[]")
+    return [signal for signal in signals if fnmatch.fnmatchcase(signal, pattern)
+            or fnmatch.fnmatchcase(re.sub(r"\[\d+\]$", "", signal), pattern)]
