@@ -103,6 +103,13 @@ class Record:
         self._put("extra", FixedDict({name: self._extra(name, value)
                                              for name, value in dict(self.extra).items()}))
 
+    def __setstate__(self, state):
+        """Restore a pickled record; pickling forgets that arrays are read-only."""
+        self.__dict__.update(state)
+        for array in (*state.values(), *state["extra"].values()):
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+
     def __len__(self):
         return self.time.size
 

@@ -121,6 +121,8 @@ class _Place:
 def _parsed(text, dialect, indices, place):
     commented = any(mark in text for mark in dialect.comments)
     plain = _plain_text(text, dialect)
+    if not plain.strip():
+        return np.empty((0, len(indices)))
     if not commented:
         try:
             rows = np.loadtxt(io.StringIO(plain), delimiter=dialect.delimiter, usecols=indices,

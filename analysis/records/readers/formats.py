@@ -92,7 +92,7 @@ def _file(path, head):
         raise RecordError(_pickle(path))
     if b"cmd.tau_J_d[0]" in head and b"state.q[0]" in head:
         return "franka"
-    if head.lstrip(b"\xef\xbb\xbf").startswith(b"type,timestamp,"):
+    if head.lstrip(b"\xef\xbb\xbf").startswith(b"type,timestamp,positions"):
         return "sage"
     return "csv"
 

@@ -49,6 +49,8 @@ def _timed(path, columns, options):
 
 def _unit(table):
     """Unit of the clock: no robot logs slower than SLOWEST, none faster than 100 kHz."""
+    if "timestamp" not in table.names:
+        raise RecordError(f"{table.source} begins like a SAGE log but has no column 'timestamp'")
     stamps = next(table.blocks([table.names.index("timestamp")]), np.empty((0, 1)))[:, 0]
     step = np.diff(stamps[np.isfinite(stamps)])
     step = step[step > 0]
