@@ -1,0 +1,101 @@
+"""Causes between the command and the torque that leaves the motor."""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.simulated import Piece
+
+DELAY_TAPS = 60
+NEVER = 1e9
+
+
+def _saturation(u, z, p):
+    return np.clip(u, -p["limit"], p["limit"]), z
+
+
+ACTUATOR_SATURATION = Cause(
+    "actuator_saturation", lambda problem: (Piece("drive", _saturation),),
+    (Number("limit", "N m", 0.0, NEVER, neutral=NEVER),),
+    lambda scene: [Probe({"limit": limit}) for limit in scene.torque_quantiles(
+        (0.9995, 0.998, 0.995, 0.99, 0.97, 0.94, 0.9, 0.8, 0.65))])
+
+
+def _dead_zone(u, z, p):
+    return u - np.clip(u, -p["width"], p["width"]), z
+
+
+DEAD_ZONE = Cause(
+    "dead_zone", lambda problem: (Piece("drive", _dead_zone),), (Number("width", "N m", 0.0),),
+    lambda scene: [Probe({"width": share * scene.torque})
+                   for share in (0.004, 0.012, 0.035, 0.08, 0.16, 0.32)])
+
+
+def _lag_pieces(problem):
+    period = problem.period
+
+    def act(u, z, p):
+        (state,) = z
+        time = np.maximum(p["time"], 1e-6)
+        left = np.exp(-period / time)
+        mean = u + (state - u) * (1.0 - left) * time / period
+        return mean, [u + (state - u) * left]
+
+    return (Piece("drive", act, states=1),)
+
+
+ACTUATOR_LAG = Cause(
+    "actuator_lag", _lag_pieces, (Number("time", "s", 0.0, 0.3),),
+    lambda scene: [Probe({"time": t + 0 * scene.torque})
+                   for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)])
+
+
+def _delay_pieces(problem):
+    period = problem.period
+
+    def act(u, z, p):
+        line = [u, *z]
+        samples = p["time"] / period
+        late = 0.0 * u
+        for k, past in enumerate(line):
+            late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
+        return late, line[:-1]
+
+    return (Piece("drive", act, states=DELAY_TAPS),)
+
+
+TIME_DELAY = Cause(
+    "time_delay", _delay_pieces, (Number("time", "s", 0.0, 0.055),),
+    lambda scene: [Probe({"time": t + 0 * scene.torque})
+                   for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)])
+
+
+def _gain(u, z, p):
+    return (1.0 + p["error"]) * u, z
+
+
+TORQUE_GAIN_ERROR = Cause(
+    "torque_gain_error", lambda problem: (Piece("drive", _gain),),
+    (Number("error", "1", -0.9, 5.0),),
+    lambda scene: [Probe({"error": 0.05 + 0 * scene.torque}, ("error",))])
+
+
+def _ripple(s, z, p):
+    phase = p["order"] * s.q
+    return p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
+
+
+def _ripple_probes(scene):
+    """Orders from 3 per turn up, close enough for the travel, and multiples of the motor's turn."""
+    ratio = scene.problem.gear_ratio
+    step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
+    orders = [order + 0 * ratio for order in np.arange(3.0, 48.0, step)]
+    orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8) if multiple]
+    size = scene.small_torque()
+    return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"))
+            for order in orders]
+
+
+TORQUE_RIPPLE = Cause(
+    "torque_ripple", lambda problem: (Piece("load", _ripple),),
+    (Number("sine", "N m"), Number("cosine", "N m"), Number("order", "1/turn", 2.0, 5000.0, neutral=None)),
+    _ripple_probes)

@@ -1,0 +1,124 @@
+"""Causes that oppose the motion."""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.simulated import Piece
+
+
+def _one(port, act, states=0):
+    return lambda problem: (Piece(port, act, states),)
+
+
+def _coulomb(s, p):
+    return p["level"], p["level"]
+
+
+COULOMB = Cause(
+    "coulomb", _one("friction", _coulomb), (Number("level", "N m", 0.0),),
+    lambda scene: [Probe({"level": scene.small_torque()}, ("level",))])
+
+
+def _stribeck(s, p):
+    ratio = s.dq / p["speed"]
+    level = p["level"] + p["excess"] * np.exp(-ratio * ratio)
+    return level, level
+
+
+def _stribeck_probes(scene):
+    size = scene.small_torque()
+    return [Probe({"level": size, "excess": size, "speed": speed * np.ones_like(size)},
+                  ("level", "excess")) for speed in (0.01, 0.02, 0.04, 0.08, 0.16)]
+
+
+STRIBECK = Cause(
+    "stribeck", _one("friction", _stribeck),
+    (Number("level", "N m", 0.0), Number("excess", "N m", 0.0),
+     Number("speed", "rad/s", 2e-3, 1.0, neutral=None)), _stribeck_probes)
+
+
+def _asymmetric(s, p):
+    return p["forward"], p["backward"]
+
+
+ASYMMETRIC_COULOMB = Cause(
+    "asymmetric_coulomb", _one("friction", _asymmetric),
+    (Number("forward", "N m", 0.0), Number("backward", "N m", 0.0)),
+    lambda scene: [Probe({"forward": scene.small_torque(), "backward": scene.small_torque()},
+                         ("forward", "backward"))])
+
+
+def _quadratic(s, z, p):
+    return p["drag"] * s.dq * np.abs(s.dq), z
+
+
+QUADRATIC_DRAG = Cause(
+    "quadratic_drag", _one("load", _quadratic), (Number("drag", "N m s^2/rad^2", 0.0),),
+    lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
+
+
+def _load_dependent(s, p):
+    level = p["level"] + p["slope"] * np.abs(s.u)
+    return level, level
+
+
+LOAD_DEPENDENT_FRICTION = Cause(
+    "load_dependent_friction", _one("friction", _load_dependent),
+    (Number("level", "N m", 0.0), Number("slope", "1", 0.0, 0.9)),
+    lambda scene: [Probe({"level": scene.small_torque(), "slope": 0.03 + 0 * scene.torque},
+                         ("level", "slope"))])
+
+
+def _presliding(s, z, p):
+    (state,) = z
+    way = np.abs(s.dq) * s.h / p["range"]
+    end = np.sign(s.dq)
+    half = end + (state - end) * np.exp(-way / 2)
+    return p["level"] * half, [end + (state - end) * np.exp(-way)]
+
+
+PRESLIDING = Cause(
+    "presliding", _one("load", _presliding, states=1),
+    (Number("level", "N m", 0.0), Number("range", "rad", 3e-4, 0.5, neutral=None)),
+    lambda scene: [Probe({"level": scene.small_torque(), "range": way + 0 * scene.torque},
+                         ("level",)) for way in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)])
+
+
+def _warming(s, p):
+    return 1.0 - np.exp(-(s.t + p["since"]) / p["time"])
+
+
+def _drifting_drag(s, z, p):
+    return p["damping"] * s.dq * _warming(s, p), z
+
+
+def _drifting_level(s, p):
+    level = np.maximum(p["level"] + p["change"] * _warming(s, p), 0.0)
+    return level, level
+
+
+def _times(scene):
+    """Time constants, with the clock started anew in each log or running through all logs."""
+    logs = scene.problem.logs
+    running = np.cumsum([0.0] + [len(log) * scene.problem.period for log in logs[:-1]])
+    shape = (len(logs), scene.problem.n)
+    anew = np.zeros(shape)
+    through = np.broadcast_to(running[:, None], shape)
+    return [(t, since) for t in (4.0, 12.0, 40.0) for since in (anew, through)]
+
+
+_CLOCK = (Number("time", "s", 1.0, 300.0, neutral=None),
+          Number("since", "s", scope="log", fixed=True, neutral=None))
+FRICTION_DRIFT = (
+    Cause("friction_drift", _one("load", _drifting_drag),
+          (Number("damping", "N m s/rad"), *_CLOCK),
+          lambda scene: [Probe({"damping": scene.small_torque() / scene.speed,
+                                "time": t + 0 * scene.torque, "since": since}, ("damping",))
+                         for t, since in _times(scene)], variant="viscous"),
+    Cause("friction_drift", _one("friction", _drifting_level),
+          (Number("level", "N m", 0.0), Number("change", "N m"), *_CLOCK),
+          lambda scene: [Probe({"level": scene.small_torque(), "change": scene.small_torque(),
+                                "time": t + 0 * scene.torque, "since": since},
+                               ("level", "change")) for t, since in _times(scene)],
+          variant="dry"),
+)

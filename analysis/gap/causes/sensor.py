@@ -1,0 +1,25 @@
+"""Causes in the measured position."""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.simulated import Piece
+
+
+def _eccentric(q, p):
+    phase = p["order"] * q
+    return q + p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase)
+
+
+def _probes(scene):
+    shaft = scene.problem.shaft_ratio
+    size = 1e-4 + 0 * shaft
+    orders = {tuple(order) for order in (1 + 0 * shaft, 2 + 0 * shaft, shaft, 2 * shaft)}
+    return [Probe({"sine": size, "cosine": size, "order": np.array(order)}, ("sine", "cosine"))
+            for order in sorted(orders)]
+
+
+ENCODER_ECCENTRICITY = Cause(
+    "encoder_eccentricity", lambda problem: (Piece("sensor", _eccentric),),
+    (Number("sine", "rad"), Number("cosine", "rad"), Number("order", "1/turn", fixed=True, neutral=None)),
+    _probes)

@@ -1,0 +1,65 @@
+"""Causes that come with time: a periodic disturbance, and a fault that sets in."""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.causes.load import tip_mass
+from clie_blocks.analysis.gap.simulated import Piece
+
+
+def _periodic(s, z, p):
+    phase = 2 * np.pi * p["frequency"] * s.t
+    return p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
+
+
+PERIODIC_DISTURBANCE = Cause(
+    "periodic_disturbance", lambda problem: (Piece("load", _periodic),),
+    (Number("sine", "N m", scope="log"), Number("cosine", "N m", scope="log"),
+     Number("frequency", "Hz", 0.05, 40.0, neutral=None)), lambda scene: [])
+
+
+def _after(s, p):
+    return np.where(s.t >= p["onset"], 1.0, 0.0)
+
+
+def _step_load(s, z, p):
+    return _after(s, p) * p["torque"], z
+
+
+def _step_damping(s, z, p):
+    return _after(s, p) * p["damping"] * s.dq, z
+
+
+def _step_friction(s, p):
+    level = _after(s, p) * p["level"]
+    return level, level
+
+
+def _step_payload(problem):
+    unit = tip_mass(problem)
+
+    def act(s, p):
+        own, cross, torque = unit(s)
+        mass = _after(s, p) * p["mass"]
+        return mass * own, mass * cross, mass * torque
+
+    return (Piece("body", act),) if problem.chain.known else ()
+
+
+_ONSET = Number("onset", "s", 0.0, scope="log", fixed=True, neutral=1e9)
+
+
+def _none(scene):
+    return []
+
+
+STEP_FAULT = (
+    Cause("step_fault", lambda problem: (Piece("load", _step_load),),
+          (Number("torque", "N m"), _ONSET), _none, variant="torque"),
+    Cause("step_fault", lambda problem: (Piece("load", _step_damping),),
+          (Number("damping", "N m s/rad"), _ONSET), _none, variant="damping"),
+    Cause("step_fault", lambda problem: (Piece("friction", _step_friction),),
+          (Number("level", "N m", 0.0), _ONSET), _none, variant="friction"),
+    Cause("step_fault", _step_payload, (Number("mass", "kg", scope="robot"), _ONSET), _none,
+          variant="payload"),
+)

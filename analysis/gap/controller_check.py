@@ -1,0 +1,144 @@
+"""First question to a log: did the stated controller run?  It is answered without any model.
+
+Replaying the law on the measured positions must give the logged command up to its rounding.  If
+not, the velocity estimate is fitted to the log; the rest of the diagnosis then goes on with the
+law that really ran, so that a wrong description never poses as a fault of the robot.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.gap.control_law import replay, velocity_estimate
+
+ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
+UNROUNDED = 1e-3  # rms of the replay error over that of the command, if no rounding is stated
+DISCRETISATIONS = ("tustin", "zoh", "backward", "forward")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ControllerCheck:
+    """What replaying the law showed.
+
+    Parameters
+    ----------
+    replay_error : ndarray, shape (n,)
+        RMS of logged less replayed command [N m].
+    limit : ndarray, shape (n,)
+        Largest RMS that rounding explains [N m].
+    wrong : tuple of int
+        Joints whose velocity estimate is not the stated one.
+    corners : ndarray, shape (2, n)
+        High-pass and low-pass corner that fit the log [rad/s]; the stated ones elsewhere.
+    coarse : tuple of int
+        Joints whose encoder steps are larger than stated.
+    step : ndarray, shape (n,)
+        Step of the logged position [rad].
+    law : ControlLaw
+        The law that ran, as far as the log tells.
+    decisions : tuple of str
+        What was decided, in words.
+
+    """
+
+    replay_error: np.ndarray
+    limit: np.ndarray
+    wrong: tuple
+    corners: np.ndarray
+    coarse: tuple
+    step: np.ndarray
+    law: object
+    decisions: tuple
+
+
+def controller_check(problem):
+    """Replay the stated law on every log and mend its velocity estimate where it must be.
+
+    Parameters
+    ----------
+    problem : Problem
+        Logs and stated law.
+
+    """
+    law, decisions = problem.law, []
+    limit = _limits(problem)
+    error = _replay_error(problem, law)
+    if law.corners and (error > limit).any():
+        law, error = _other_discretisation(problem, law, error, limit, decisions)
+    corners = np.tile(np.array(law.corners or (np.nan, np.nan))[:, None], problem.n)
+    wrong = []
+    for k in np.flatnonzero(error > limit) if law.corners else ():
+        corners[:, k] = _fitted_corners(problem, law, k)
+        candidate = _with_corners(law, k, corners[:, k])
+        after = _replay_error(problem, candidate)[k]
+        if after < 0.5 * error[k]:
+            law, wrong = candidate, [*wrong, int(k)]
+            decisions.append(
+                f"{problem.joints[k]}: the velocity filter that ran has corners "
+                f"{corners[0, k]:.0f} and {corners[1, k]:.0f} rad/s, not the stated ones")
+    step, coarse = _encoder_steps(problem)
+    return ControllerCheck(error, limit, tuple(wrong), corners, coarse, step, law,
+                           tuple(decisions))
+
+
+def _limits(problem):
+    size = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
+    stated = problem.law.resolution
+    return np.where(stated > 0, ROUNDED * stated, UNROUNDED * size)
+
+
+def _replay_error(problem, law):
+    squares = [np.mean((log.u - replay(law, log)) ** 2, axis=0) for log in problem.logs]
+    return np.sqrt(np.max(squares, axis=0))
+
+
+def _other_discretisation(problem, law, error, limit, decisions):
+    for name in DISCRETISATIONS:
+        b, a = velocity_estimate("two_corner", law.period, law.corners, name)
+        ones = np.ones(problem.n)
+        other = dataclasses.replace(law, numerator=np.outer(b, ones),
+                                    denominator=np.outer(a, ones), discretisation=name)
+        found = _replay_error(problem, other)
+        if (found <= limit).all() and name != law.discretisation:
+            decisions.append(f"the velocity filter runs as '{name}', not '{law.discretisation}'; "
+                             "no fault of the robot, the file is wrong")
+            return other, found
+    return law, error
+
+
+def _with_corners(law, k, corners):
+    b, a = velocity_estimate("two_corner", law.period, tuple(corners), law.discretisation)
+    numerator, denominator = law.numerator.copy(), law.denominator.copy()
+    numerator[:, k], denominator[:, k] = b, a
+    return dataclasses.replace(law, numerator=numerator, denominator=denominator)
+
+
+def _fitted_corners(problem, law, k):
+    """Corners of G1 whose replay is nearest to the logged command of joint k."""
+    from scipy.optimize import least_squares
+    from scipy.signal import lfilter
+
+    log = problem.logs[0]
+    moved = log.q[:, k] - log.q[0, k]
+    target = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
+
+    def error(exponents):
+        b, a = velocity_estimate("two_corner", law.period, tuple(np.exp(exponents)),
+                                 law.discretisation)
+        return law.kd[k] * lfilter(b, a, moved) - target
+
+    starts = np.log(np.array(law.corners)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
+    found = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
+    return np.sort(np.exp(min(found, key=lambda result: result.cost).x))
+
+
+def _encoder_steps(problem):
+    """Smallest step between logged positions, and the joints where it exceeds the stated one."""
+    step = np.zeros(problem.n)
+    for k in range(problem.n):
+        values = [np.diff(np.unique(np.round(log.q[:, k], 9))) for log in problem.logs]
+        values = np.concatenate([v[v > 1e-8] for v in values] or [np.zeros(0)])
+        step[k] = values.min() if values.size else 0.0
+    stated = problem.resolution
+    coarse = tuple(int(k) for k in np.flatnonzero((stated > 0) & (step > 1.5 * stated)))
+    return step, coarse

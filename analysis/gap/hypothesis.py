@@ -1,0 +1,217 @@
+"""A hypothesis: the joint model with some causes at some joints, and the numbers it leaves open."""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.closed_loop import Simulator
+from clie_blocks.errors import DivergedError
+
+DIVERGED = 1e2  # rad: the error of a model that leaves every bound
+SOFTNESS = 0.25  # how far, in tolerances, a joint may stray beyond its datasheet at one sigma
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Member:
+    """One cause at some joints, with the numbers from which its fit starts.
+
+    Parameters
+    ----------
+    cause : Cause
+        The cause.
+    joints : tuple of int
+        Where it acts; elsewhere it is neutral.
+    values : dict
+        Number -> array (n,), or (logs, n) for numbers of scope ``log``.
+    sizes : dict
+        Number -> a step that makes itself felt.
+
+    """
+
+    cause: Cause
+    joints: tuple
+    values: dict
+    sizes: dict
+
+    @property
+    def name(self):
+        """Name of the block that it becomes."""
+        return self.cause.key.replace(":", "_")
+
+
+@dataclasses.dataclass(frozen=True)
+class Open:
+    """One number that a fit may move.
+
+    Parameters
+    ----------
+    key : str
+        Parameter of the simulator.
+    joint, log : int or None
+        Where it counts; None for everywhere.
+    size : float
+        A step that makes itself felt.
+    lower, upper : float
+        Bounds.
+    centre, tolerance : float or None
+        What the datasheet says, or None.
+
+    """
+
+    key: str
+    joint: int | None
+    log: int | None
+    size: float
+    lower: float
+    upper: float
+    centre: float | None = None
+    tolerance: float | None = None
+
+    def stray(self, value):
+        """How far a value lies beyond its tolerance, in sigmas."""
+        if self.tolerance is None:
+            return 0.0
+        z = (value - self.centre) / self.tolerance
+        return np.sign(z) * max(abs(z) - 1.0, 0.0) / SOFTNESS
+
+
+@functools.lru_cache(maxsize=256)
+def simulator(problem, causes):
+    """Simulator of a problem with some causes; compiled once."""
+    pieces, numbers = [], {}
+    for cause in causes:
+        name = cause.key.replace(":", "_")
+        for j, piece in enumerate(cause.pieces(problem)):
+            pieces.append((name if j == 0 else f"{name}_{j}", piece))
+        numbers[name] = tuple(number.name for number in cause.numbers)
+    return Simulator(problem, tuple(pieces), numbers)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """Joint model plus members, with values for all numbers.
+
+    Parameters
+    ----------
+    problem : Problem
+        The robot.
+    members : tuple of Member
+        The causes; none of them is the nominal model.
+    values : dict
+        Parameter of the simulator -> array (n,), or (logs, n) where it differs between logs.
+
+    """
+
+    problem: object
+    members: tuple
+    values: dict
+
+    @functools.cached_property
+    def simulator(self):
+        """The closed loop of this hypothesis."""
+        return simulator(self.problem, tuple(member.cause for member in self.members))
+
+    def of_log(self, j):
+        """Parameters of log j."""
+        return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value
+                for key, value in self.values.items()}
+
+    def error(self, j, values=None):
+        """Measured less simulated position in log j, shape (N, n) [rad]."""
+        log = self.problem.logs[j]
+        try:
+            q, _ = self.simulator.run(log, self.of_log(j) if values is None else values)
+        except DivergedError:
+            return np.full(log.q.shape, DIVERGED)
+        return np.clip(log.q - q, -DIVERGED, DIVERGED)
+
+    def with_values(self, values):
+        """Return the same hypothesis with other numbers."""
+        return dataclasses.replace(self, values=values)
+
+    @functools.cached_property
+    def open(self):
+        """The numbers that a fit moves."""
+        return (*self._joint_model(), *(entry for member in self.members
+                                        for entry in self._of_member(member)))
+
+    def _joint_model(self):
+        given, n = self.problem.nominal, self.problem.n
+        freed = {(name, k) for member in self.members for name in member.cause.frees
+                 for k in member.joints}
+        for name in ("inertia", "damping", "load"):
+            centre, tolerance = getattr(given, name), getattr(given, f"{name}_tolerance")
+            for k in range(n):
+                free = (name, k) in freed
+                lower = {"inertia": 0.2 * centre[k], "damping": 0.0}.get(name, -np.inf)
+                yield Open(name, k, None, max(0.02 * abs(centre[k]), 0.3 * tolerance[k]),
+                           lower, np.inf, centre[k], None if free else tolerance[k])
+
+    def _of_member(self, member):
+        for number in member.cause.numbers:
+            if number.fixed:
+                continue
+            key = f"{member.name}.{number.name}"
+            size = np.max(np.abs(np.atleast_2d(member.sizes[number.name])), axis=0)
+            if number.scope == "robot":
+                yield Open(key, None, None, size[member.joints[0]], number.lower, number.upper)
+                continue
+            logs = range(len(self.problem.fit)) if number.scope == "log" else (None,)
+            for log in logs:
+                for k in member.joints:
+                    yield Open(key, k, log, size[k], number.lower, number.upper)
+
+    def get(self, entry):
+        """Value of an open number."""
+        value = self.values[entry.key]
+        k = self.members_joint(entry) if entry.joint is None else entry.joint
+        return value[entry.log, k] if entry.log is not None else value[k]
+
+    def members_joint(self, entry):
+        """First joint of the member that a number of the whole robot belongs to."""
+        return next(member.joints[0] for member in self.members
+                    if entry.key.startswith(f"{member.name}."))
+
+    def moved(self, steps):
+        """Return the values after steps on open numbers: a list of (entry, new value)."""
+        values = {key: value for key, value in self.values.items()}
+        for entry, value in steps:
+            array = values[entry.key].copy()
+            where = slice(None) if entry.joint is None else entry.joint
+            array[where if entry.log is None else (entry.log, where)] = value
+            values[entry.key] = array
+        return values
+
+    def stray(self):
+        """Distances of the joint model from its datasheet, one per open number [sigma]."""
+        return np.array([entry.stray(self.get(entry)) for entry in self.open])
+
+
+def hypothesis(problem, members, base=None):
+    """Return the hypothesis of some members, from the numbers of a fitted base or the nominal.
+
+    Parameters
+    ----------
+    problem : Problem
+        The robot.
+    members : sequence of Member
+        The causes.
+    base : Hypothesis, optional
+        Where the joint model's numbers come from.
+
+    """
+    members = tuple(members)
+    program = simulator(problem, tuple(member.cause for member in members))
+    values = program.defaults()
+    if base is not None:
+        values.update({key: base.values[key] for key in ("inertia", "damping", "load", "a", "b")})
+    for member in members:
+        for number in member.cause.numbers:
+            value = np.array(member.values[number.name], float)
+            if number.scope != "robot" and number.neutral is not None:
+                idle = [k for k in range(problem.n) if k not in member.joints]
+                value[..., idle] = number.neutral
+            values[f"{member.name}.{number.name}"] = value
+    return Hypothesis(problem, members, values)

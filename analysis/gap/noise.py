@@ -1,0 +1,98 @@
+"""What the sensor noise alone makes of the prediction error, and the filter that whitens it.
+
+White noise on the measured position goes round the loop: the error that is left is S0 n, with S0
+the sensitivity of the loop.  Its covariance at the rate of the diagnosis follows from the impulse
+response, and an autoregression of that covariance whitens every signal.  So chi^2 per sample is
+absolute: 1 says that nothing but sensor noise is left.
+"""
+
+import dataclasses
+
+import numpy as np
+
+ORDER = 20
+LENGTH = 4000
+RATE = 100.0  # Hz, rate at which errors are judged
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Noise:
+    """Sensor noise of one joint and its whitening filter.
+
+    Parameters
+    ----------
+    sigma : float
+        Standard deviation of the sensor noise [rad].
+    floor : float
+        RMS of the error that it leaves in the loop, at the rate of the log [rad].
+    whitener : ndarray
+        Filter that makes the decimated error white with variance one.
+
+    """
+
+    sigma: float
+    floor: float
+    whitener: np.ndarray
+
+
+def decimation(period):
+    """Samples that are averaged into one before errors are judged."""
+    return max(1, round(1.0 / (RATE * period)))
+
+
+def decimated(x, period):
+    """Means over neighbouring samples, along the first axis."""
+    width = decimation(period)
+    rows = len(x) // width
+    return x[:rows * width].reshape(rows, width, *x.shape[1:]).mean(axis=1)
+
+
+def sensor_noise(problem, k):
+    """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
+    from scipy.signal import butter, sosfiltfilt
+
+    rate = 1.0 / problem.period
+    corner = min(60.0, 0.24 * rate)
+    high = butter(4, corner, "high", fs=rate, output="sos")
+    found = [np.sqrt(np.mean(sosfiltfilt(high, log.q[:, k])[300:-300] ** 2))
+             for log in problem.logs]
+    quantum = problem.resolution[k] / np.sqrt(12)
+    return max(float(np.median(found)) / np.sqrt(1.0 - 2 * corner / rate), quantum, 1e-9)
+
+
+def noise(problem, k, sensitivity):
+    """Noise of joint k in the closed loop.
+
+    Parameters
+    ----------
+    problem : Problem
+        The logs.
+    k : int
+        Joint.
+    sensitivity : tuple of ndarray
+        S0(z) as numerator and denominator, see `sensitivity.sensor_sensitivity`.
+
+    """
+    from scipy.linalg import solve_toeplitz
+    from scipy.signal import lfilter
+
+    sigma = sensor_noise(problem, k)
+    impulse = np.zeros(LENGTH)
+    impulse[0] = 1.0
+    response = sigma * lfilter(*sensitivity, impulse)
+    width = decimation(problem.period)
+    averaged = np.convolve(response, np.full(width, 1.0 / width))
+    covariance = np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
+                           for lag in range(0, (ORDER + 1) * width, width)])
+    covariance[0] *= 1.0 + 1e-9
+    predictor = solve_toeplitz(covariance[:-1], covariance[1:])
+    left = covariance[0] - predictor @ covariance[1:]
+    return Noise(sigma=sigma, floor=float(np.sqrt(response @ response)),
+                 whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(left))
+
+
+def white(x, whitener):
+    """Whitened signal along the first axis, without the start of the filter."""
+    from scipy.signal import lfilter
+
+    return lfilter(whitener, [1.0], x, axis=0)[len(whitener) - 1:]

@@ -1,0 +1,151 @@
+"""Causes that come with time are searched, not gridded: a frequency, and the moment of a fault.
+
+Both are torques that do not depend on the model's own motion, so their effect on the error is
+their sensitivity-filtered course, and whole families of them are scanned at once.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
+from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.links import tip_load_torque
+from clie_blocks.analysis.gap.noise import RATE, decimated, white
+from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+
+PADDED = 1 << 16
+SPACING = 0.25  # s between the moments that are tried
+EDGE = 1.0  # s at both ends of a log where no fault is looked for
+NEVER = 1e9
+
+
+def residuals(bench, base):
+    """Whitened errors of the base in all logs: ``[log][joint]``."""
+    return [bench.whitened(base.hypothesis.error(j), j)
+            for j in range(len(bench.problem.logs))]
+
+
+def torque_columns(bench, base, j, k, torque):
+    """Whitened response of joint k in log j to courses of torque that oppose, (N, m)."""
+    from scipy.signal import lfilter
+
+    values = base.hypothesis.values
+    b, a = torque_sensitivity(bench.problem.law, k, values["inertia"][k], values["damping"][k])
+    moved = decimated(-lfilter(b, a, torque, axis=0), bench.problem.period)
+    return bench.projected(white(moved, bench.noises[k].whitener), j, k)
+
+
+def periodic(bench, base, errors):
+    """Return the member of the strongest sinusoid of each joint, and what it would explain.
+
+    Returns
+    -------
+    member : Member
+        Periodic disturbance at all joints.
+    drop : ndarray, shape (n,)
+        Drop of chi^2 on the fit logs.
+
+    """
+    problem = bench.problem
+    fit, n = len(problem.fit), problem.n
+    values = {name: np.zeros((len(problem.logs), n)) for name in ("sine", "cosine")}
+    frequency, drop = np.ones(n), np.zeros(n)
+    grid = np.fft.rfftfreq(PADDED, 1.0 / RATE)
+    band = (grid > 0.06) & (grid < 0.4 * RATE)
+    for k in range(n):
+        power = sum(np.abs(np.fft.rfft(errors[j][k], PADDED)) ** 2 * 2 / len(errors[j][k])
+                    for j in range(fit))
+        frequency[k] = grid[band][np.argmax(power[band])]
+        for j, log in enumerate(problem.logs):
+            phase = 2 * np.pi * frequency[k] * problem.period * np.arange(len(log))
+            data = torque_columns(bench, base, j, k, np.stack([np.sin(phase), np.cos(phase)], 1))
+            theta = np.linalg.lstsq(data, errors[j][k], rcond=None)[0]
+            values["sine"][j, k], values["cosine"][j, k] = theta
+            if j < fit:
+                drop[k] += float(errors[j][k] @ data @ theta)
+    size = np.max(np.abs([values["sine"], values["cosine"]]), axis=(0, 1)) + 1e-12
+    sizes = {"sine": size, "cosine": size, "frequency": 0.01 + 0 * frequency}
+    return Member(PERIODIC_DISTURBANCE, tuple(range(n)), {**values, "frequency": frequency},
+                  sizes), drop
+
+
+def faults(bench, base, errors):
+    """Return a member for each kind of fault that sets in, and what it would explain.
+
+    Returns
+    -------
+    list of (Member, ndarray)
+        As in `periodic`; the moment may differ between logs, the size does not.
+
+    """
+    problem = bench.problem
+    return [_fault(bench, base, errors, cause) for cause in STEP_FAULT if cause.pieces(problem)]
+
+
+def _fault(bench, base, errors, cause):
+    problem, n = bench.problem, bench.problem.n
+    amount = cause.numbers[0].name
+    together = cause.shared
+    moments, scans = [], []
+    for j, log in enumerate(problem.logs):
+        last = len(log) * problem.period - EDGE
+        moments.append(np.arange(EDGE, last, SPACING))
+        course = _course(cause.variant, bench, base, j)
+        scans.append([_scan(bench, base, errors[j][k], j, k, course[:, k], moments[j])
+                      for k in range(n)])
+    size, onset, drop = np.zeros(n), np.full((len(problem.logs), n), NEVER), np.zeros(n)
+    for joints in ([range(n)] if together else [[k] for k in range(n)]):
+        sums = [[sum(scan[k][i] for k in joints) for i in (0, 1)] for scan in scans]
+        best, at = _common_size(sums, len(problem.fit))
+        for k in joints:
+            size[k] = best
+            for j, where in enumerate(at):
+                if where is not None:
+                    onset[j, k] = moments[j][where]
+                    if j < len(problem.fit):
+                        right, square = scans[j][k]
+                        drop[k] += 2 * best * right[where] - best**2 * square[where]
+    scale = np.abs(size) + 1e-9
+    return Member(cause, tuple(range(n)), {amount: size, "onset": onset}, {amount: scale}), drop
+
+
+def _course(variant, bench, base, j):
+    """Torque of a unit fault that lasts the whole log, (N, n)."""
+    problem = bench.problem
+    q, _ = base.hypothesis.simulator.run(problem.logs[j], base.hypothesis.of_log(j))
+    if variant == "torque":
+        return np.ones_like(q)
+    dq = np.gradient(q, problem.period, axis=0)
+    if variant == "damping":
+        return dq
+    if variant == "friction":
+        return np.sign(dq)
+    ddq = np.gradient(dq, problem.period, axis=0)
+    return tip_load_torque(problem.chain, q, dq, ddq) / problem.gear_ratio
+
+
+def _scan(bench, base, error, j, k, course, moments):
+    """Projections of an error on the fault from each moment on: its product and its square."""
+    time = bench.problem.period * np.arange(len(course))
+    torque = np.where(time[:, None] >= moments, course[:, None], 0.0)
+    data = torque_columns(bench, base, j, k, torque)
+    return data.T @ error, (data**2).sum(axis=0)
+
+
+def _common_size(scans, fit):
+    """Size that serves all fit logs, and the best moment of each log for it (None: never)."""
+    first = [int(np.argmax(right**2 / (square + 1e-12))) for right, square in scans[:fit]]
+    tops = [right[i] / (square[i] + 1e-12) for (right, square), i in zip(scans, first)]
+    best = (0.0, 0.0, [None] * len(scans))
+    for size in tops:
+        for _ in range(3):
+            gains = [2 * size * right - size**2 * square for right, square in scans]
+            at = [int(np.argmax(g)) if g.max() > 0 else None for g in gains]
+            pairs = [(scans[j][0][at[j]], scans[j][1][at[j]]) for j in range(fit)
+                     if at[j] is not None]
+            if not pairs:
+                break
+            size = sum(right for right, _ in pairs) / sum(square for _, square in pairs)
+        drop = sum(gains[j][at[j]] for j in range(fit) if at[j] is not None)
+        if drop > best[0]:
+            best = (drop, size, at)
+    return best[1], best[2]

@@ -1,0 +1,43 @@
+"""Sensitivities of the closed loop: how a torque, and a sensor error, reach the measured position.
+
+With the law known, the closed-loop prediction error is an exact linear filter of the equation
+error.  Per joint, with the plant P = 1/(inertia s^2 + damping s) held over a sample, and the law
+C = kp + kd F,
+
+    S_tau = P / (1 + P C)  (torque -> position),   S_0 = 1 / (1 + P C)  (sensor error -> measured).
+"""
+
+import numpy as np
+
+
+def plant(inertia, damping, period):
+    """Pulse transfer function of inertia ddq + damping dq = u with held u: ``numerator, a``."""
+    rate = max(damping / inertia, 1e-6)
+    left = np.exp(-rate * period)
+    speed = (1.0 - left) / rate / inertia
+    way = (period - (1.0 - left) / rate) / rate / inertia
+    drift = (1.0 - left) / rate
+    # x+ = [1 drift; 0 left] x + [way; speed] u
+    return (np.array([0.0, way, speed * drift - way * left]),
+            np.array([1.0, -1.0 - left, left]))
+
+
+def loop_polynomials(law, k, inertia, damping):
+    """Numerators of S_tau and S_0, and their common denominator, for joint k."""
+    b, a = plant(inertia, damping, law.period)
+    rate_b, rate_a = law.numerator[:, k], law.denominator[:, k]
+    controller = law.kp[k] * rate_a + law.kd[k] * rate_b
+    torque, sensor = np.convolve(b, rate_a), np.convolve(a, rate_a)
+    return torque, sensor, sensor + np.convolve(b, controller)
+
+
+def torque_sensitivity(law, k, inertia, damping):
+    """S_tau(z) of joint k: ``numerator, denominator``, position per torque [rad/(N m)]."""
+    torque, _, denominator = loop_polynomials(law, k, inertia, damping)
+    return torque, denominator
+
+
+def sensor_sensitivity(law, k, inertia, damping):
+    """S_0(z) of joint k: ``numerator, denominator``, measured position per sensor error."""
+    _, sensor, denominator = loop_polynomials(law, k, inertia, damping)
+    return sensor, denominator

@@ -1,0 +1,142 @@
+"""The robot as it is simulated: sampled law, joints, links, and pieces that an effect adds.
+
+One period of the controller is one step: measure, command, hold, move.  Between two samples the
+joints move by the midpoint rule; dry friction acts as an impulse that can stop a joint but never
+turn it round, so that a stuck joint stays stuck (time stepping, as in rigid-body contact).  With
+an elastic or loose transmission motor and link move apart, in shorter steps.
+
+Everything is plain numpy on arrays of shape (n,), without branches, so that the same function
+runs as it stands and as machine code.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from clie_blocks.analysis.gap.links import coriolis_torque, gravity_torque, mass_entries
+
+SUBSTEPS = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Piece:
+    """What one effect adds to the simulated robot.
+
+    Parameters
+    ----------
+    port : str
+        ``sensor``  act(q, p) -> measured q;
+        ``drive``   act(u, z, p) -> u, z;
+        ``load``    act(s, z, p) -> torque that opposes, z;
+        ``friction`` act(s, p) -> largest torque against forward and against backward motion;
+        ``body``    act(s, p) -> own mass, mass shared with the other joint, and torque;
+        ``transmission`` act(twist, rate, p, link) -> torque from motor to link.
+        `s` holds q, dq, u, the time t and the period h; `p` the numbers of the effect; `z` its memory, (states, n).
+    act : callable
+        See above.
+    states : int
+        Memory per joint.
+
+    """
+
+    port: str
+    act: Callable
+    states: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """Signals that a piece may read at one instant."""
+
+    q: np.ndarray
+    dq: np.ndarray
+    u: np.ndarray
+    t: float
+    h: float
+
+
+def measure(q, pieces, p):
+    """Position as the controller sees it [rad]."""
+    for name, piece in _at(pieces, "sensor"):
+        q = piece.act(q, p[name])
+    return q
+
+
+def command(q, q_d, pe, memory, law, p):
+    """Command of the sampled law, and its memory one sample later."""
+    b, a, x = p["b"], p["a"], q - p["start"]
+    rate = b[0] * x + memory[0]
+    after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
+    u = p["kp"] * (q_d - q) - p["kd"] * rate + pe
+    return (np.clip(u, -law.saturation, law.saturation) if np.isfinite(law.saturation).all()
+            else u), after
+
+
+def delivered(u, memory, pieces, p):
+    """Torque that leaves the drive, and the memory of its pieces one sample later."""
+    after = {}
+    for name, piece in _at(pieces, "drive"):
+        u, after[name] = piece.act(u, memory[name], p[name])
+    return u, after
+
+
+def loads(s, memory, pieces, p):
+    """Sum of the torques that oppose [N m], and the memory of their pieces one sample later."""
+    torque, after = p["damping"] * s.dq + p["load"], {}
+    for name, piece in _at(pieces, "load"):
+        added, after[name] = piece.act(s, memory[name], p[name])
+        torque = torque + added
+    return torque, after
+
+
+def dry_friction(s, pieces, p):
+    """Largest friction torque against forward and backward motion [N m]."""
+    forward = backward = 0.0 * s.dq
+    for name, piece in _at(pieces, "friction"):
+        plus, minus = piece.act(s, p[name])
+        forward, backward = forward + plus, backward + minus
+    return forward, backward
+
+
+def stopped(dq, inverse_inertia, limits, h):
+    """Velocity after dry friction acted for a time h: it stops a joint, never reverses it."""
+    forward, backward = limits
+    return dq - np.clip(dq, -h * inverse_inertia * backward, h * inverse_inertia * forward)
+
+
+def link_terms(chain, gear_ratio, s, pieces, p):
+    """Mass of links and bodies beyond the stated diagonal, and their torque, motor side.
+
+    Returns
+    -------
+    own, cross : ndarray, shape (n,)
+        Diagonal and off-diagonal part of row k of the mass matrix; `cross` is for two links.
+    torque : ndarray, shape (n,)
+        Gravity and Coriolis torque.
+
+    """
+    own = cross = torque = np.zeros(chain.n)
+    if chain.has_coupling:
+        m_11, m_12, m_22 = mass_entries(chain, s.q[1])
+        own = np.array([m_11, m_22 + 0.0 * m_11]) - chain.diagonal
+        own, cross = own / gear_ratio, m_12 / gear_ratio
+        torque = coriolis_torque(chain, s.q, s.dq) / gear_ratio
+    if chain.has_gravity:
+        torque = torque + gravity_torque(chain, s.q) / gear_ratio
+    for name, piece in _at(pieces, "body"):
+        more_own, more_cross, more_torque = piece.act(s, p[name])
+        own, cross, torque = own + more_own, cross + more_cross, torque + more_torque
+    return own, cross, torque
+
+
+def acceleration(torque, own, cross):
+    """Solve own_k ddq_k + cross_k ddq_j = torque_k; with two joints j is the other one."""
+    if len(torque) != 2:
+        return torque / own
+    other = torque[::-1]
+    return (own[::-1] * torque - cross * other) / (own * own[::-1] - cross * cross[::-1])
+
+
+def _at(pieces, port):
+    return [(name, piece) for name, piece in pieces if piece.port == port]

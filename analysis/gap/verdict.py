@@ -1,0 +1,154 @@
+"""From fitted hypotheses to probabilities, sets and one verdict.
+
+Each hypothesis is judged by the excess of its chi^2 over the noise, relative to the samples of one
+joint.  A true cause leaves next to nothing; what it does leave is misfit, not noise, so the odds
+follow the logarithm of the excess rather than chi^2 itself.  `none` wins where the refitted
+nominal model leaves little, `unknown` where nothing in the library removes most of the excess.
+"""
+
+import dataclasses
+
+import numpy as np
+
+NONE, UNKNOWN = "none", "unknown"
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibration:
+    """Numbers that turn excess into odds; learned by `calibrate`.
+
+    Parameters
+    ----------
+    sharpness : float
+        Nats per factor e of excess.
+    floor : float
+        Excess per sample that a right model may leave.
+    price : float
+        Nats per further number of a hypothesis.
+    second : float
+        Nats that each further cause costs.
+    healthy : float
+        Excess per sample that a healthy robot may have.
+    unexplained_share : float
+        Share of the excess that something unknown would leave.
+    unexplained_least : float
+        Least excess per sample that counts as unexplained.
+    lapse : float
+        Probability spread evenly, for what nobody thought of.
+
+    """
+
+    sharpness: float = 6.0
+    floor: float = 0.05
+    price: float = 0.3
+    second: float = 1.5
+    healthy: float = 0.5
+    unexplained_share: float = 0.25
+    unexplained_least: float = 2.0
+    lapse: float = 0.01
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Standing:
+    """One hypothesis in the ranking.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Causes, or ('none',) or ('unknown',).
+    fit : Fit or None
+        The fit, if it has one.
+    excess : float
+        chi^2 beyond the noise, per sample of one joint, with what its numbers cost.
+    probability : float
+        Posterior probability.
+
+    """
+
+    names: tuple
+    fit: object
+    excess: float
+    probability: float
+
+
+def excess(fit, extra=0):
+    """chi^2 beyond the noise per sample of one joint, with the price of the numbers."""
+    samples = fit.samples.sum()
+    numbers = sum(entry.tolerance is None for entry in fit.hypothesis.open) + extra
+    beyond = fit.total + numbers * np.log(samples) - samples
+    return beyond / (samples / fit.hypothesis.problem.n)
+
+
+def numbers_of(fit):
+    """Numbers that a hypothesis spends beyond the joint model."""
+    return sum(not number.fixed for member in fit.hypothesis.members
+               for number in member.cause.numbers)
+
+
+def standings(base, fits, calibration):
+    """Rank the refitted nominal model, the fitted hypotheses, and `unknown`.
+
+    Parameters
+    ----------
+    base : Fit
+        The refitted nominal model.
+    fits : list of Fit
+        Hypotheses with causes.
+    calibration : Calibration
+        The numbers.
+
+    Returns
+    -------
+    list of Standing
+        Most probable first; probabilities sum to one.
+
+    """
+    c = calibration
+
+    def score(value):
+        return -c.sharpness * np.log(max(value, 0.0) + c.floor)
+
+    nothing = excess(base)
+    rows = [((NONE,), base, nothing, score(nothing - c.healthy))]
+    for fit in _best_of_each(fits):
+        value = excess(fit)
+        names = tuple(member.cause.name for member in fit.hypothesis.members)
+        rows.append((names, fit, value, score(value) - c.price * numbers_of(fit)
+                     - c.second * (len(names) - 1)))
+    left = max(c.unexplained_share * nothing, c.unexplained_least)
+    rows.append(((UNKNOWN,), None, left, score(left)))
+    scores = np.array([row[3] for row in rows])
+    weights = np.exp(scores - scores.max())
+    weights = (1.0 - c.lapse) * weights / weights.sum() + c.lapse / len(rows)
+    found = [Standing(*row[:3], float(weight)) for row, weight in zip(rows, weights)]
+    return sorted(found, key=lambda standing: -standing.probability)
+
+
+def _best_of_each(fits):
+    """Best variant of each set of causes."""
+    best = {}
+    for fit in fits:
+        names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
+        if len(set(names)) == len(names) and (names not in best or fit.total < best[names].total):
+            best[names] = fit
+    return list(best.values())
+
+
+def marginals(ranking):
+    """Probability of each cause, over all hypotheses that hold it."""
+    found = {}
+    for standing in ranking:
+        for name in standing.names:
+            found[name] = found.get(name, 0.0) + standing.probability
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def set_90(ranking):
+    """Smallest set of names that holds nine tenths of the probability."""
+    names, reached = [], 0.0
+    for standing in ranking:
+        if reached >= 0.9:
+            break
+        names += [name for name in standing.names if name not in names]
+        reached += standing.probability
+    return names
