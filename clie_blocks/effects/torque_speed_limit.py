@@ -21,7 +21,7 @@ TORQUE_SPEED_LIMIT = Effect(
     name="torque_speed_limit", family="drive", port="drive",
     build=Static(enveloped_torque, inputs=("u", "dq"), outputs=("u",)),
     parameters=(
-        Parameter("peak", "N m", 0.0, 1e6, 10.0, 1e6,
+        Parameter("peak", "N m", 0.0, 1e6, 5.0, 1e6,
                   "torque at standstill; the upper bound stands for no limit"),
         Parameter("droop", "s/rad", 0.0, 100.0, 0.3, 0.0, "one over the no-load speed"),
     ),
