@@ -94,7 +94,9 @@ def _qualified(values, name):
 
 def _numbered(kernel, values, name):
     """Let a kernel take its parameters, those that it names, from the block's `params`."""
-    keys = {key: f"{name}.{key}" for key in values if key in signature(kernel).parameters}
+    named = signature(kernel).parameters.values()
+    every = any(p.kind is p.VAR_KEYWORD for p in named)
+    keys = {key: f"{name}.{key}" for key in values if every or key in {p.name for p in named}}
 
     def evaluated(params, *arguments):
         return kernel(*arguments, **{key: params[qualified] for key, qualified in keys.items()})
