@@ -45,3 +45,28 @@ def state_along(effect, t, dq, **values):
             slope = block.dynamics(t[k], x, u)
             x = x + h / 2 * (slope + block.dynamics(t[k + 1], x + h * slope, after))
     return np.array(torques)
+
+
+def block_response(setting, signal, duration, step=1e-4, method="ode4", n=1):
+    """Time and outputs of an effect's block alone, its inputs given as functions of time."""
+    block = setting.block(n)
+    inputs = {name: (lambda t, f=f: np.full(n, f(t))) if callable(f) else np.full(n, f)
+              for name, f in signal.items()}
+    response = compile_diagram(block).run(duration, step, method, inputs=inputs)
+    return response.time, np.atleast_2d(response.outputs)
+
+
+def first_harmonic(t, y, w):
+    """Complex amplitude of y at w over the last whole period, as a gain of sin(w t)."""
+    period = 2 * np.pi / w
+    lap = (t >= t[-1] - period - 1e-9) & (t < t[-1] - 1e-9)
+    return 2j * np.mean(y[lap] * np.exp(-1j * w * t[lap]))
+
+
+def frequency_response(setting, w):
+    """Response of the block of a linear effect, from its input to its output."""
+    import control as ct
+
+    block = setting.block(1)
+    system = ct.linearize(block, np.zeros(block.nstates), np.zeros(block.ninputs))
+    return np.array([system(1j * value) for value in w]).ravel()
