@@ -1,0 +1,115 @@
+"""What the loops really do beside what the bounds allow: how conservative each bound is."""
+
+import numpy as np
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.signals import signal
+
+STEP = 1e-3  # s; ode5 is exact to 8 digits here
+EVERY = 5
+
+
+def pd_trajectory(plant, joints, q_d, pe, duration=40.0):
+    """Run the PD loop, Fig. 1, from rest at zero.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        Any plant with ports ``u -> q, dq``.
+    joints : ControlledJoints
+        Gains.
+    q_d : array_like, shape (n,)
+        Set-point [rad].
+    pe : callable
+        Excitation [N m].
+    duration : float
+        Simulated time [s].
+
+    Returns
+    -------
+    time : ndarray, shape (samples,)
+        Time [s].
+    q_err, dq : ndarray, shape (n, samples)
+        Position error [rad] and velocity [rad/s].
+
+    """
+    program = compile_diagram(joint_loop(plant, joints.kp, joints.kd))
+    run = program.run(duration, step=STEP, inputs={"q_d": q_d, "pe": pe}, every=EVERY)
+    return run.time, np.asarray(q_d)[:, None] - signal(run, "q"), signal(run, "dq")
+
+
+def ultimate_radius(time, *rows, after=20.0):
+    """Largest norm of stacked signals after a time.
+
+    Parameters
+    ----------
+    time : ndarray, shape (samples,)
+        Time [s].
+    *rows : ndarray, shape (n, samples)
+        The signals.
+    after : float
+        The transient that is left out [s].
+
+    """
+    return float(np.max(np.linalg.norm(np.vstack(rows)[:, time >= after], axis=0)))
+
+
+def identification_errors(plant, joints, q_d, pe, *, gamma, alpha, duration=400.0):
+    """Run the identification loop and return its errors and modelling errors.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        Any plant with ports ``u -> q, dq``.
+    joints : ControlledJoints
+        The joints (9) that stand for the true robot, and gains.
+    q_d : array_like, shape (n,)
+        Set-point [rad].
+    pe : callable
+        Excitation [N m].
+    gamma, alpha : float
+        Gains of (40); alpha zero gives (27).
+    duration : float
+        Simulated time [s].
+
+    Returns
+    -------
+    dict
+        ``time`` and, as rows, ``e``, ``de``, ``e_f``, and the modelling errors ``eps`` of (29)
+        and ``eps_f`` of (45).
+
+    """
+    loop = clie_composite(plant, joints.kp, joints.kd, gamma, alpha)
+    run = compile_diagram(loop).run(
+        duration, step=STEP, inputs={"q_d": q_d, "pe": pe, "noise": 0.0}, every=EVERY,
+        log=["q", "dq", "u", "q_model", "dq_model", "theta_hat", "e_f",
+             "filtered_regressor.phi_f"])
+    q, dq, u = (signal(run, name) for name in ("q", "dq", "u"))
+    theta_err = signal(run, "theta_hat") - joints.theta[:, None]
+    phi_f = signal(run, "filtered_regressor.phi_f").reshape(3 * joints.n, joints.n, -1)
+    return {"time": run.time, "e": q - signal(run, "q_model"),
+            "de": dq - signal(run, "dq_model"), "e_f": signal(run, "e_f"),
+            "eps": modelling_error(plant, joints, q, dq, u),
+            "eps_f": signal(run, "e_f") + np.einsum("pns,ps->ns", phi_f, theta_err)}
+
+
+def modelling_error(plant, joints, q, dq, u):
+    """What eq. (9) leaves over, ``ddq + A dq - B u + D``: the error in (29), with its true sign.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        The plant with states q, dq.
+    joints : ControlledJoints
+        The joints (9) that stand for it.
+    q, dq, u : ndarray, shape (n, samples)
+        Its motion and input.
+
+    """
+    n = joints.n
+    ddq = np.array([plant.dynamics(0.0, np.concatenate((x, v)), torque)[n:]
+                    for x, v, torque in zip(q.T, dq.T, u.T)]).T
+    a, b, d = (value[:, None] for value in (joints.a, joints.b, joints.d))
+    return ddq + a * dq - b * u + d
