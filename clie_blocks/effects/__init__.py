@@ -1,6 +1,7 @@
 """The catalogue of unmodelled effects: one file per effect, loaded when it is asked for.
 
-``LIBRARY['coulomb'](level=0.3)`` sets an effect, ``with_effects(plant, [...])`` inserts it.
+``LIBRARY['coulomb'](level=0.3)`` sets an effect, ``with_effects(plant, [...])`` inserts it,
+``sticking(LIBRARY['coulomb'])`` is the same law in the form that truly sticks.
 """
 
 from collections.abc import Mapping
@@ -8,7 +9,7 @@ from importlib import import_module
 
 from clie_blocks.errors import ClieError, nearest
 
-__all__ = ["LIBRARY", "with_effects"]
+__all__ = ["LIBRARY", "sticking", "with_effects"]
 
 # Effect -> file; the order is that of the report.
 _FILES = {
@@ -104,6 +105,7 @@ LIBRARY = Library()
 
 
 def __getattr__(name):
-    if name == "with_effects":
-        return import_module(f"{__name__}.insertion").with_effects
+    homes = {"with_effects": "insertion", "sticking": "contact"}
+    if name in homes:
+        return getattr(import_module(f"{__name__}.{homes[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
