@@ -117,7 +117,7 @@ def find_columns(names, source, given=None, joints=()):
     tokens = _ordered(q, joints, source)
     columns, notes = {"q": [q.columns[token] for token in tokens]}, []
     for signal in SIGNALS:
-        if signal != "q" and signal in found:
+        if signal != "q" and (signal in found or signal in given):
             chosen = _pick(found, signal, names, source, given, tokens)
             if chosen is not None:
                 columns[signal] = [chosen.columns[token] for token in tokens]
