@@ -100,7 +100,8 @@ def test_faults_name_file_line_and_field(tmp_path, old, new, message):
 
 @pytest.mark.parametrize("text, message", [
     ("", "'joints' is missing"), ("joints = 0", "must be the number of joints"),
-    ("joints = true", "must be the number of joints"), ("joints = 1\nname =\n", "not valid TOML.*line 2"),
+    ("joints = true", "must be the number of joints"),
+    ("joints = 1\nname =\n", "not valid TOML.*line 2"),
     ("joints = 1\nmotor = 3", "must be a section"),
     ("joints = 1\nengine = 3", "known: name"),
     ("joints = 1\n[controller]\nKp = 1", r":2: \[?controller.* needs Kd"),
