@@ -8,8 +8,8 @@ law or of the log, and must not be blamed on the robot.
 import dataclasses
 
 import numpy as np
-from clie_blocks.analysis.records.runs import runs
 
+from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import ClieError, NotIdentifiableError, nearest
 
 CORNERED = ("tustin", "zoh", "backward", "forward")
@@ -152,6 +152,25 @@ def velocity(record, controller, variant):
     return out
 
 
+def velocity_polynomials(controller, variant, step):
+    """Velocity filter ``q -> dq`` as numerator and denominator in ``z^-1``.
+
+    Parameters
+    ----------
+    controller : Controller
+        Its corners.
+    variant : str
+        One of `variants`, except ``exact``.
+    step : float
+        Sample time [s].
+
+    """
+    if variant == "none":
+        return np.zeros(1), np.ones(1)
+    forward, back = _after_difference(controller, variant, step)
+    return np.convolve([1.0, -1.0], forward), back
+
+
 def law(controller, q_err, dq, pe):
     """Command of the stated law: PD (11), cascade of two P loops, or position servo."""
     gain = controller.kp * controller.kv if controller.law == "cascade" else controller.kp
@@ -212,19 +231,29 @@ def _best(tried, stated):
 def _filtered(q, variant, controller, step):
     """Difference of q through the rest of the filter, exact by a transform with zero padding."""
     change = np.diff(q, axis=0, prepend=q[:1])
-    if variant == "difference":
-        return change / step
-    if variant == "two_tap":
-        return (change + np.concatenate((np.zeros_like(change[:1]), change[:-1]))) / (2 * step)
-    poles = _poles(variant, controller, step)
-    forget = 40 / -np.log(max(*map(abs, poles), 1e-9))
+    forward, back = _after_difference(controller, variant, step)
+    forget = 40 / -np.log(max(np.abs(np.roots(back)), default=1e-9))
     size = 1 << int(np.ceil(np.log2(len(q) + forget)))
     delay = np.exp(-2j * np.pi * np.arange(size // 2 + 1) / size)
-    response = _numerator(variant, controller, step, delay)
-    for pole in poles:
-        response = response / (1 - pole * delay)
+    response = np.polyval(forward[::-1], delay) / np.polyval(back[::-1], delay)
     spectrum = np.fft.rfft(change, size, axis=0) * response[:, None]
     return np.fft.irfft(spectrum, size, axis=0)[:len(q)]
+
+
+def _after_difference(controller, variant, step):
+    """Polynomials in ``z^-1`` of the filter after ``q_k - q_{k-1}``; its slope at rest is one."""
+    if variant == "difference":
+        return np.array([1 / step]), np.array([1.0])
+    if variant == "two_tap":
+        return np.array([0.5, 0.5]) / step, np.array([1.0])
+    p1, p2 = _poles(variant, controller, step)
+    gain = (1 - p1) * (1 - p2) / step
+    if variant == "zoh":  # keeps the step response, and with it the slope only nearly
+        high, low = controller.highpass, controller.lowpass
+        half = (low - high) * step / 2
+        gain = high * low * step * np.sqrt(p1 * p2) * (np.sinh(half) / half if half else 1.0)
+    shape = {"tustin": [0.5, 0.5], "backward": [1.0]}.get(variant, [0.0, 1.0])
+    return gain * np.array(shape), np.poly([p1, p2])
 
 
 def _poles(variant, controller, step):
@@ -234,16 +263,3 @@ def _poles(variant, controller, step):
                 "backward": lambda a: 1 / (1 + a * step),
                 "forward": lambda a: 1 - a * step}[variant]
     return [discrete(corner) for corner in corners]
-
-
-def _numerator(variant, controller, step, delay):
-    """Numerator of G1(z) over ``1 - z^-1``."""
-    p1, p2 = _poles(variant, controller, step)
-    gain = (1 - p1) * (1 - p2) / step  # makes the slope at low frequency one
-    if variant == "zoh":
-        high, low = controller.highpass, controller.lowpass
-        half = (low - high) * step / 2
-        spread = np.sinh(half) / half if half else 1.0
-        gain = high * low * step * np.sqrt(p1 * p2) * spread
-    shape = {"tustin": (1 + delay) / 2, "backward": 1.0}.get(variant, delay)
-    return shape * gain
