@@ -8,9 +8,9 @@ import importlib
 
 _HOME = {
     "Calibration": "verdict",
-    "Diagnosis": "diagnose",
-    "answer": "answer",
-    "diagnose": "diagnose",
+    "Diagnosis": "pipeline",
+    "answer": "json_answer",
+    "diagnose": "pipeline",
 }
 
 __all__ = sorted(_HOME)

@@ -1,14 +1,17 @@
-"""From a screening to hypotheses worth a full fit: single causes, and pairs."""
+"""From a screening to hypotheses worth a full fit: single causes, and pairs of them."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import Member
-from clie_blocks.analysis.gap.screen import gain
+from clie_blocks.analysis.gap.regression import regression
 from clie_blocks.analysis.gap.search import faults, periodic, residuals
 
 WORTH = 0.03  # share of a cause's gain that a further joint must add
+LEAST = 10.0  # chi^2 that a further joint must add
+PROBES = 2  # best probes of each cause that enter the search over pairs
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -27,13 +30,13 @@ class Candidate:
     members: tuple
     score: float
 
-    @property
-    def names(self):
-        """Names of the causes."""
-        return tuple(member.cause.name for member in self.members)
+
+def price(found):
+    """What one number costs in chi^2, as in BIC."""
+    return np.log(found.samples * len(found.target))
 
 
-def singles(found, bench, base):
+def singles(found, bench, after):
     """Return one candidate per cause (and variant), best first.
 
     Parameters
@@ -42,62 +45,63 @@ def singles(found, bench, base):
         The screening.
     bench : Bench
         Whitening.
-    base : Fit
+    after : Fit
         What was screened around.
 
     """
-    price = np.log(found.samples * bench.problem.n)
     by_cause = {}
     for column in found.columns:
         by_cause.setdefault(column.cause.key, []).append(column)
-    result = []
-    for columns in by_cause.values():
-        make = _shared if columns[0].cause.shared else _per_joint
-        result.append(make(columns, found, price))
-    errors = residuals(bench, base)
-    for member, drop in [periodic(bench, base, errors), *faults(bench, base, errors)]:
-        result.append(_searched(member, drop, price, len(bench.problem.fit)))
-    return sorted((c for c in result if c is not None), key=lambda c: -c.score)
+    result = [(_shared if columns[0].cause.shared else _per_joint)(columns, found)
+              for columns in by_cause.values()]
+    errors = residuals(bench, after)
+    for member, drop in [periodic(bench, after, errors), *faults(bench, after, errors)]:
+        result.append(_searched(member, drop, price(found), len(bench.problem.fit)))
+    return sorted(result, key=lambda candidate: -candidate.score)
 
 
-def _shared(columns, found, price):
+def _shared(columns, found):
     """One set of numbers for all joints: the joints' regressions are stacked."""
     best = None
-    n = len(found.target)
+    joints = range(len(found.target))
     for probe in {column.probe for column in columns}:
         parts = sorted((c for c in columns if c.probe == probe), key=lambda c: c.joint)
         stacked = dataclasses.replace(parts[0], data=np.concatenate([c.data for c in parts]))
-        result = gain([stacked], np.concatenate(found.target))
-        score = result.drop - parts[0].size * price
+        gain = regression([stacked], np.concatenate(found.target)).gain(0)
+        score = gain.drop - stacked.size * price(found)
         if best is None or score > best[0]:
-            best = (score, parts[0], result.theta[0])
+            best = (score, stacked, gain.theta[0])
     score, column, theta = best
-    values = dict(column.member.values)
-    for name, coefficient in zip(column.amplitudes, theta):
-        values[name] = coefficient * values[name]
-    return Candidate((Member(column.cause, tuple(range(n)), values, column.member.sizes),), score)
+    member = _assembled(column.cause, tuple(joints), {k: (column, theta) for k in joints})
+    return Candidate((member,), score)
 
 
-def _per_joint(columns, found, price):
+def _per_joint(columns, found):
     best = {}
-    for column in columns:
-        result = gain([column], found.target[column.joint])
-        score = result.drop - column.size * price
-        if column.joint not in best or score > best[column.joint][0]:
-            best[column.joint] = (score, column, result.theta[0])
-    top = max(score for score, _, _ in best.values())
-    joints = tuple(sorted(k for k, (score, _, _) in best.items()
-                          if score == top or score > max(10.0, WORTH * top)))
-    score = sum(best[k][0] for k in joints)
-    return Candidate((_assembled(columns[0].cause, joints, best),), score)
+    for k, target in enumerate(found.target):
+        own = [column for column in columns if column.joint == k]
+        rule = regression(own, target)
+        gains = [rule.gain(i) for i in range(len(own))]
+        i = int(np.argmax([gain.drop for gain in gains]))
+        best[k] = (gains[i].drop - own[i].size * price(found), own[i], gains[i].theta[0])
+    joints = worthy(np.array([best[k][0] for k in sorted(best)]))
+    member = _assembled(columns[0].cause, joints, {k: best[k][1:] for k in joints})
+    return Candidate((member,), float(sum(best[k][0] for k in joints)))
+
+
+def worthy(scores):
+    """Joints at which a cause earns its place: the best one, and all that add enough."""
+    top = scores.max()
+    return tuple(int(k) for k in range(len(scores))
+                 if scores[k] == top or scores[k] > max(LEAST, WORTH * top))
 
 
 def _assembled(cause, joints, best):
     """Member whose numbers at each joint are those of the joint's best probe."""
-    first = best[joints[0]][1]
+    first = best[joints[0]][0]
     values = {name: np.array(value, float) for name, value in first.member.values.items()}
     for k in joints:
-        _, column, theta = best[k]
+        column, theta = best[k]
         for name in values:
             values[name][..., k] = column.member.values[name][..., k]
         for name, coefficient in zip(column.amplitudes, theta):
@@ -105,12 +109,96 @@ def _assembled(cause, joints, best):
     return Member(cause, joints, values, first.member.sizes)
 
 
-def _searched(member, drop, price, logs):
+def _searched(member, drop, cost, logs):
     size = 2 * logs + 1 if member.cause.name == "periodic_disturbance" else logs + 1
-    score = drop - size * price
     if member.cause.shared:
-        return Candidate((member,), float(drop.sum() - size * price))
-    top = score.max()
-    joints = tuple(k for k in range(len(drop))
-                   if score[k] == top or score[k] > max(10.0, WORTH * top))
-    return Candidate((dataclasses.replace(member, joints=joints),), float(score[list(joints)].sum()))
+        return Candidate((member,), float(drop.sum() - size * cost))
+    score = drop - size * cost
+    joints = worthy(score)
+    return Candidate((dataclasses.replace(member, joints=joints),),
+                     float(score[list(joints)].sum()))
+
+
+def pairs(found):
+    """Return a candidate for every pair of causes, best first, by exhaustive search.
+
+    Joints explain themselves apart: at each joint the pair may act together, alone, or not.
+    """
+    n, cost = len(found.target), price(found)
+    tables = [_pair_table([c for c in found.columns if c.joint == k], found.target[k], cost)
+              for k in range(n)]
+    keys = sorted({key for single, _ in tables for key in single})
+    result = []
+    for one, two in itertools.combinations(keys, 2):
+        chosen = [_best_use(table, one, two) for table in tables]
+        score = sum(use[0] for use in chosen)
+        members = [_pair_member(chosen, i) for i in (0, 1)]
+        if all(members) and _compatible(*members):
+            result.append(Candidate(tuple(members), float(score)))
+    return sorted(result, key=lambda candidate: -candidate.score)
+
+
+def _pair_table(columns, target, cost):
+    """Scores of single causes and pairs at one joint, with the columns that reach them."""
+    rule = regression(columns, target)
+    gains = [rule.gain(i) for i in range(len(columns))]
+    score = [gain.drop - column.size * cost for gain, column in zip(gains, columns)]
+    by_cause = {}
+    for i in np.argsort(score)[::-1]:
+        if len(by_cause.setdefault(columns[i].cause.key, [])) < PROBES:
+            by_cause[columns[i].cause.key].append(int(i))
+    single = {key: (score[own[0]], ((columns[own[0]], gains[own[0]].theta[0]),))
+              for key, own in by_cause.items()}
+    double = {}
+    for one, two in itertools.combinations(sorted(by_cause), 2):
+        best = None
+        for i, j in itertools.product(by_cause[one], by_cause[two]):
+            gain = rule.gain(i, j)
+            value = gain.drop - (columns[i].size + columns[j].size) * cost
+            if best is None or value > best[0]:
+                best = (value, tuple(zip((columns[i], columns[j]), gain.theta)))
+        double[one, two] = best
+    return single, double
+
+
+def _best_use(table, one, two):
+    """Best of a pair at one joint: ``score, (first or None, second or None)``."""
+    single, double = table
+    uses = [(0.0, (None, None))]
+    if one in single:
+        uses.append((single[one][0], (single[one][1][0], None)))
+    if two in single:
+        uses.append((single[two][0], (None, single[two][1][0])))
+    if (one, two) in double:
+        score, both = double[one, two]
+        uses.append((score - LEAST, both))
+    return max(uses, key=lambda use: use[0])
+
+
+def _pair_member(chosen, i):
+    best = {k: use[1][i] for k, use in enumerate(chosen) if use[1][i] is not None}
+    if not best:
+        return None
+    cause = next(iter(best.values()))[0].cause
+    joints = tuple(best)
+    if cause.shared:
+        strongest = max(best, key=lambda k: chosen[k][0])
+        joints, best = tuple(range(len(chosen))), {k: best[strongest]
+                                                   for k in range(len(chosen))}
+    return _assembled(cause, joints, best)
+
+
+def _compatible(one, two):
+    """Whether two members can be simulated together: names differ, one transmission at most."""
+    loose = {"joint_elasticity", "backlash"}
+    names = {one.cause.name, two.cause.name}
+    return len(names) == 2 and not names <= loose
+
+
+def extended(first, candidates):
+    """Candidates that add a cause to the members of a fit."""
+    kept = first.hypothesis.members
+    for candidate in candidates:
+        (more,) = candidate.members
+        if all(_compatible(member, more) for member in kept):
+            yield Candidate((*kept, more), candidate.score)

@@ -206,6 +206,31 @@ def _step(at, jacobian, residual, damping):
     return at.with_values(at.moved(moves))
 
 
+def tangent(found, bench):
+    """Per joint, columns of a fit's numbers with their prior, and its residual, on the fit logs.
+
+    Returns
+    -------
+    columns, residual : list of ndarray
+        One of each per joint; a number of another joint has a column of zeros and is left out.
+
+    """
+    at = found.hypothesis
+    residual = _residual(at, bench)
+    jacobian = _jacobian(at, bench, residual)
+    parts = _errors(at, bench)
+    bounds = np.cumsum([0] + [len(part) for part in parts])
+    n, logs = at.problem.n, len(at.problem.fit)
+    columns, left = [], []
+    for k in range(n):
+        rows = np.concatenate([np.arange(bounds[j * n + k], bounds[j * n + k + 1])
+                               for j in range(logs)])
+        used = [i for i in range(len(at.open)) if np.any(jacobian[rows, i])]
+        columns.append(jacobian[np.ix_(rows, used)])
+        left.append(residual[rows])
+    return columns, left
+
+
 def bench_of(problem, base):
     """Return the bench for a base hypothesis: noises, and responses to an unknown start."""
     from clie_blocks.analysis.gap.noise import noise

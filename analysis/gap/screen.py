@@ -7,15 +7,14 @@ error, linearised; a polish by full simulation follows for the leaders.
 """
 
 import dataclasses
-import itertools
+import functools
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Scene
+from clie_blocks.analysis.gap.fit import tangent
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-
-RIDGE = 1e-6
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -51,6 +50,12 @@ class Column:
         """Numbers that the column set spends."""
         free = sum(not number.fixed for number in self.cause.numbers)
         return max(len(self.amplitudes), free)
+
+    @functools.cached_property
+    def lower(self):
+        """Lower bounds of the amplitudes: 0 or none."""
+        bounds = {number.name: number.lower for number in self.cause.numbers}
+        return np.array([0.0 if bounds[name] >= 0.0 else -np.inf for name in self.amplitudes])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -166,67 +171,24 @@ def _nuisance(bench, centre, plain):
     return maps
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Gain:
-    """What columns explain: the drop of chi^2, and the coefficients that reach it."""
-
-    drop: float
-    theta: tuple
-
-
-def gain(columns, target):
-    """Regress a target on the columns of one or more causes at one joint.
+def rescreened(found, bench, after):
+    """Return the screening for what a fitted hypothesis leaves, with the same columns.
 
     Parameters
     ----------
-    columns : sequence of Column
-        Column sets; those without amplitude enter with coefficient one.
-    target : ndarray
-        Whitened error.
+    found : Screen
+        A screening around the refitted nominal model.
+    bench : Bench
+        Whitening.
+    after : Fit
+        A hypothesis whose numbers, too, are nuisances now.
 
     """
-    pinned = [c.data[:, 0] for c in columns if not c.amplitudes]
-    left = target - sum(pinned) if pinned else target
-    drop = float(target @ target - left @ left)
-    scaled = [c for c in columns if c.amplitudes]
-    if not scaled:
-        return Gain(drop, tuple(() for _ in columns))
-    data = np.concatenate([c.data for c in scaled], axis=1)
-    lower = np.array([0.0 if _number(c, name).lower >= 0.0 else -np.inf
-                      for c in scaled for name in c.amplitudes])
-    more, theta = _bounded(data, left, lower)
-    parts, at = [], 0
-    for c in columns:
-        parts.append(tuple(theta[at:at + len(c.amplitudes)]))
-        at += len(c.amplitudes)
-    return Gain(drop + more, tuple(parts))
-
-
-def _number(column, name):
-    return next(number for number in column.cause.numbers if number.name == name)
-
-
-def _bounded(data, target, lower):
-    """Least squares with some coefficients at least zero: the best of all active sets."""
-    norm = np.sqrt((data**2).sum(axis=0)) + 1e-300
-    gram = (data / norm).T @ (data / norm)
-    right = (data / norm).T @ target
-    best, theta = 0.0, np.zeros(len(norm))
-    bounded = [i for i in range(len(norm)) if lower[i] == 0.0]
-    for count in range(len(bounded) + 1):
-        for out in itertools.combinations(bounded, count):
-            used = [i for i in range(len(norm)) if i not in out]
-            if not used:
-                continue
-            part = gram[np.ix_(used, used)] + RIDGE * np.eye(len(used))
-            found = np.linalg.solve(part, right[used])
-            if any(found[j] < 0 for j, i in enumerate(used) if lower[i] == 0.0):
-                continue
-            drop = float(2 * found @ right[used]
-                         - found @ gram[np.ix_(used, used)] @ found)
-            if drop > best:
-                best, theta = drop, np.zeros(len(norm))
-                theta[used] = found / norm[used]
-        if best > 0.0 and count == 0:
-            break
-    return best, theta
+    rows, residual = tangent(after, bench)
+    columns, target = [], []
+    for k in range(bench.problem.n):
+        basis = np.linalg.qr(rows[k])[0]
+        target.append(residual[k] - basis @ (basis.T @ residual[k]))
+        columns += [dataclasses.replace(c, data=c.data - basis @ (basis.T @ c.data))
+                    for c in found.columns if c.joint == k]
+    return Screen(columns, target, found.samples)

@@ -40,7 +40,7 @@ class Calibration:
 
     sharpness: float = 6.0
     floor: float = 0.05
-    price: float = 0.3
+    price: float = 1.0
     second: float = 1.5
     healthy: float = 0.5
     unexplained_share: float = 0.25
@@ -109,7 +109,8 @@ def standings(base, fits, calibration):
         return -c.sharpness * np.log(max(value, 0.0) + c.floor)
 
     nothing = excess(base)
-    rows = [((NONE,), base, nothing, score(nothing - c.healthy))]
+    stray = base.penalty / (base.samples.sum() / base.hypothesis.problem.n)
+    rows = [((NONE,), base, nothing, score(max(nothing - stray - c.healthy, 0.0) + stray))]
     for fit in _best_of_each(fits):
         value = excess(fit)
         names = tuple(member.cause.name for member in fit.hypothesis.members)

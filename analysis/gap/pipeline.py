@@ -3,15 +3,13 @@
 import dataclasses
 import time
 
-import numpy as np
-
 from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.candidates import singles
+from clie_blocks.analysis.gap.candidates import extended, pairs, singles
 from clie_blocks.analysis.gap.controller_check import controller_check
-from clie_blocks.analysis.gap.fit import fit, judged
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 from clie_blocks.analysis.gap.problem import problem as state_problem
-from clie_blocks.analysis.gap.screen import screen
+from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.verdict import Calibration, excess, standings
 
 LEADERS = 8
@@ -85,14 +83,59 @@ def diagnose(robot, records, held_out=None, calibration=None):
 
 
 def explore(bench, base):
-    """Fit the leading single causes, then add a second and a third cause while much is left."""
+    """Fit the leading single causes, then pairs and triples while much is left.
+
+    Parameters
+    ----------
+    bench : Bench
+        Whitening.
+    base : Fit
+        The refitted nominal model.
+
+    Returns
+    -------
+    list of Fit
+        All hypotheses that were fitted.
+
+    """
     found = screen(bench, base)
-    leaders = singles(found, bench, base)[:LEADERS]
-    fits = [polished(bench, base, candidate.members) for candidate in leaders]
-    return fits
+    fits = race(bench, base, singles(found, bench, base)[:LEADERS], LEADERS // 2)
+    if _enough(fits):
+        return fits
+    chosen = pairs(found)[:LEADERS // 2]
+    for first in sorted(fits, key=lambda f: f.total)[:3]:
+        left = rescreened(found, bench, first)
+        chosen += list(extended(first, singles(left, bench, first)[:6]))[:3]
+    fits += race(bench, base, _distinct(chosen), 3)
+    if _enough(fits):
+        return fits
+    best = min(fits, key=lambda f: f.total)
+    left = rescreened(found, bench, best)
+    chosen = list(extended(best, singles(left, bench, best)[:6]))[:3]
+    return fits + race(bench, base, chosen, 1)
 
 
-def polished(bench, base, members, iterations=8):
-    """Fit members around a base; a start that is worse than the base is shrunk first."""
+def race(bench, base, candidates, finalists):
+    """Fit candidates for a few steps, then the best of them to the end."""
+    started = [fit(_start(bench, base, candidate.members), bench, 2) for candidate in candidates]
+    order = sorted(started, key=lambda f: f.total)
+    return [fit(f.hypothesis, bench, 8) for f in order[:finalists]] + order[finalists:]
+
+
+def _start(bench, base, members):
+    fitted = {}
     start = hypothesis(bench.problem, members, base.hypothesis)
-    return fit(start, bench, iterations)
+    fitted.update(start.values)
+    return start.with_values(fitted)
+
+
+def _enough(fits):
+    return min(excess(f) for f in fits) < ENOUGH
+
+
+def _distinct(candidates):
+    seen = {}
+    for candidate in candidates:
+        key = frozenset(member.cause.key for member in candidate.members)
+        seen.setdefault(key, candidate)
+    return list(seen.values())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.gap_size import gap
+from clie_blocks.analysis.gap.shrinkage import gap
 from clie_blocks.analysis.gap.verdict import NONE, UNKNOWN, marginals, set_90
 
 SCHEMA_VERSION = 1
