@@ -61,6 +61,8 @@ ALIASES = {
            "tool_{joint}", "tcp_{joint}", "actual_tcp_{joint}", "q_std_{joint}"),
 }
 TIME_UNITS = ("ms", "us", "ns")
+IMPLIED_UNITS = {"actual_current_{k}": "A", "i_actual_{k}": "A", "duty": "duty",
+                 "duty_{joint}": "duty", "vir": "V"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,16 +118,20 @@ def find_columns(names, source, given=None, joints=()):
     q = _pick(found, "q", names, source, given)
     tokens = _ordered(q, joints, source)
     columns, notes = {"q": [q.columns[token] for token in tokens]}, []
+    implied = {}
     for signal in SIGNALS:
         if signal != "q" and (signal in found or signal in given):
             chosen = _pick(found, signal, names, source, given, tokens)
             if chosen is not None:
                 columns[signal] = [chosen.columns[token] for token in tokens]
+                implied[signal] = IMPLIED_UNITS.get(chosen.pattern)
     notes += [_note(signal, [names[index] for index in indices])
               for signal, indices in columns.items() if not _plain(signal, names, indices)]
     if not _plain("time", names, [time.columns[""]]):
         notes.append(_note("time", [names[time.columns[""]]]))
-    return Layout(time.columns[""], columns, _units(names, time.columns[""], columns),
+    notes += [f"{signal} is in {unit}, not a torque, as its name says."
+              for signal, unit in implied.items() if unit]
+    return Layout(time.columns[""], columns, _units(names, time.columns[""], columns, implied),
                   _joint_names(tokens, joints, notes), tuple(notes),
                   list(names).index("valid") if "valid" in names else None)
 
@@ -236,10 +242,10 @@ def _joint_names(tokens, joints, notes):
     return tuple(tokens)
 
 
-def _units(names, time, columns):
+def _units(names, time, columns, implied):
     units = {"time": [_time_unit(names[time])]}
     for signal, indices in columns.items():
-        units[signal] = [split_unit(names[index])[1] for index in indices]
+        units[signal] = [split_unit(names[index])[1] or implied.get(signal) for index in indices]
     return units
 
 

@@ -137,7 +137,8 @@ def _robot(robot, default):
 
 
 def _robot_of(robot, path):
-    beside = path.parent / "robot.toml"
+    inside = path / "robot.toml"
+    beside = inside if inside.is_file() else path.parent / "robot.toml"
     if robot is None and beside.is_file():
         return read_robot(beside), [f"Took the robot from {beside}, which lies beside the log."]
     return (robot if robot is None else _robot(robot, None)), []

@@ -43,6 +43,7 @@ PLAIN = "time,q1,u1\n0,0.5,-1.25\n0.001,0.625,1e-3\n0.002,-0.75,2\n"
     (PLAIN.replace(",", "|"), "bar"),
     (PLAIN.replace(",", "   "), "white space"),
     (PLAIN.replace(",", ";").replace(".", ","), "decimal comma"),
+    ("sep=;\n" + PLAIN.replace(",", ";"), "semicolon"),
     ("# robot: arm\n% rate 1000\n" + PLAIN, None),
     ("# " + PLAIN, "comment line"),
     (PLAIN.replace("0.001,", "# pause\n0.001,"), None),
@@ -51,7 +52,7 @@ PLAIN = "time,q1,u1\n0,0.5,-1.25\n0.001,0.625,1e-3\n0.002,-0.75,2\n"
     (PLAIN.replace("\n", ",\n"), None),
     ('time,note,q1,u1\n0,a,0.5,-1.25\n0.001,"b,c",0.625,1e-3\n0.002,d,-0.75,2\n', None),
     ('time,q,u\n0,"[0.5]","[-1.25]"\n0.001,"[0.625]","[1e-3]"\n0.002,"[-0.75]","[2]"\n', "lists"),
-], ids=range(20))
+], ids=range(21))
 def test_dialects(tmp_path, text, words):
     record = read_record(log(tmp_path, text))
     same(record)
@@ -69,6 +70,24 @@ def test_a_truncated_gzip_is_an_error(tmp_path):
     packed = gzip.compress(("time,q1,u1\n" + "0,1,2\n" * 100_000).encode())
     with pytest.raises(RecordError, match="cannot be unpacked"):
         read_record(log(tmp_path, packed[:-20], "log.csv.gz"))
+
+
+def test_a_gzip_bomb_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(csv_text, "HARMLESS", 1_000_000)
+    path = tmp_path / "log.csv.gz"
+    with gzip.open(path, "wb", 9) as file:
+        file.write(b"time,q1\n")
+        file.write(b"0,0\n" * 2_000_000)
+    assert path.stat().st_size < 20_000
+    with pytest.raises(RecordError, match="300 times its size"):
+        read_record(path)
+
+
+def test_units_in_a_line_of_their_own(tmp_path):
+    record = read_record(log(tmp_path, "time,q1,u1\nms,deg,V\n0,180,1\n1,90,2\n"))
+    np.testing.assert_allclose(record.time, [0, 1e-3])
+    np.testing.assert_allclose(record.q[:, 0], [np.pi, np.pi / 2])
+    assert record.units["u"] == ("V",)
 
 
 def test_units_in_the_header(tmp_path):

@@ -56,6 +56,7 @@ def load(path, topic, command_topic):
             commands, kind = _commands(bag, command_topic, kinds[command_topic], found["names"])
             arrays.update(commands)
             found["command"] = kind
+            found["unnamed"] = kinds[command_topic] == "std_msgs/msg/Float64MultiArray"
     return arrays, {**found, "topic": topic, "command_topic": command_topic,
                     "others": sorted(name for name, kind in kinds.items()
                                      if kind in COMMANDS and name != topic)}
@@ -167,6 +168,9 @@ def _record(arrays, found, path):
 
 def _remarks(found):
     notes = ["Stamps are those in the message headers; the first one became 0 s."]
+    if found.get("unnamed"):
+        notes.append(f"The commands carry no names; took their order to be that of the states: "
+                     f"{', '.join(found['names'])}.")
     if found["late"] > LATE:
         notes.append(f"Messages arrived {found['late']:.3g} s from their stamp (median); two "
                      "clocks may be involved.")

@@ -5,6 +5,7 @@ parsed by numpy's own parser; only a block with something unusual in it (an empt
 parsed again line by line, which finds the line and the column to blame.
 """
 
+import contextlib
 import csv
 import gzip
 import io
@@ -18,6 +19,9 @@ from clie_blocks.analysis.records.table import Table
 from clie_blocks.errors import RecordError
 
 BLOCK = 4_000_000  # bytes
+SLOW = 200_000_000  # bytes from which on the progress is shown
+BOMB = 300  # times its packed size: no log shrinks that much
+HARMLESS = 100_000_000  # bytes that may be unpacked in any case
 HEAD = 200_000
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "#n/a"}
 WORDS = {"true": 1.0, "false": 0.0}
@@ -74,8 +78,9 @@ class _Readable:
 
 def _blocks(path, dialect, indices, decisions):
     line = 1
-    with _opened(path) as file, _Readable(path):
+    with _opened(path) as file, _Readable(path), _progress(path) as advance:
         for text, last in _texts(file, path):
+            advance(len(text))
             start = line
             line += text.count(b"\n")
             if start == 1:
@@ -85,11 +90,24 @@ def _blocks(path, dialect, indices, decisions):
                 yield _parsed(text, dialect, indices, _Place(path, start, last, decisions))
 
 
+def _progress(path):
+    size = path.stat().st_size
+    if size < SLOW:
+        return contextlib.nullcontext(lambda amount: None)
+    from clie_blocks.output import progress
+
+    return progress(f"reading {path.name}", size)
+
+
 def _texts(file, path):
     """Yield whole lines in blocks, and whether the block is the last."""
-    rest = b""
+    rest, size, limit = b"", 0, max(HARMLESS, BOMB * path.stat().st_size)
     while True:
         chunk = file.read(BLOCK)
+        size += len(chunk)
+        if size > limit:
+            raise RecordError(f"{path} unpacks to more than {BOMB} times its size, which no log "
+                              "does; unpack it and look at it first")
         text = rest + chunk
         if b"\n" not in text and b"\r" in text:
             text = text.replace(b"\r", b"\n")

@@ -5,6 +5,7 @@ import dataclasses
 import re
 from collections import Counter
 
+from clie_blocks.analysis.records.units import SPELLINGS, TO_SI
 from clie_blocks.errors import RecordError
 
 SEPARATORS = (";", "\t", ",", "|", None)  # None is white space
@@ -53,7 +54,8 @@ def sniff(head, path):
     if len(head) > HALF and len(lines) > 1:
         lines.pop()  # it goes on beyond what was read
     rows = [(number, line) for number, line in enumerate(lines)
-            if line.strip() and not line.lstrip().startswith(MARKS)]
+            if line.strip() and not line.lstrip().startswith(MARKS)
+            and not re.fullmatch(r"\s*sep=.\s*", line)]  # a spreadsheet's word on its separator
     if not rows:
         raise RecordError(f"{path} has no line with values; is the log empty?")
     delimiter = _separator([line for _, line in rows[:SAMPLE]])
@@ -69,6 +71,10 @@ def sniff(head, path):
         notes.append("Took the header from a comment line.")
     else:
         names, skip, data = first, rows[0][0] + 1, rows[1:]
+    if data and _are_units(fields := _split(data[0][1], delimiter), len(names)):
+        names = [f"{name.strip()}[{unit.strip()}]" for name, unit in zip(names, fields)]
+        skip, data = data[0][0] + 1, data[1:]
+        notes.append("Took the units from the line below the header.")
     sample = [_split(line, delimiter) for _, line in data[:SAMPLE]]
     comma = delimiter != "," and _has_decimal_comma(sample)
     names, lists = _expanded([name.strip().strip('"').strip() for name in names], sample)
@@ -116,6 +122,12 @@ def _split(line, delimiter):
 
 def _numeric(fields):
     return all(NUMBER.fullmatch(field.strip()) for field in fields)
+
+
+def _are_units(fields, count):
+    words = [field.strip() for field in fields]
+    return len(words) == count and any(words) and all(
+        word in TO_SI or word in SPELLINGS for word in words) and not _numeric(fields)
 
 
 def _header_in_comment(lines, delimiter, count):

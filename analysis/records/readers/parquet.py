@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from clie_blocks.analysis.records.readers import emps
 from clie_blocks.analysis.records.readers.options import foreign, need
 from clie_blocks.analysis.records.table import Table
 from clie_blocks.errors import RecordError
 
-LARGEST = 500_000_000  # values of one column
+LARGEST = 100_000_000  # rows, a day at 1 kHz
 BATCH = 100_000  # rows
 
 
@@ -22,6 +23,8 @@ def read(path, options):
         if file.metadata.num_rows > LARGEST:
             raise RecordError(f"{path} states {file.metadata.num_rows} rows; that is no robot log")
         names, cells = _names(file)
+    if emps.is_emps(names):
+        return [emps.record(emps.columns_of(path), str(path))]
 
     def blocks(indices):
         with foreign(path, "Parquet"):
@@ -53,7 +56,10 @@ def _names(file):
 def _cell(batch, name, position):
     column = batch[name]
     if position is None:
-        return np.asarray(column.to_numpy(zero_copy_only=False), float)
+        array = column.to_numpy(zero_copy_only=False)
+        if array.dtype.kind in "mM":  # dates and durations count from 1970 or 0, in nanoseconds
+            array = array.astype(f"{array.dtype.kind}8[ns]").astype(np.int64)
+        return np.asarray(array, float)
     flat = np.asarray(column.flatten().to_numpy(zero_copy_only=False), float)
     if flat.size % len(column):
         raise RecordError(f"column {name!r} holds lists of different lengths")
