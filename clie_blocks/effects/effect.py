@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from clie_blocks.effects.characteristic import Curve
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError, vector
 
@@ -188,9 +189,13 @@ class Setting:
         if self.joints is not None and not all(k < n for k in self.joints):
             raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
                                f"has {n}; joints count from 0")
-        return self.effect.build(self._vectors(n), n, self.name)
+        block = self.effect.build(self.vectors(n), n, self.name)
+        if self.effect.curve is not None:
+            block.icon = ("curve", Curve(self))
+        return block
 
-    def _vectors(self, n):
+    def vectors(self, n):
+        """Every parameter as a vector, for n joints or for the robot as a whole."""
         vectors = {}
         for p in self.effect.parameters:
             default = p.typical if p.neutral is None else p.neutral

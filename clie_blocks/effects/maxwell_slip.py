@@ -46,5 +46,5 @@ MAXWELL_SLIP = Effect(
                 "simscape": "none"},
     wrong="Slip level is the same at all speeds (no Stribeck effect), five elements stand for a "
           "smooth curve, and a stuck joint has no damping of its own.",
-    passive=True, symmetry="odd", stiff=True,
+    passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
 )

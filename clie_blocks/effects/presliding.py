@@ -94,7 +94,7 @@ PRESLIDING = Effect(
     wrong="With elastic = 0 (LuGre) a stuck joint drifts under a vibrating load below break-away; "
           "elastic > 0 stops that. Above the speed reach fastest it bends as if it were slower. "
           "Small loops inside large ones do not close: maxwell_slip.",
-    passive=True, symmetry="odd", stiff=True,
+    passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
 )
 
 DAHL = Effect(
@@ -118,5 +118,5 @@ DAHL = Effect(
     },
     wrong="No break-away peak; a stuck joint rings on its contact, undamped but for the plant, "
           "and drifts under a vibrating load.",
-    passive=True, symmetry="odd", stiff=True,
+    passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
 )

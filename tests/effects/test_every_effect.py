@@ -9,6 +9,8 @@ import pytest
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.characteristic import characteristic
 from clie_blocks.effects.effect import FAMILIES, PORTS, SIMULATORS, SYMMETRIES
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.signals import ports
@@ -145,6 +147,37 @@ def test_compiled_is_interpreted(effect):
     program = compile_diagram(loop_with(effect.typical()))
     response = program.run(0.05, 1e-3, inputs={"q_d": [0.3, -0.2], "pe": [0.1, 0.1]})
     assert np.all(np.isfinite(response.outputs)) and np.any(response.outputs != 0)
+
+
+STATIC = [case for case in EFFECTS if isinstance(case.values[0].build, Static)
+          and set(case.values[0].build.inputs) - {"t"}]
+
+
+@pytest.mark.parametrize("effect", STATIC)
+def test_kernel_takes_a_whole_record_at_once(effect):
+    """Rows of a record as one array, as a regression needs it, equal the block row by row."""
+    setting = effect.typical()
+    block, kernel = setting.block(N), effect.build.kernel
+    rng = np.random.default_rng(8)
+    t, rows = np.linspace(0, 10, 25)[:, None], {
+        name: rng.normal(size=(25, N)) for name in effect.build.inputs if name != "t"}
+    found = kernel(*(t if name == "t" else rows[name] for name in effect.build.inputs),
+                   **setting.vectors(N))
+    parts = [part.reshape(25, -1) for part in (found if isinstance(found, tuple) else (found,))]
+    together = np.concatenate(parts, axis=1)
+    for k in range(25):
+        u = np.concatenate([rows[name][k] for name in rows])
+        np.testing.assert_allclose(together[k], block.output(t[k, 0], np.zeros(0), u),
+                                   rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("effect", [c for c in EFFECTS if c.values[0].curve is not None])
+def test_characteristic_can_be_drawn_and_is_on_the_block(effect):
+    x, y = characteristic(effect.typical())
+    assert x.shape == y.shape and np.all(np.isfinite(y)) and np.ptp(x) > 0
+    kind, curve = effect.typical().block(N).icon
+    assert kind == "curve"
+    np.testing.assert_array_equal(np.array(list(curve)), np.array([x, y]))
 
 
 def motion(duration=4.0, step=2e-3, seed=0, n=N):
