@@ -39,7 +39,10 @@ def foreign(source, what):
         raise
     except ImportError:
         raise
-    except (Exception, MemoryError) as error:
+    except MemoryError:
+        raise RecordError(f"{source} needs more memory than there is; export only the signals "
+                          "that are needed") from None
+    except Exception as error:
         words = str(error).splitlines() or [type(error).__name__]
         raise RecordError(f"{source} cannot be read as {what}: {words[0][:200]}; the file is "
                           "damaged or of another format, export it again") from None

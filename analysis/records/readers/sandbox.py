@@ -5,6 +5,7 @@ the file states.  Here a hostile file can only end the child.
 """
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -12,10 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.analysis.records.readers.options import foreign
 from clie_blocks.errors import RecordError
 
 MEMORY = 4_000_000_000  # bytes of address space
 SECONDS = 120
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads reserve memory
 
 
 def run(job, path, **said):
@@ -42,7 +45,8 @@ def run(job, path, **said):
                             "memory": MEMORY, "seconds": SECONDS})
         try:
             child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),
-                                   capture_output=True, timeout=SECONDS, check=False)
+                                   capture_output=True, timeout=SECONDS, check=False,
+                                   env={**os.environ, **ONE_THREAD})
         except subprocess.TimeoutExpired:
             raise RecordError(f"{path} took more than {SECONDS} s to read and was given up; "
                               "export only the signals that are needed") from None
@@ -74,13 +78,11 @@ def serve():
     folder = Path(order["folder"])
     try:
         module = importlib.import_module(f"clie_blocks.analysis.records.readers.{module}")
-        arrays, found = getattr(module, function)(order["path"], **order["said"])
-        np.savez(folder / "arrays.npz", **arrays)
+        with foreign(order["path"], f"a log by {order['job']}"):
+            arrays, found = getattr(module, function)(order["path"], **order["said"])
+            np.savez(folder / "arrays.npz", **arrays)
     except RecordError as error:
         found = {"error": str(error)}
-    except MemoryError:
-        found = {"error": f"{order['path']} needs more than {order['memory'] / 1e9:g} GB to read; "
-                          "export only the signals that are needed"}
     (folder / "answer.json").write_text(json.dumps(found))
 
 
