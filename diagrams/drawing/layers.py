@@ -4,6 +4,8 @@ import numpy as np
 
 from clie_blocks.diagrams.drawing.placing import cheapest_order, shortest
 
+FORWARD, BACK = 2.0, 1.0  # what a column of wire costs
+
 
 def columns(graph):
     """Column of each block, left to right, with few and cheap wires that run back.
@@ -26,9 +28,9 @@ def columns(graph):
         a, b = wire.source[0], wire.target[0]
         if place[a] < place[b]:
             gaps.add((index[a], index[b], 1))
-            pulls.append((index[a], index[b], 1, _pull(graph, wire)))
+            pulls.append((index[a], index[b], 1, FORWARD))
         elif a != b:
-            pulls.append((index[b], index[a], 0, 1.0))
+            pulls.append((index[b], index[a], 0, BACK))
     inputs, outputs = _terminals(graph)
     gaps |= {(index[a], index[b], 1) for a in inputs for b in graph.blocks if b not in inputs}
     found = shortest(len(index), pulls, sorted(gaps))
@@ -80,8 +82,3 @@ def _turning_price(target, port, driven):
     if target.kind == "sum" and target.signs[target.inputs.index(port)] != "+":
         return 0.4
     return 0.6 if target.key in driven else 1.0
-
-
-def _pull(graph, wire):
-    kinds = {graph.blocks[wire.source[0]].kind, graph.blocks[wire.target[0]].kind}
-    return 0.3 if "input" in kinds else 2.0

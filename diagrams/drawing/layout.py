@@ -15,6 +15,7 @@ from clie_blocks.diagrams.drawing.shapes import GRID
 from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
 
 LANE, LEAVE, ARRIVE, MARGIN = 12.0, 20.0, 18.0, 12.0
+CANDIDATES, BENT = 16, 0.15
 
 
 @dataclass(frozen=True)
@@ -116,10 +117,22 @@ def _plan(graph, outside=False):
         column = layers.last_column_outputs(graph, column)
     channels = channels_of(graph, nodes, column)
     arrangement = Arrangement(nodes, column, channels)
-    arrange(arrangement)
-    y = heights(arrangement)
+    y = _best_heights(arrangement)
     lanes = lanes_of(arrangement, y)
     return _Plan(graph, arrangement, y, lanes).finish()
+
+
+def _best_heights(arrangement):
+    """Arrange the columns so that crossings and bends together are few."""
+    least = float("inf")
+    for snapshot in arrange(arrangement)[:CANDIDATES]:
+        arrangement.restore(snapshot)
+        arrangement.y, bent = heights(arrangement)
+        cost = arrangement.cost() + BENT * bent
+        if cost < least - 1e-9:
+            least, best = cost, (snapshot, dict(arrangement.y))
+    arrangement.restore(best[0])
+    return best[1]
 
 
 class _Plan:

@@ -3,15 +3,15 @@
 import random
 from statistics import fmean
 
-RESTARTS, SWEEPS, REFINED, PASSES = 16, 6, 3, 10
-CLIMB, COLUMN_TASTE, PORT_TASTE = 0.002, 0.25, 0.02
-GAP_BLOCKS, GAP_BEND, GAP_BENDS = 4, 3, 2
+EFFORT, SWEEPS, PASSES = 3500, 6, 10
+CLIMB, LEAD_CROSSED, COLUMN_TASTE, PORT_TASTE = 0.01, 1.0, 0.8, 0.02
+GAP_BLOCKS, GAP_BEND, GAP_SLIM = 4, 3, 2
 
 
 def gap(a, b):
     """Grid steps between the ends of two neighbours in a column."""
-    if a.is_bend and b.is_bend:
-        return GAP_BENDS
+    if (a.is_bend and b.is_bend) or (a.is_terminal and b.is_terminal):
+        return GAP_SLIM
     return GAP_BEND if a.is_bend or b.is_bend else GAP_BLOCKS
 
 
@@ -25,7 +25,10 @@ class Arrangement:
         for key in nodes:
             self.columns[column[key]].append(key)
         self.rank = {key: k for k, key in enumerate(nodes)}
+        self.block_rank = {key: k for k, key in enumerate(
+            key for key, node in nodes.items() if not node.is_bend and not node.is_terminal)}
         self.partners = _partners(nodes, channels)
+        self.leads = _leads(nodes, channels)
         self.y = {}
         self.stack()
 
@@ -68,11 +71,16 @@ class Arrangement:
             self.restore(([keys[::-1] for keys in columns], turned))
 
     def crossings(self, c):
-        """Crossings in channel c when each net has one upright, the better way round."""
-        return _channel_crossings([
-            ([self.pin_y("R", pin) for pin in net.left],
-             [self.pin_y("L", pin) for pin in net.right])
-            for net in self.channels[c].values()])
+        """Crossings in channel c when each net has one upright, the better way round.
+
+        A strand that crosses a main line keeps it from being straight, and counts more.
+        """
+        nets = [([self.pin_y("R", pin) for pin in net.left],
+                 [self.pin_y("L", pin) for pin in net.right])
+                for net in self.channels[c].values()]
+        lines = [(self.pin_y("R", a), self.pin_y("L", b)) for a, b in self.leads[c]]
+        return _channel_crossings(nets) + LEAD_CROSSED * sum(
+            _crosses(left, right, *line) for line in lines for left, right in nets)
 
     def taste(self, c):
         """How far a column and the ports in it stray from the order in which they were listed."""
@@ -87,8 +95,10 @@ class Arrangement:
         return found
 
     def _prominence(self, key):
+        """Weight of a thing in `taste`: what is listed first belongs on top."""
         node = self.nodes[key]
-        return 0.1 if node.is_bend else 0.7 if node.is_terminal else 1.0
+        return (0.1 if node.is_bend else 0.6 if node.is_terminal
+                else 4.0 / (4.0 + self.block_rank[key]))
 
     def column_cost(self, c):
         """What the order of one column costs: crossings on both sides, and taste."""
@@ -142,28 +152,32 @@ def arrange(arrangement):
     Parameters
     ----------
     arrangement : Arrangement
-        Is left at the best orders found.
+        Columns and ports in any order.
+
+    Returns
+    -------
+    list of snapshots
+        The best orders, the cheapest first.
 
     """
-    found = _swept(arrangement)
-    best, least = None, float("inf")
-    for snapshot in found[:REFINED]:
+    size = max(len(arrangement.nodes) * len(arrangement.channels), 1)
+    found, tries = [], min(max(EFFORT // size, 4), 40)
+    for snapshot in _swept(arrangement, tries)[:3 + tries // 2]:
         arrangement.restore(snapshot)
-        for turned in (False, True):
-            if turned:
-                arrangement.turn_over()
+        for _ in range(2):
             _swap_neighbours(arrangement)
-            cost = arrangement.cost()
-            if cost < least - 1e-9:
-                best, least = arrangement.snapshot(), cost
-    arrangement.restore(best)
+            candidate = arrangement.cost(), arrangement.snapshot()
+            if candidate not in found:
+                found.append(candidate)
+            arrangement.turn_over()
+    return [snapshot for _, snapshot in sorted(found, key=lambda item: item[0])]
 
 
-def _swept(arrangement):
+def _swept(arrangement, tries):
     """Orders after sweeps from the listed order and from chance ones, the cheapest first."""
     chance = random.Random(0)
     start, found = arrangement.snapshot(), []
-    for attempt in range(RESTARTS):
+    for attempt in range(tries):
         arrangement.restore(start)
         if attempt:
             for keys in arrangement.columns:
@@ -195,12 +209,12 @@ def _swap_neighbours(arrangement):
 
 
 def _swap_in(arrangement, c, items):
-    better = False
+    better, least = False, arrangement.column_cost(c)
     for k in range(len(items) - 1):
-        before = arrangement.column_cost(c)
         _swap(arrangement, c, items, k)
-        if arrangement.column_cost(c) < before - 1e-9:
-            better = True
+        cost = arrangement.column_cost(c)
+        if cost < least - 1e-9:
+            better, least = True, cost
         else:
             _swap(arrangement, c, items, k)
     return better
@@ -223,6 +237,25 @@ def inversions(items, rank, weight=lambda item: 1.0):
 def _at(sided_pin):
     side, (_, port) = sided_pin
     return side, port
+
+
+def _leads(nodes, channels):
+    """Main lines by channel: from a port to the first listed block that follows it directly."""
+    rank = {key: k for k, key in enumerate(nodes)}
+    found = [[] for _ in channels]
+    for c, nets in enumerate(channels):
+        for net in nets.values():
+            side, start = net.entry
+            followers = [pin for pin in net.right if nodes[pin[0]].is_plain]
+            if side == "left" and not nodes[start[0]].is_bend and followers:
+                found[c].append((start, min(followers, key=lambda pin: rank[pin[0]])))
+    return found
+
+
+def _crosses(left, right, start, end):
+    """Whether a net passes from one side of a line to the other."""
+    return ((min(left, default=start) < start and max(right, default=end) > end)
+            or (max(left, default=start) > start and min(right, default=end) < end))
 
 
 def _partners(nodes, channels):

@@ -63,6 +63,11 @@ class Node:
         return self.block is not None and self.block.kind in ("input", "output")
 
     @property
+    def is_plain(self):
+        """Whether it is a block, a gain or a diagram: no sum, terminal or bend."""
+        return not self.is_bend and not self.is_terminal and self.block.kind != "sum"
+
+    @property
     def sortable(self):
         """Whether its ports may change places."""
         return not self.is_bend and not self.is_terminal and not self.fixed
@@ -123,9 +128,9 @@ def below_name(block):
 
 
 def _terminal(node):
-    width = max(30.0, measure(symbol(node.block.name), PORT)[0] + 18.0)
-    node.width, node.body = width, (width, 18.0)
-    node.above = node.below = 2
+    width = max(30.0, measure(symbol(node.block.name), PORT)[0] + 16.0)
+    node.width, node.body = width, (width, 16.0)
+    node.above = node.below = 1  # so close that terminals can be level with ports
 
 
 def _sum(node):
