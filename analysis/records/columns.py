@@ -1,4 +1,4 @@
-"""Which column of a log is which signal of which joint: one table of names, and the user's map.
+"""Which column of a log is which signal of which joint, by the aliases and the user's map.
 
 Every column goes to the pattern with the most literal characters that fits it, so that
 ``q_target_0`` is a reference although ``q_{joint}`` fits too.  A signal that two patterns claim is
@@ -8,61 +8,10 @@ ambiguous, and the user is asked.
 import dataclasses
 import re
 
+from clie_blocks.analysis.records.aliases import ALIASES, IMPLIED_UNITS, TIME_UNITS
 from clie_blocks.analysis.records.model import SIGNALS
 from clie_blocks.analysis.records.units import split_unit
 from clie_blocks.errors import RecordError, nearest
-
-# {k} is a joint number, {joint} any name; compared without regard to case.
-ALIASES = {
-    "time": ("time", "t", "timestamp", "stamp", "time_s", "t_s", "time_sec", "seconds", "sec",
-             "timestamp_s", "pc_ts", "header.stamp", "elapsed", "elapsed_time",
-             "time_ms", "t_ms", "timestamp_ms", "time_us", "t_us", "timestamp_us", "time_ns",
-             "t_ns", "timestamp_ns"),
-    "q": ("q{k}", "q_{joint}", "q[{k}]", "q", "actual_q_{k}", "q_actual_{k}", "state.q[{k}]",
-          "pos{k}", "pos_{joint}", "pos", "{joint}_pos", "{joint}.pos", "position{k}",
-          "position_{joint}", "position[{k}]", "positions[{k}]", "position", "{joint}_position",
-          "joint_pos_{joint}", "joint_position_{joint}", "joint_positions[{k}]",
-          "actual_pos_{joint}", "pos_meas{k}", "q_meas_{joint}", "measured_q_{joint}",
-          "{joint}_qpos", "qm", "observation.state[{k}]", "theta{k}", "theta_{joint}"),
-    "qd": ("qd{k}", "qd_{joint}", "qd[{k}]", "qd", "q_d_{joint}", "q_d[{k}]", "state.q_d[{k}]",
-           "q_des_{joint}", "q_des{k}", "q_ref_{joint}", "q_ref{k}", "q_ref",
-           "target_q_{k}", "q_target_{k}", "qref{k}", "pos_des{k}", "pos_des_{joint}",
-           "pos_cmd_{joint}", "cmd_pos_{joint}", "{joint}_pos_cmd", "{joint}_cmd_pos",
-           "{joint}_target_pos", "{joint}_pos_target", "{joint}_command",
-           "target_pos_{joint}", "pos_target_{joint}", "cmd_{joint}",
-           "joint_pos_target_{joint}", "joint_position_command_{joint}", "position_cmd_{joint}",
-           "position_command_{joint}", "command_position_{joint}", "goal_position_{joint}",
-           "goal_position", "action[{k}]", "qg", "reference_{joint}", "ref{k}", "ref_{joint}"),
-    "dq": ("dq{k}", "dq_{joint}", "dq[{k}]", "dq", "qdot{k}", "qdot_{joint}", "actual_qd_{k}",
-           "qd_actual_{k}", "state.dq[{k}]", "vel{k}", "vel_{joint}", "vel", "{joint}_vel",
-           "{joint}.vel", "velocity{k}", "velocity_{joint}", "velocity[{k}]", "velocities[{k}]",
-           "velocity", "{joint}_velocity", "joint_vel_{joint}", "joint_velocity_{joint}",
-           "joint_velocities[{k}]", "actual_vel_{joint}", "vel_meas{k}", "{joint}_qvel", "speed",
-           "speed_{joint}"),
-    "u": ("u{k}", "u_{joint}", "u[{k}]", "u", "tau_cmd_{joint}", "tau_cmd{k}", "tau_con{k}",
-          "cmd_tau_{joint}", "cmd.tau_j_d[{k}]", "torque_cmd_{joint}", "torque_command_{joint}",
-          "cmd_torque_{joint}", "command_torque_{joint}", "{joint}_torque_cmd",
-          "{joint}_effort_cmd", "effort_cmd_{joint}", "effort_command_{joint}", "{joint}_ctrl",
-          "ctrl_{joint}", "command_{joint}", "duty", "duty_{joint}", "vir",
-          "actual_current_{k}", "i_actual_{k}"),
-    "pe": ("pe{k}", "pe_{joint}", "pe[{k}]", "pe", "excitation_{joint}", "excitation{k}"),
-    "tau": ("tau{k}", "tau_{joint}", "tau[{k}]", "tau", "state.tau_j[{k}]", "torque{k}",
-            "torque_{joint}", "torque[{k}]", "torques[{k}]", "torque", "{joint}_torque",
-            "effort_{joint}", "effort[{k}]", "efforts[{k}]", "effort", "{joint}_effort",
-            "joint_torque_{joint}", "joint_effort_{joint}", "joint_efforts[{k}]", "tau_meas{k}",
-            "tau_meas_{joint}", "measured_torque_{joint}", "{joint}_tau"),
-    # Names that look like a signal and are none: they keep shorter patterns from taking them.
-    None: ("tau_ext_{joint}", "state.tau_ext_hat_filtered[{k}]", "state.dq_d[{k}]",
-           "cmd.q_d[{k}]", "cmd.dq_d[{k}]", "target_qd_{k}", "qd_target_{k}",
-           "target_qdd_{k}", "qdd_target_{k}", "qdd{k}", "qdd_{joint}", "ddq{k}", "ddq_{joint}",
-           "dqd{k}", "dqd_{joint}", "dq_d_{joint}", "dq_des_{joint}", "vel_des{k}", "tau_des{k}",
-           "target_current_{k}", "i_target_{k}", "target_moment_{k}", "m_target_{k}",
-           "i_control_{k}", "tau_abs_{joint}", "{joint}_vel_cmd", "{joint}_acc",
-           "tool_{joint}", "tcp_{joint}", "actual_tcp_{joint}", "q_std_{joint}"),
-}
-TIME_UNITS = ("ms", "us", "ns")
-IMPLIED_UNITS = {"actual_current_{k}": "A", "i_actual_{k}": "A", "duty": "duty",
-                 "duty_{joint}": "duty", "vir": "V"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -125,10 +74,13 @@ def find_columns(names, source, given=None, joints=()):
             if chosen is not None:
                 columns[signal] = [chosen.columns[token] for token in tokens]
                 implied[signal] = IMPLIED_UNITS.get(chosen.pattern)
+            else:
+                notes.append(_partial(signal, found[signal], names, tokens))
     notes += [_note(signal, [names[index] for index in indices])
               for signal, indices in columns.items() if not _plain(signal, names, indices)]
     if not _plain("time", names, [time.columns[""]]):
         notes.append(_note("time", [names[time.columns[""]]]))
+    notes += _unused(names, {time.columns[""], *(k for group in columns.values() for k in group)})
     notes += [f"{signal} is in {unit}, not a torque, as its name says."
               for signal, unit in implied.items() if unit]
     return Layout(time.columns[""], columns, _units(names, time.columns[""], columns, implied),
@@ -199,6 +151,20 @@ def _pick(found, signal, names, source, given, tokens=None):
         raise RecordError(f"{source}: columns {' and '.join(map(repr, claims))} could both be "
                           f"{signal}; say which: --map {signal}={groups[0].pattern}")
     return groups[0]
+
+
+def _partial(signal, groups, names, tokens):
+    shown = ", ".join(names[index] for group in groups.values()
+                      for index in list(group.columns.values())[:3])
+    return (f"Did not take {signal} from {shown}: not there for each of the joints "
+            f"{', '.join(map(str, tokens))}; --map {signal}=... would say how they belong.")
+
+
+def _unused(names, used):
+    left = [name for index, name in enumerate(names) if index not in used and name
+            and name != "valid"]
+    shown = ", ".join(left[:6]) + (f" and {len(left) - 6} more" if len(left) > 6 else "")
+    return [f"Not used: {shown}."] if left else []
 
 
 def _missing(signal, names, source, given):

@@ -64,7 +64,10 @@ def test_what_is_not_unambiguous_is_asked(header, said, message):
 
 
 def test_a_signal_that_is_not_there_for_all_joints_is_not_taken():
-    assert "u" not in layout("time,q1,q2,u1").columns
+    found = layout("time,q1,q2,u1,temperature")
+    assert "u" not in found.columns
+    assert any("Did not take u from u1" in note for note in found.decisions)
+    assert "Not used: u1, temperature." in found.decisions
 
 
 def test_the_users_map_comes_first():

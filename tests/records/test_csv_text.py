@@ -101,6 +101,13 @@ def test_units_in_the_header(tmp_path):
     assert "Converted q from deg to rad." in record.decisions
 
 
+def test_empty_cells_anywhere(tmp_path):
+    record = read_record(log(tmp_path, "time,q1,u1,qd1,tau1\n0,,,,\n0.1,1,,,4\n0.2,1,2,3,\n"))
+    np.testing.assert_array_equal(record.q[:, 0], [np.nan, 1, 1])
+    np.testing.assert_array_equal(record.tau[:, 0], [np.nan, 4, np.nan])
+    assert record.valid.tolist() == [False, False, True]
+
+
 @pytest.mark.parametrize("cell", ["", "NaN", "nan", "NA", "null", "None", "inf", "-"])
 def test_missing_values_are_masked_not_filled(tmp_path, cell):
     record = read_record(log(tmp_path, PLAIN.replace("0.625", cell)))

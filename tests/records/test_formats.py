@@ -70,6 +70,13 @@ def test_a_torch_archive_is_refused(tmp_path):
         read_record(tmp_path / "log.bin")
 
 
+def test_a_spreadsheet_is_told_apart(tmp_path):
+    with zipfile.ZipFile(tmp_path / "log.xlsx", "w") as archive:
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(RecordError, match="save the sheet with the log as CSV"):
+        read_record(tmp_path / "log.xlsx")
+
+
 def test_parquet_with_columns_and_with_lists(tmp_path):
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     flat = {"time": TIME, "q1": Q[:, 0], "q2": Q[:, 1], "u1": U[:, 0], "u2": U[:, 1]}

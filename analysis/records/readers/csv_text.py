@@ -143,9 +143,9 @@ def _parsed(text, dialect, indices, place):
         return np.empty((0, len(indices)))
     if not commented:
         try:
-            rows = np.loadtxt(io.StringIO(plain), delimiter=dialect.delimiter, usecols=indices,
-                              comments=None, ndmin=2,
-                              quotechar='"' if '"' in plain else None)
+            rows = np.loadtxt(io.StringIO(_filled(plain, dialect.delimiter)),
+                              delimiter=dialect.delimiter, usecols=indices, comments=None,
+                              ndmin=2, quotechar='"' if '"' in plain else None)
         except (ValueError, OverflowError, IndexError):
             rows = None
         if rows is not None and _is_regular(plain, dialect, len(rows)):
@@ -158,6 +158,16 @@ def _plain_text(text, dialect):
     if dialect.lists:
         plain = plain.translate(LISTED)
     return plain.replace(",", ".") if dialect.decimal_comma else plain
+
+
+def _filled(plain, delimiter):
+    """Write nan into empty cells, so that numpy can read them."""
+    if delimiter is None or '"' in plain:
+        return plain
+    for _ in range(2):  # the separator between two empty cells belongs to both
+        plain = plain.replace(2 * delimiter, f"{delimiter}nan{delimiter}")
+    plain = plain.replace(f"{delimiter}\n", f"{delimiter}nan\n")
+    return plain.replace(f"\n{delimiter}", f"\nnan{delimiter}")
 
 
 def _is_regular(plain, dialect, rows):

@@ -106,6 +106,8 @@ def _archive(path):
                           "again") from None
     if path.suffix.lower() in PICKLES or any(name.endswith(".pkl") for name in names):
         raise RecordError(_pickle(path))
+    if "xl/workbook.xml" in names:
+        raise RecordError(f"{path} is a spreadsheet; save the sheet with the log as CSV")
     if not any(name.endswith(".npy") for name in names):
         raise RecordError(f"{path} is an archive without arrays; unpack it and point at the log")
     return "npz"
