@@ -1,0 +1,70 @@
+"""Random expression graphs: every emitter agrees with numpy in every bit.
+
+Only operations that are rounded correctly take part, so there is nothing to tolerate; elementary
+functions are compared one by one in test_operations.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from clie_blocks.compiled.emit_python import PythonEngine
+from clie_blocks.compiled.layout import Layout
+from clie_blocks.compiled.methods import METHODS
+from clie_blocks.compiled.native import NativeEngine
+from clie_blocks.compiled.operations import OPERATIONS
+from clie_blocks.compiled.scalars import apply, number
+from clie_blocks.compiled.symbols import Graph
+
+EXACT = ("add sub mul div neg abs sqrt floor ceil trunc rint sign fmod copysign lt le gt ge eq ne "
+         "and or not where").split()
+VALUES = [0.0, -0.0, 1.0, -1.5, 3.0, 0.1, 1e300, -1e-300, 5e-324, np.inf, -np.inf, np.nan]
+POINTS = np.array(np.meshgrid(VALUES, VALUES[::2], VALUES[::3])).reshape(3, -1)
+CONSTANTS = [0.5, -2.0, 3.0, 1e-3]
+LOGIC = {"and": (0, 1), "or": (0, 1), "not": (0,), "where": (0,)}  # operands taken as truth
+# one instruction: an operation, three earlier results, and a constant in place of the second
+INSTRUCTIONS = st.lists(
+    st.tuples(st.sampled_from(EXACT), st.tuples(*[st.integers(0, 10**6)] * 3),
+              st.none() | st.sampled_from(CONSTANTS)), min_size=20, max_size=50)
+
+
+def operands(name, indices, constant, results):
+    chosen = [results[-1 - index % min(len(results), 12)] for index in indices]
+    if constant is not None and name not in LOGIC:
+        chosen[1] = constant
+    return chosen[:OPERATIONS[name].arity]
+
+
+def symbolic(instructions, x):
+    results = list(x)
+    for name, indices, constant in instructions:
+        results.append(apply(name, *operands(name, indices, constant, results)))
+    return [number(result) for result in results]
+
+
+def numeric(instructions):
+    results = list(POINTS)
+    with np.errstate(all="ignore"):
+        for name, indices, constant in instructions:
+            values = [np.full(POINTS.shape[1], value) if isinstance(value, float) else
+                      value.astype(bool if k in LOGIC.get(name, ()) else float)
+                      for k, value in enumerate(operands(name, indices, constant, results))]
+            results.append(OPERATIONS[name].numpy(*values))
+    return np.array([result.astype(float) for result in results])
+
+
+@pytest.mark.parametrize(("engine", "examples"), [(NativeEngine, 20), (PythonEngine, 30)])
+def test_random_programs_equal_numpy(engine, examples):
+    @settings(max_examples=examples, deadline=None, database=None, derandomize=True,
+              suppress_health_check=list(HealthCheck))
+    @given(INSTRUCTIONS)
+    def check(instructions):
+        graph = Graph()
+        roots = symbolic(instructions, [graph.variable("x", k) for k in range(3)])
+        program = engine(Layout(roots, [], {}, 0), METHODS["ode1"])
+        expected = numeric(instructions)
+        for column in range(0, POINTS.shape[1], 3):
+            got = program.derivative(0.0, POINTS[:, column], [], [])
+            np.testing.assert_array_equal(got, expected[:, column])
+    check()
