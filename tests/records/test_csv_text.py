@@ -101,6 +101,13 @@ def test_units_in_the_header(tmp_path):
     assert "Converted q from deg to rad." in record.decisions
 
 
+def test_stamps_that_are_dates(tmp_path):
+    rows = [f"2026-01-15T10:28:{k / 100 + 9.95:09.6f}Z,{k}" for k in range(20)]
+    record = read_record(log(tmp_path, "\n".join(["time,q1", *rows])))
+    np.testing.assert_allclose(record.time, np.arange(20) / 100, atol=1e-6)
+    assert any("counts from 1970" in sentence for sentence in record.decisions)
+
+
 def test_empty_cells_anywhere(tmp_path):
     record = read_record(log(tmp_path, "time,q1,u1,qd1,tau1\n0,,,,\n0.1,1,,,4\n0.2,1,2,3,\n"))
     np.testing.assert_array_equal(record.q[:, 0], [np.nan, 1, 1])

@@ -226,6 +226,37 @@ def test_a_single_mcap_file_and_the_hint_at_commands(tmp_path):
         read_record(file, command_topic="/efort")
 
 
+def test_states_on_several_topics_are_asked_about(tmp_path):
+    rosbags = pytest.importorskip("rosbags.rosbag2")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with rosbags.Writer(tmp_path / "bag", version=9) as writer:
+        for topic in ("/left", "/right"):
+            writer.add_connection(topic, "sensor_msgs/msg/JointState", typestore=store)
+    with pytest.raises(RecordError, match="joint states on /left, /right; say which: --topic"):
+        read_record(tmp_path / "bag")
+    with pytest.raises(RecordError, match="/left has no usable joint states"):
+        read_record(tmp_path / "bag", topic="/left")
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"features": {}}', '{"features": 3}'])
+def test_a_lerobot_folder_with_a_damaged_description(tmp_path, text):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "meta" / "info.json").write_text(text)
+    with pytest.raises(RecordError, match="info.json cannot be read as JSON"):
+        read_records(tmp_path)
+
+
+def test_a_lerobot_folder_without_data(tmp_path):
+    lerobot_folder(tmp_path / "set", "v3.0", 1.0, None)
+    assert read_records(tmp_path / "set")[0].joints == ("joint1", "joint2")
+    assert read_records(tmp_path / "set")[0].units["q"] == ("rad", "rad")
+    (tmp_path / "set" / "data" / "chunk-000" / "file-000.parquet").unlink()
+    with pytest.raises(RecordError, match="downloaded without its data"):
+        read_records(tmp_path / "set")
+
+
 def lerobot_folder(folder, version, scale, names):
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     (folder / "meta").mkdir(parents=True)

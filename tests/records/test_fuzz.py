@@ -21,6 +21,8 @@ SEEDS = [
     "# time q1 u1\n" + "0 1 2\n0.01 1 2\n0.02 1 2\n",
     'type,timestamp,positions\nCONTROL,0,"[1, 2]"\nCONTROL,20000,"[1, 2]"\n',
     "time, success_rate, state.q[0], cmd.tau_J_d[0]\n1,1,2,3\n2,1,2,3\n",
+    "time,q1\n2026-01-15T10:28:00Z,1\n2026-01-15T10:28:01Z,1\n",
+    "time,q1,u1\nms,deg,V\n0,1,\n1,,2\n",
     "timestamp,actual_q_0,actual_qd_0,actual_current_0\n1700000000.0,1,2,3\n1700000000.008,1,2,3\n",
 ]
 TOKENS = [b",", b";", b"\n", b"\r", b'"', b"[", b"]", b"nan", b"inf", b"-", b"1e999", b"1_0",

@@ -7,6 +7,7 @@ parsed again line by line, which finds the line and the column to blame.
 
 import contextlib
 import csv
+import datetime
 import gzip
 import io
 import re
@@ -192,6 +193,9 @@ def _line_by_line(plain, dialect, indices, place):
                 f"{place.path}:{number}: this line has {len(fields)} values, the header has "
                 f"{len(dialect.names)} columns: {line[:80]!r}; a shifted value would go to the "
                 "wrong signal, so mend or delete the line")
+        stamp = _date(fields[indices[0]])
+        if stamp is not None:
+            fields[indices[0]] = repr(stamp)
         rows.append([_number(fields[index], place, number, index, dialect) for index in indices])
     return np.array(rows, float).reshape(-1, len(indices))
 
@@ -206,6 +210,17 @@ def _fields(line, dialect):
     if len(fields) == len(dialect.names) + 1 and not fields[-1].strip():
         fields.pop()
     return fields
+
+
+def _date(field):
+    """Seconds since 1970 of a date with time, or None; without a zone it counts as UTC."""
+    if ":" not in field:
+        return None
+    try:
+        date = datetime.datetime.fromisoformat(field.strip())
+        return date.replace(tzinfo=date.tzinfo or datetime.UTC).timestamp()
+    except (ValueError, OverflowError):
+        return None
 
 
 def _number(field, place, line, index, dialect):
