@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Parameter:
     per_joint: bool = True
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Effect:
     """One effect of the catalogue; call it with numbers to get a `Setting` for `with_effects`.
 
@@ -109,6 +109,10 @@ class Effect:
     stiff: bool = False
     side: str = "motor"
     curve: tuple[str, float] | None = None
+
+    def __repr__(self):
+        named = ", ".join(p.name for p in self.parameters)
+        return f"<effect {self.name}({named}) at the {self.port}>"
 
     def __call__(self, *, joints=None, name=None, **values):
         """Set the numbers: ``coulomb(level=0.3, joints=[1])``.
@@ -175,14 +179,18 @@ class Effect:
             "symmetry": self.symmetry, "per_joint": self.per_joint, "reference": self.reference}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Setting:
     """An effect with its numbers, made by calling an `Effect`; `with_effects` inserts it."""
 
     effect: Effect
-    values: Mapping = field(repr=False)
+    values: Mapping
     joints: tuple[int, ...] | None
     name: str
+
+    def __repr__(self):
+        numbers = ", ".join(f"{key}={value}" for key, value in self.values.items())
+        return f"{self.effect.name}({numbers})"
 
     def block(self, n):
         """Build the block for n joints: a `control.NonlinearIOSystem` named `name`."""

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from effect_runs import run_loop
 
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.diagrams.clie_loop import clie_loop
+from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.body import plant_with_inertia
+from clie_blocks.effects.effect import PORTS
 from clie_blocks.effects.rewiring import controller_of, with_blocks
 from clie_blocks.errors import ClieError
 from clie_blocks.joints import decoupled_joints, inertial_joints
@@ -113,6 +118,58 @@ def test_effects_change_the_response_of_the_loop():
     moved = run_loop(with_effects(plain, [LIBRARY["coulomb"](level=0.3)]), 1.0, 4.0)
     free = run_loop(plain, 1.0, 4.0)
     assert 0.3 / 10 * 0.5 < abs(moved.outputs[0][-1] - free.outputs[0][-1]) <= 0.3 / 10
+
+
+def test_order_is_that_of_the_signals_then_that_of_the_list():
+    gain, limit = LIBRARY["torque_gain"](error=1.0), LIBRARY["actuator_saturation"](limit=3.0)
+    spring = LIBRARY["spring"](stiffness=1.0, hardening=0.0)
+    x, u = np.array([0.5, 0, 0, 0]), np.array([2.0, 0.0])
+    plant = joints()
+    for effects, torque in (([gain, limit, spring], 3.0), ([spring, gain, limit], 3.0),
+                            ([limit, gain, spring], 4.0), ([limit, spring, gain], 4.0)):
+        np.testing.assert_allclose(with_effects(plant, effects).dynamics(0, x, u)[2],
+                                   plant.dynamics(0, x, [torque - 0.5, 0.0])[2])
+
+
+def test_settings_read_as_they_are_written():
+    assert repr(LIBRARY["coulomb"](level=0.3)) == "coulomb(level=0.3)"
+    assert repr(LIBRARY["coulomb"]) == "<effect coulomb(level, width) at the load>"
+
+
+def test_all_neutral_effects_at_once_are_bitwise_invisible():
+    own_motion = {"stiffening_elasticity", "backlash", "torsional_hysteresis"}
+    loop = joint_loop(joints(), [10, 10], [5, 5])
+    neutral = [LIBRARY[name].neutral() for name in LIBRARY if name not in own_motion]
+    affected = with_effects(loop, neutral)
+    joint_states = [s for s in affected.state_labels
+                    if s.endswith(tuple(f"plant_{label}" for label in joints().state_labels))]
+    columns = [affected.state_labels.index(s) for s in joint_states]
+    assert len(columns) == loop.nstates
+    for t, x, u in points(loop):
+        full = np.zeros(affected.nstates)
+        full[columns] = x
+        np.testing.assert_array_equal(affected.dynamics(t, full, u)[columns],
+                                      loop.dynamics(t, x, u))
+        np.testing.assert_array_equal(affected.output(t, full, u), loop.output(t, x, u))
+
+
+DIAGRAMS = [
+    joint_loop(joints(), [10, 10], [5, 5]),
+    clie_loop(joints(), [10, 10], [5, 5], 20.0, velocity="filtered-both"),
+    clie_composite(joints(), [10, 10], [5, 5], 20.0, 1e-4),
+    feedback_linearization(joints(), np.array([2.0, 2.4, 0.5, 0.6, 0.1, -0.2]), [10, 10], [5, 5]),
+]
+
+
+@pytest.mark.parametrize("diagram", DIAGRAMS, ids=lambda diagram: diagram.name)
+def test_every_diagram_takes_effects_at_every_port(diagram):
+    names = ("actuator_saturation", "coulomb", "payload", "periodic_disturbance",
+             "joint_elasticity", "encoder_offset", "channel_skew", "gain_error")
+    assert {LIBRARY[name].port for name in names} == set(PORTS)
+    affected = with_effects(diagram, [LIBRARY[name].typical() for name in names])
+    assert affected.input_labels == diagram.input_labels
+    assert affected.output_labels == diagram.output_labels
+    compile_diagram(affected)  # which compares it with python-control
 
 
 @pytest.mark.parametrize(("call", "text"), [
