@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+LIGHT_TO_STRONG = ["#fff8ee", "#fbc490", "#e8604c"]
+
 
 @dataclass(frozen=True)
 class Shades:
@@ -10,20 +12,15 @@ class Shades:
     values: dict
     low: float
     high: float
-    scale: str = "OrRd"
 
     def mappable(self):
         """Matplotlib's pair of scale and colours, for a colour bar."""
         from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
+        from matplotlib.colors import LinearSegmentedColormap, Normalize
 
-        return ScalarMappable(Normalize(self.low, self.high), self.scale)
+        scale = LinearSegmentedColormap.from_list("share", LIGHT_TO_STRONG)
+        return ScalarMappable(Normalize(self.low, self.high), scale)
 
     def colour(self, key):
         """Colour of a block, or None if it has no value."""
         return self.mappable().to_rgba(self.values[key]) if key in self.values else None
-
-    def ink(self, key):
-        """Black or white, whichever can be read on the block's colour."""
-        red, green, blue, _ = self.colour(key)
-        return "#1f2933" if 0.299 * red + 0.587 * green + 0.114 * blue > 0.5 else "white"

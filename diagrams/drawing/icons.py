@@ -174,7 +174,7 @@ def _curve_icon(system, inputs):
         bends = [_bend(*curve) for curve in curves]
         if max(bends) < 0.02:
             return None
-        best = next(k for k, bend in enumerate(bends) if bend > 0.95 * max(bends))
+        best = next(k for k, bend in enumerate(bends) if bend > 0.6 * max(bends))
         span = SPANS[best]
         return Icon("curve", _characteristic(system, np.linspace(-span, span, 121)))
     except (ArithmeticError, ValueError, TypeError, IndexError, KeyError):

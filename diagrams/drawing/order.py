@@ -4,7 +4,7 @@ import random
 from statistics import fmean
 
 EFFORT, SWEEPS, PASSES = 3500, 6, 10
-CLIMB, LEAD_CROSSED, COLUMN_TASTE, PORT_TASTE = 0.01, 1.0, 0.8, 0.02
+CLIMB, LEAD_CROSSED, COLUMN_TASTE, PORT_TASTE = 0.01, 1.0, 1.6, 0.02
 GAP_BLOCKS, GAP_BEND, GAP_SLIM = 4, 3, 2
 
 
@@ -25,8 +25,8 @@ class Arrangement:
         for key in nodes:
             self.columns[column[key]].append(key)
         self.rank = {key: k for k, key in enumerate(nodes)}
-        self.block_rank = {key: k for k, key in enumerate(
-            key for key, node in nodes.items() if not node.is_bend and not node.is_terminal)}
+        blocks = [key for key, node in nodes.items() if not node.is_bend and not node.is_terminal]
+        self.weight = {key: 4.0 / (4.0 + k) for k, key in enumerate(blocks)}
         self.partners = _partners(nodes, channels)
         self.leads = _leads(nodes, channels)
         self.y = {}
@@ -84,7 +84,7 @@ class Arrangement:
 
     def taste(self, c):
         """How far a column and the ports in it stray from the order in which they were listed."""
-        found = COLUMN_TASTE * inversions(self.columns[c], self.rank, self._prominence)
+        found = COLUMN_TASTE * inversions(self.columns[c], self.rank, self._importance)
         for key in self.columns[c]:
             node = self.nodes[key]
             if node.sortable:
@@ -94,11 +94,14 @@ class Arrangement:
                                        + inversions(node.right, ranks))
         return found
 
-    def _prominence(self, key):
-        """Weight of a thing in `taste`: what is listed first belongs on top."""
-        node = self.nodes[key]
-        return (0.1 if node.is_bend else 0.6 if node.is_terminal
-                else 4.0 / (4.0 + self.block_rank[key]))
+    def _importance(self, upper, lower):
+        """Weight of a pair in `taste`: what is listed first belongs on top, feedback below."""
+        a, b = self.nodes[upper], self.nodes[lower]
+        if a.is_terminal != b.is_terminal:
+            return 0.0
+        if a.is_terminal:
+            return 0.3
+        return self.weight.get(upper, 0.1) * self.weight.get(lower, 0.1)
 
     def column_cost(self, c):
         """What the order of one column costs: crossings on both sides, and taste."""
@@ -164,13 +167,17 @@ def arrange(arrangement):
     found, tries = [], min(max(EFFORT // size, 4), 40)
     for snapshot in _swept(arrangement, tries)[:3 + tries // 2]:
         arrangement.restore(snapshot)
-        for _ in range(2):
-            _swap_neighbours(arrangement)
+        _swap_neighbours(arrangement)
+        for change in (_keep, Arrangement.turn_over, _swap_neighbours):
+            change(arrangement)
             candidate = arrangement.cost(), arrangement.snapshot()
             if candidate not in found:
                 found.append(candidate)
-            arrangement.turn_over()
     return [snapshot for _, snapshot in sorted(found, key=lambda item: item[0])]
+
+
+def _keep(arrangement):
+    """Leave the arrangement as it is."""
 
 
 def _swept(arrangement, tries):
@@ -228,9 +235,9 @@ def _swap(arrangement, c, items, k):
     arrangement.stack(c)
 
 
-def inversions(items, rank, weight=lambda item: 1.0):
+def inversions(items, rank, weight=lambda upper, lower: 1.0):
     """Weighted pairs that stand against their rank."""
-    return sum(weight(upper) * weight(lower) for k, lower in enumerate(items)
+    return sum(weight(upper, lower) for k, lower in enumerate(items)
                for upper in items[:k] if rank[upper] > rank[lower])
 
 

@@ -47,8 +47,8 @@ def paint(plan, shades=None, value_label="", title=""):
         _run(axes, run)
     for label in plan.labels:
         axes.text(label.x, label.y, label.text, fontproperties=font(label.size, label.bold),
-                  color=_text_colour(label, plan, shades), ha="center", va="center", zorder=6,
-                  linespacing=1.1)
+                  color=QUIET if label.size == shapes.SMALL else INK, ha="center", va="center",
+                  zorder=6, linespacing=1.1)
     if shades:
         _colour_bar(figure, shades, value_label, plan, width, height)
     return figure
@@ -162,17 +162,6 @@ def _without_straight(points):
         if not (a[0] == b[0] == c[0] or a[1] == b[1] == c[1]):
             kept.append(b)
     return [*kept, points[-1]]
-
-
-def _text_colour(label, plan, shades):
-    inside = shades and label.owner in shades.values and _within(label, plan.boxes[label.owner])
-    if inside and not plan.boxes[label.owner].is_frame:
-        return shades.ink(label.owner)
-    return QUIET if label.size == shapes.SMALL else INK
-
-
-def _within(label, box):
-    return (box.x <= label.x <= box.x + box.width) and (box.y <= label.y <= box.y + box.height)
 
 
 def _colour_bar(figure, shades, label, plan, width, height):

@@ -48,6 +48,8 @@ class Node:
 
     def fit_sum(self):
         """Room of a sum, which depends on which of its ports enters straight."""
+        if len(self.left) == 3:
+            self.main = self.left[1]
         offsets = [self.offset("L", port) for port in self.left]
         radius = ceil(SUM_RADIUS / GRID)
         self.above, self.below = max(radius, -min(offsets)), max(radius, max(offsets))
@@ -138,7 +140,7 @@ def _sum(node):
     label = measure(out_label(node.block), PORT)[0]
     # the label needs room right of the circle; the same is kept on the left to stay centred
     node.width = 2 * SUM_RADIUS + 2 * (label + 4 if label else 0)
-    node.main = node.left[len(node.left) // 2 if len(node.left) == 3 else 0]
+    node.main = node.left[0]
     node.fit_sum()
 
 
