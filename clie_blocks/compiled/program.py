@@ -261,7 +261,7 @@ def _available(engine):
         try:
             import llvmlite.binding  # noqa: F401
         except ImportError:
-            print("llvmlite is missing: running plain Python, about 100 times slower; "
+            print("llvmlite is missing: running plain Python, some 400 times slower; "
                   "pip install llvmlite", file=sys.stderr)
             return "python"
     return engine

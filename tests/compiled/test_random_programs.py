@@ -6,7 +6,7 @@ functions are compared one by one in test_operations.
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from clie_blocks.compiled.emit_python import PythonEngine
@@ -57,6 +57,7 @@ def numeric(instructions):
 @pytest.mark.parametrize(("engine", "examples"), [(NativeEngine, 20), (PythonEngine, 30)])
 def test_random_programs_equal_numpy(engine, examples):
     @settings(max_examples=examples, deadline=None, database=None, derandomize=True,
+              phases=[Phase.generate],  # shrinking would compile for minutes
               suppress_health_check=list(HealthCheck))
     @given(INSTRUCTIONS)
     def check(instructions):
