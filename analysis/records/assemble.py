@@ -67,7 +67,7 @@ def _scales(table, layout, robot):
     for signal, stated in layout.units.items():
         if signal == "time":
             continue
-        fallback = table.units.get(signal) or (robot.units.get(signal) if robot else None)
+        fallback = robot.units.get(signal) if robot else None
         found = [to_si(unit or fallback or DEFAULT_UNITS[signal], signal,
                        f"{table.source}: column {table.names[index]!r}")
                  for unit, index in zip(stated, layout.columns[signal])]

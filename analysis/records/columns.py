@@ -57,35 +57,41 @@ def find_columns(names, source, given=None, joints=()):
 
     """
     _refuse_twins(names, source)
-    given = dict(given or {})
-    unknown = [name for name in given if name not in (*SIGNALS, "time")]
-    if unknown:
-        raise RecordError(f"{source}: --map {unknown[0]}=... names no signal; "
-                          f"{nearest(unknown[0], ('time', *SIGNALS))}")
+    given = _checked(given, source)
     found = _assign([split_unit(name) for name in names], given)
-    time = _pick(found, "time", names, source, given)
+    time = _pick(found, "time", names, source, given).columns[""]
     q = _pick(found, "q", names, source, given)
     tokens = _ordered(q, joints, source)
-    columns, notes = {"q": [q.columns[token] for token in tokens]}, []
-    implied = {}
+    chosen, notes = {"q": q}, []
     for signal in SIGNALS:
         if signal != "q" and (signal in found or signal in given):
-            chosen = _pick(found, signal, names, source, given, tokens)
-            if chosen is not None:
-                columns[signal] = [chosen.columns[token] for token in tokens]
-                implied[signal] = IMPLIED_UNITS.get(chosen.pattern)
-            else:
+            group = _pick(found, signal, names, source, given, tokens)
+            if group is None:
                 notes.append(_partial(signal, found[signal], names, tokens))
-    notes += [_note(signal, [names[index] for index in indices])
-              for signal, indices in columns.items() if not _plain(signal, names, indices)]
-    if not _plain("time", names, [time.columns[""]]):
-        notes.append(_note("time", [names[time.columns[""]]]))
-    notes += _unused(names, {time.columns[""], *(k for group in columns.values() for k in group)})
-    notes += [f"{signal} is in {unit}, not a torque, as its name says."
-              for signal, unit in implied.items() if unit]
-    return Layout(time.columns[""], columns, _units(names, time.columns[""], columns, implied),
+            else:
+                chosen[signal] = group
+    columns = {signal: [group.columns[token] for token in tokens]
+               for signal, group in chosen.items()}
+    implied = {signal: IMPLIED_UNITS.get(group.pattern) for signal, group in chosen.items()}
+    notes = [*notes, *_readings(names, time, columns), *_unused(names, time, columns),
+             *(f"{signal} is in {unit}, not a torque, as its name says."
+               for signal, unit in implied.items() if unit)]
+    return Layout(time, columns, _units(names, time, columns, implied),
                   _joint_names(tokens, joints, notes), tuple(notes),
                   list(names).index("valid") if "valid" in names else None)
+
+
+def _checked(given, source):
+    """The user's map, if it maps signals and gives the clock one column."""
+    given = dict(given or {})
+    for name in given:
+        if name not in (*SIGNALS, "time"):
+            raise RecordError(f"{source}: --map {name}=... names no signal; "
+                              f"{nearest(name, ('time', *SIGNALS))}")
+    if "{" in given.get("time", ""):
+        raise RecordError(f"{source}: --map time={given['time']} must name one column, there is "
+                          "one clock")
+    return given
 
 
 @dataclasses.dataclass
@@ -106,31 +112,42 @@ def _refuse_twins(names, source):
 
 
 def _assign(headers, given):
-    """Give each column to the user's pattern, else to the most literal alias that fits."""
+    """Give each column to the user's pattern, else to the most literal alias that fits.
+
+    A column that fits letter by letter comes before one that fits in other letters, so that ``T``
+    is no clock beside ``t``.
+    """
     patterns = [(signal, pattern, True) for signal, pattern in given.items()]
     aliases = [(signal, pattern, False) for signal, group in ALIASES.items() if signal not in given
                for pattern in group]
     patterns += sorted(aliases, key=lambda entry: -len(re.sub(r"\{\w+\}", "", entry[1])))
-    found = {}
-    compiled = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
-    for index, (name, unit) in enumerate(headers):
-        for signal, pattern, regex in compiled:
-            match = regex.fullmatch(name) or (unit is not None and regex.fullmatch(
-                f"{name}[{unit}]"))
-            if match:
-                token = (match.groups() or ("",))[0]
-                group = found.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
-                group.columns[token] = index
-                break
+    regexes = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
+    found, left = {}, list(enumerate(headers))
+    for flags in (0, re.IGNORECASE):
+        compiled = [(signal, pattern, re.compile(text, flags))
+                    for signal, pattern, text in regexes]
+        taken = [index for index, header in left if _take(found, index, header, compiled)]
+        left = [(index, header) for index, header in left if index not in taken]
     return found
+
+
+def _take(found, index, header, compiled):
+    """Put one column where it belongs; whether it belongs anywhere."""
+    name, unit = header
+    for signal, pattern, regex in compiled:
+        match = regex.fullmatch(name) or (unit is not None and regex.fullmatch(f"{name}[{unit}]"))
+        if match:
+            token = (match.groups() or ("",))[0]
+            group = found.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
+            return group.columns.setdefault(token, index) == index
+    return False
 
 
 def _regex(pattern, own):
     joint = r"(.+?)" if own else r"([^\W_].*?)"
     parts = re.split(r"(\{\w+\})", pattern)
-    text = "".join(r"(\d+)" if part == "{k}" else joint if part == "{joint}" else re.escape(part)
+    return "".join(r"(\d+)" if part == "{k}" else joint if part == "{joint}" else re.escape(part)
                    for part in parts)
-    return re.compile(text, 0 if own else re.IGNORECASE)
 
 
 def _pick(found, signal, names, source, given, tokens=None):
@@ -160,7 +177,8 @@ def _partial(signal, groups, names, tokens):
             f"{', '.join(map(str, tokens))}; --map {signal}=... would say how they belong.")
 
 
-def _unused(names, used):
+def _unused(names, time, columns):
+    used = {time, *(index for group in columns.values() for index in group)}
     left = [name for index, name in enumerate(names) if index not in used and name
             and name != "valid"]
     shown = ", ".join(left[:6]) + (f" and {len(left) - 6} more" if len(left) > 6 else "")
@@ -226,6 +244,13 @@ def _plain(signal, names, indices):
     wanted = {"time"} if signal == "time" else {signal} | {f"{signal}{k + 1}"
                                                            for k in range(len(indices))}
     return {split_unit(names[index])[0] for index in indices} <= wanted
+
+
+def _readings(names, time, columns):
+    """What was read from columns that have not our own names."""
+    return [_note(signal, [names[index] for index in indices])
+            for signal, indices in (*columns.items(), ("time", [time]))
+            if not _plain(signal, names, indices)]
 
 
 def _note(signal, used):

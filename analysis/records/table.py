@@ -27,8 +27,6 @@ class Table:
         What the reader decided; it may grow while blocks arrive.
     time_unit : str, optional
         Unit of the clock where the format fixes it.
-    units : dict
-        Unit of a signal where the format fixes it.
 
     """
 
@@ -37,7 +35,6 @@ class Table:
     source: str
     decisions: list = dataclasses.field(default_factory=list)
     time_unit: str | None = None
-    units: dict = dataclasses.field(default_factory=dict)
 
 
 def table_of(columns, source, **fields):

@@ -52,6 +52,7 @@ def test_our_own_names_are_no_guess_and_others_are():
     ("q1,u1", {}, "no column gives time"),
     ("time,q1,q1", {}, "two columns are called 'q1'"),
     ("time,a,b", {"given": {"p": "a"}}, "--map p=.*known: time, q"),
+    ("t_a,q_a", {"given": {"time": "t_{joint}"}}, "must name one column"),
     ("time,a,b", {"given": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
     ("time,q1,q2,u1", {"given": {"u": "u{k}"}}, "not there for every joint"),
     ("time,q1,q2", {"given": {"u": "u{k}"}}, "not there for every joint"),
@@ -61,6 +62,12 @@ def test_our_own_names_are_no_guess_and_others_are():
 def test_what_is_not_unambiguous_is_asked(header, said, message):
     with pytest.raises(RecordError, match=message):
         layout(header, **said)
+
+
+def test_letters_that_differ_only_in_case_are_told_apart():
+    found = layout("T,t,Q1,q1,U1,u1")
+    assert (found.time, found.columns) == (1, {"q": [3], "u": [5]})
+    assert "Not used: T, Q1, U1." in found.decisions
 
 
 def test_a_signal_that_is_not_there_for_all_joints_is_not_taken():

@@ -147,6 +147,13 @@ def test_faults_are_named_with_their_place(tmp_path, old, new, message):
         read_record(log(tmp_path, PLAIN.replace(old, new, 1)))
 
 
+@pytest.mark.parametrize("text", [PLAIN.replace(",", " ").replace("0.625", "0.625 7"),
+                                  PLAIN.replace("0.5", '"0.5"').replace("0.625", '"0.625",7')])
+def test_a_row_that_is_too_long_is_found_with_blanks_and_quotes(tmp_path, text):
+    with pytest.raises(RecordError, match="log.csv:3: this line has 4 values"):
+        read_record(log(tmp_path, text))
+
+
 def test_the_line_of_a_fault_in_a_later_block(tmp_path, monkeypatch):
     monkeypatch.setattr(csv_text, "BLOCK", 1000)
     lines = [f"{k / 1000},{k},{k}" for k in range(5000)]

@@ -12,6 +12,8 @@ import gzip
 import io
 import re
 import zlib
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -130,11 +132,13 @@ def _body(text, dialect):
     return (parts[-1] if len(parts) > dialect.skip else b""), dialect.skip
 
 
-class _Place:
+class _Place(NamedTuple):
     """Where a block begins, for messages, and where to write decisions."""
 
-    def __init__(self, path, line, last, decisions):
-        self.path, self.line, self.last, self.decisions = path, line, last, decisions
+    path: Path
+    line: int
+    last: bool
+    decisions: list
 
 
 def _parsed(text, dialect, indices, place):
@@ -173,8 +177,8 @@ def _filled(plain, delimiter):
 
 def _is_regular(plain, dialect, rows):
     """Whether every row has as many separators as the header, where that can be counted."""
-    if dialect.delimiter is None or '"' in plain:
-        return True
+    if dialect.delimiter is None:
+        return len(plain.split()) == rows * len(dialect.names)
     return plain.count(dialect.delimiter) == rows * (len(dialect.names) - 1)
 
 
