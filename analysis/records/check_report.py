@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks import SEVERITIES, check_record
+from clie_blocks.analysis.records.checks import SEVERITIES, check_record, fix_units
 from clie_blocks.analysis.records.checks.capability import best_experiment, capabilities, facts
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.read import read_records
@@ -80,9 +80,12 @@ def main(argv=None):
     """
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
-    reports = [check_log(record, robot) for path in options.logs
+    records = [record for path in options.logs
                for record in read_records(path, robot, columns=_columns(options.map),
                                           time_unit=options.time_unit)]
+    if options.fix_units:
+        records = [fix_units(record, check_record(record, robot)) for record in records]
+    reports = [check_log(record, robot) for record in records]
     if options.json:
         print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
     else:
@@ -195,6 +198,8 @@ def _parser():
     parser.add_argument("--map", action="append", type=_pair, default=[], metavar="SIGNAL=COLUMN",
                         help="name a column, as q=actual_pos_{joint}")
     parser.add_argument("--time-unit", choices=("s", "ms", "us", "ns"))
+    parser.add_argument("--fix-units", action="store_true",
+                        help="apply the unit factors that the checks propose, and say so")
     parser.add_argument("--json", action="store_true", help="print JSON with schema_version")
     parser.add_argument("-o", dest="output", metavar="DIR", help="write a page with the signals")
     return parser

@@ -4,13 +4,13 @@ from clie_blocks.analysis.records.checks.clock import check_clock, even_clock
 from clie_blocks.analysis.records.checks.command import check_saturation, check_torque
 from clie_blocks.analysis.records.checks.completeness import check_alive, check_missing
 from clie_blocks.analysis.records.checks.excitation import check_excitation
-from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding
+from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding, fix_units
 from clie_blocks.analysis.records.checks.law import check_law
 from clie_blocks.analysis.records.checks.reference import check_reference
 from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
 
-__all__ = ["CHECKS", "Finding", "check_record"]
+__all__ = ["CHECKS", "Finding", "check_record", "fix_units"]
 
 CHECKS = (check_clock, check_missing, check_alive, check_reference, check_velocity, check_law,
           check_gains, check_saturation, check_torque, check_excitation)

@@ -11,6 +11,7 @@ SHORT_RUN = 5
 LEAST_STEPS = 3  # a signal that moves by less is dead
 SELDOM = 0.3  # share of equal neighbours up to which standing still is no habit of the signal
 STUCK_STEPS = 30  # of travel by the velocity while the position stands
+STUCK_SHARE = 0.5  # of the position's rms, likewise
 COARSE = 0.1  # share of the rms velocity that one step of the position per sample may make
 
 
@@ -101,7 +102,8 @@ def _contradicted(record, k, flat, step):
     if record.dq is None or not np.isfinite(step):
         return False
     dq = np.nan_to_num(record.dq[flat[0]:flat[1], k])
-    return abs(np.sum(dq)) * record.sample_time > STUCK_STEPS * step
+    travel = abs(np.sum(dq)) * record.sample_time
+    return travel > max(STUCK_STEPS * step, STUCK_SHARE * np.nanstd(record.q[:, k]))
 
 
 def _quantised(record, k, step):

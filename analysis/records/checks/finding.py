@@ -22,6 +22,8 @@ class Finding:
         Joint name; None for the whole log.
     samples : tuple of (int, int)
         Half-open sample ranges; empty for the whole log.
+    rescale : (str, float), optional
+        Signal of the joint and the factor that would bring it to the right unit.
 
     """
 
@@ -32,10 +34,24 @@ class Finding:
     fix: str
     joint: str | None = None
     samples: tuple[tuple[int, int], ...] = ()
+    rescale: tuple[str, float] | None = None
 
     def __str__(self):
         where = f"{self.joint}: " if self.joint else ""
         return f"{where}{self.what} {self.why} {self.fix}".strip()
+
+
+def fix_units(record, findings):
+    """Return the record with the factors applied that the findings propose, each one noted."""
+    for finding in findings:
+        if finding.rescale:
+            signal, factor = finding.rescale
+            x = getattr(record, signal).copy()
+            x[:, record.joint(finding.joint)] *= factor
+            record = record.replace(**{signal: x}).noted(
+                f"Multiplied {signal} of {finding.joint} by {factor:.6g}, as asked: "
+                f"{finding.what}")
+    return record
 
 
 def ranges(mask):

@@ -78,12 +78,14 @@ def _scale(record, robot, k, asked, moved):
                             f" the gear ratio being {ratio:g}: one is on the motor side, the "
                             "other on the joint side.", "The control error would be meaningless.",
                             "Divide the motor side by the gear ratio.", joint=name)]
-    for factor, which in ((DEGREE, "the position in deg"), (1 / DEGREE, "the reference in deg")):
+    for factor, which, signal in ((DEGREE, "the position in deg", "q"),
+                                  (1 / DEGREE, "the reference in deg", "qd")):
         if abs(scale / factor - 1) < 0.15:
             return [Finding("warning", "units.reference", f"It moves {scale:.4g} times its "
                             f"reference, as if {which} and the other in rad.",
                             "The gains would be off by 57.3.", "State the unit in the header, as "
-                            f"q_{name}[deg]; --fix-units converts it.", joint=name)]
+                            f"{signal}_{name}[deg]; --fix-units converts it.", joint=name,
+                            rescale=(signal, 1 / DEGREE))]
     return []
 
 

@@ -61,13 +61,14 @@ def _scale(record, robot, k, scale):
                         f"q on the {other} side.", "Inertia and friction would be off by its "
                         "square.", "Divide by the gear ratio, or log both on one side.",
                         joint=name)]
-    for factor, unit in ((DEGREE, "deg/s"), (1 / DEGREE, "rad/s while q is in deg")):
+    for factor, unit, rescale in ((DEGREE, "deg/s", ("dq", 1 / DEGREE)),
+                                  (1 / DEGREE, "rad/s while q is in deg", ("q", 1 / DEGREE))):
         if abs(scale / factor - 1) < 0.1:
             return [Finding("warning", "units.velocity", f"Its velocity is {scale:.4g} times the "
                             f"rate of its position, as if dq were in {unit}.",
                             "Friction would be off by 57.3.", "State the unit in the header, as "
                             f"dq_{name}[deg/s], or in [units]; --fix-units converts it.",
-                            joint=name)]
+                            joint=name, rescale=rescale)]
     if abs(scale - 1) > 0.05:
         return [Finding("warning", "velocity.scale", f"Its velocity is {scale:.4g} times the rate "
                         "of its position.", "Friction would be off by as much.",

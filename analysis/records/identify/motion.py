@@ -78,7 +78,7 @@ def split(records, inertia):
         If no run is long enough.
 
     """
-    found = [_run(record.part(start, stop), inertia) for record in records
+    found = [whole(record.part(start, stop), inertia) for record in records
              for start, stop in runs(record, LEAST_SAMPLES)]
     if not found:
         raise NotIdentifiableError(f"{records[0].source} has no unbroken run of {LEAST_SAMPLES} "
@@ -115,7 +115,8 @@ def _momentum_inertia(record, k):
     return max(abs(np.linalg.lstsq(columns, momentum, rcond=None)[0][0]), 1e-12)
 
 
-def _run(part, inertia):
+def whole(part, inertia):
+    """One run of all samples of a record, each of which must be valid."""
     step = part.sample_time
     loop = natural_frequency(part.robot.controller, inertia)
     bands = np.maximum(BAND * loop, MOTION_BAND * _mean_frequency(part))

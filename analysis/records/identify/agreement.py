@@ -1,0 +1,64 @@
+"""Do the methods agree?  Where they do not, the model's structure is the first suspect."""
+
+import dataclasses
+
+import numpy as np
+
+REFERENCE = "closed-loop LS"
+RELATIVE = 0.01  # differences below are of filters and finite steps, not of structure
+
+
+@dataclasses.dataclass(frozen=True)
+class Disagreement:
+    """Two methods that differ beyond their intervals on one term of one joint."""
+
+    joint: str
+    term: str
+    method: str
+    reference: str
+    value: float
+    expected: float
+    margin: float
+
+    def __str__(self):
+        return (f"{self.joint}: {self.method} says {self.term} = {self.value:.4g}, "
+                f"{self.reference} says {self.expected:.4g}; they differ by "
+                f"{abs(self.value - self.expected):.2g} where {self.margin:.2g} is expected")
+
+
+def disagreements(joint, estimates, scale=1.0):
+    """Terms on which a method differs from the closed-loop least squares.
+
+    Parameters
+    ----------
+    joint : str
+        Name.
+    estimates : list of Estimate
+        All methods on this joint.
+    scale : float
+        Factor from units of the command to those that are shown.
+
+    Returns
+    -------
+    list of Disagreement
+        Empty when all agree, or when there is nothing to compare with; a method without an
+        interval is not compared.
+
+    """
+    reference = next((e for e in estimates if e.method == REFERENCE), None)
+    if reference is None:
+        return []
+    return [found for other in estimates if other is not reference
+            for term in other.names for found in _differ(joint, term, other, reference, scale)]
+
+
+def _differ(joint, term, other, reference, scale):
+    (value, width), (expected, own) = other.get(term), reference.get(term)
+    if not np.isfinite(width):
+        return []
+    size = max(abs(reference.value[1]), abs(expected)) if term == "offset" else abs(expected)
+    margin = np.hypot(width, own) + RELATIVE * size
+    if abs(value - expected) <= margin:
+        return []
+    return [Disagreement(joint, term, other.method, reference.method, scale * value,
+                         scale * expected, float(scale * margin))]

@@ -1,0 +1,156 @@
+"""Prediction of a log that was not used: the model under the stated law, from the start alone."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from clie_blocks.analysis.records.control_law import (
+    sample_time,
+    stated_variant,
+    velocity_polynomials,
+)
+from clie_blocks.analysis.records.identify.closed_loop import gains
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Prediction:
+    """How well an estimate predicts a log, per joint.
+
+    Parameters
+    ----------
+    source : str
+        The log.
+    method : str
+        Whose estimate.
+    position_rms, moved_rms : ndarray, shape (n,)
+        Error of the predicted position, and size of the motion [unit of q].
+    input_rms, command_rms : ndarray, shape (n,)
+        Input error (26), and size of the command [unit of u].
+    noise : ndarray, shape (n,)
+        Noise of the measured position, below which no model can get [unit of q].
+
+    """
+
+    source: str
+    method: str
+    position_rms: np.ndarray
+    moved_rms: np.ndarray
+    input_rms: np.ndarray
+    command_rms: np.ndarray
+    noise: np.ndarray
+
+
+def predict(record, load, k, estimate):
+    """Simulate one joint under the stated law from its first position at rest.
+
+    Parameters
+    ----------
+    record : Record
+        Its reference and excitation drive the model; of its position the first sample counts.
+    load : ndarray, shape (N,)
+        Known load torque.
+    k : int
+        Joint.
+    estimate : Estimate
+        Parameters.
+
+    Returns
+    -------
+    q, u : ndarray, shape (N,)
+        Position and command of the model.
+
+    Notes
+    -----
+    The plant is solved exactly over each held command.  Dry friction is set-valued: it holds the
+    joint at rest as long as it can.
+
+    """
+    step = sample_time(record, record.robot.controller)
+    law = _law(record, k, step)
+    plant = _plant(estimate, step)
+    q, dq = float(record.q[0, k]), 0.0
+    out = np.empty((2, len(record)))
+    for i, outside in enumerate(load.tolist()):
+        u = law(i, q)
+        out[:, i] = q, u
+        q, dq = plant(q, dq, u - outside)
+    return out
+
+
+def _law(record, k, step):
+    """Stated law as a function of sample and position, with the memory of its velocity filter."""
+    controller = record.robot.controller
+    kp, kd = (float(gain[k]) for gain in gains(controller))
+    top, bottom = velocity_polynomials(controller, stated_variant(controller) or "two_tap", step)
+    pe = np.zeros(len(record)) if record.pe is None else record.pe[:, k]
+    asked = (kp * record.qd[:, k] + pe).tolist()
+    limit = math.inf if controller.saturation is None else float(controller.saturation[k])
+    order = max(len(top), len(bottom)) - 1
+    b = [*top.tolist(), *[0.0] * (order + 1 - len(top))]
+    a = [*bottom.tolist(), *[0.0] * (order + 1 - len(bottom))]
+    first = float(record.q[0, k])
+    memory = [0.0] * (order + 1)
+
+    def command(i, q):
+        x = q - first  # at rest at the first position the filter holds nothing
+        rate = b[0] * x + memory[0]
+        for j in range(order):
+            memory[j] = b[j + 1] * x - a[j + 1] * rate + memory[j + 1]
+        return min(max(asked[i] - kp * q - kd * rate, -limit), limit)
+
+    return command
+
+
+def _plant(estimate, step):
+    """One step of ``J ddq + F dq + c + weight + dry friction = torque``, torque held."""
+    values = dict(zip(estimate.names, estimate.value.tolist(), strict=True))
+    inertia, viscous = values["inertia"], values["viscous"]
+    dry, offset = values.get("coulomb", 0.0), values["offset"]
+    wc, ws = values.get("weight_cos", 0.0), values.get("weight_sin", 0.0)
+    rate = viscous / inertia * step
+    forget = math.exp(-rate)
+    kept = step * (-math.expm1(-rate) / rate if rate else 1.0)  # travel per speed
+    gain = kept / inertia  # speed per torque
+    reach = (step * step / inertia) * ((rate - 1 + forget) / rate**2 if abs(rate) > 1e-4
+                                       else 0.5 - rate / 6)
+
+    def advance(q, dq, torque):
+        torque -= offset + wc * math.cos(q) + ws * math.sin(q)
+        free = forget * dq + gain * torque
+        hold = min(max(free / gain, -dry), dry)  # torque that friction needs to stop the joint
+        return q + kept * dq + reach * (torque - hold), free - gain * hold
+
+    return advance
+
+
+def predicted(record, load, estimates, noise):
+    """Prediction of all joints of a log.
+
+    Parameters
+    ----------
+    record : Record
+        The log.
+    load : ndarray, shape (N, n)
+        Known load torque.
+    estimates : list of Estimate
+        One per joint, all by one method.
+    noise : ndarray, shape (n,)
+        Noise of q.
+
+    Returns
+    -------
+    Prediction
+        Errors over the valid samples.
+
+    """
+    runs = [predict(record, load[:, k], k, estimate) for k, estimate in enumerate(estimates)]
+    q, u = (np.stack([run[i] for run in runs], axis=1) for i in (0, 1))
+    used = record.valid
+    return Prediction(record.source, estimates[0].method, _rms((record.q - q)[used]),
+                      record.q[used].std(axis=0), _rms((u - record.u)[used]),
+                      _rms(record.u[used]), noise)
+
+
+def _rms(x):
+    return np.sqrt(np.mean(x**2, axis=0))
