@@ -180,7 +180,9 @@ class Record:
         order = [self.joints.index(name) for name in robot.joints]
         changes = {name: getattr(self, name)[:, order] for name in self.signals}
         units = {name: tuple(self.units[name][k] for k in order) for name in SIGNALS}
-        return self.replace(joints=robot.joints, robot=robot, units=units, **changes)
+        extra = {name: value[:, order] if value.shape[1:] == (self.n,) else value
+                 for name, value in self.extra.items()}
+        return self.replace(joints=robot.joints, robot=robot, units=units, extra=extra, **changes)
 
     def _put(self, name, value):
         object.__setattr__(self, name, value)

@@ -96,10 +96,13 @@ def test_joints_are_found_by_name_or_number():
 
 def test_a_robot_orders_the_joints_of_its_record():
     robot = Robot(2, joints=("elbow", "shoulder"))
-    record = Record(TIME, Q, joints=("shoulder", "elbow"), units={"q": ("rad", "m")})
+    record = Record(TIME, Q, joints=("shoulder", "elbow"), units={"q": ("rad", "m")},
+                    extra={"current": Q, "supply": TIME})
     ordered = record.of_robot(robot)
     np.testing.assert_array_equal(ordered.q, Q[:, ::-1])
     assert ordered.units["q"] == ("m", "rad")
+    np.testing.assert_array_equal(ordered.extra["current"], Q[:, ::-1])
+    np.testing.assert_array_equal(ordered.extra["supply"], TIME)
     with pytest.raises(RecordError, match="did you mean 'elbow'"):
         Record(TIME, Q, joints=("shoulder", "ellbow")).of_robot(robot)
     assert record.of_robot(Robot(2)).joints == ("shoulder", "elbow")

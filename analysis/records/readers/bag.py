@@ -1,5 +1,7 @@
 """ROS 2 bags (sqlite3 or MCAP): joint states, and the command from another topic."""
 
+import array
+
 import numpy as np
 
 from clie_blocks.analysis.records.clock import repeated, segments
@@ -92,21 +94,22 @@ def _stamp(message, arrival):
 
 def _states(bag, topic, path):
     """Stamps, and position, velocity, effort by joint in the order of the first message."""
-    names, rows, stamps, arrivals, strange = None, [], [], [], 0
+    names, stamps, arrivals, strange = None, [], [], 0
+    rows = array.array("d")  # a tenth of the memory of lists
     for arrival, message in _messages(bag, topic):
         names = names or list(message.name)
-        if set(message.name) != set(names) or len(message.position) != len(names):
+        if not names or set(message.name) != set(names) or len(message.position) != len(names):
             strange += 1
             continue
         order = [message.name.index(name) for name in names]
-        rows.append([_filled(getattr(message, part), order)
-                     for part in ("position", "velocity", "effort")])
+        for part in ("position", "velocity", "effort"):
+            rows.extend(_filled(getattr(message, part), order))
         stamps.append(_stamp(message, arrival))
         arrivals.append(arrival)
-    if not rows:
+    if not stamps:
         raise RecordError(f"{path}: topic {topic} has no usable joint states")
     origin = stamps[0]
-    table = np.array(rows)
+    table = np.array(rows).reshape(len(stamps), 3, len(names))
     late = (np.array(arrivals) - np.array(stamps)) * 1e-9
     return ({"time": (np.array(stamps) - origin) * 1e-9, "q": table[:, 0], "dq": table[:, 1],
              "tau": table[:, 2]},

@@ -18,6 +18,7 @@ from clie_blocks.errors import RecordError
 
 MEMORY = 4_000_000_000  # bytes of address space
 SECONDS = 120
+SPEED = 1_000_000  # bytes per second that may be added for a large file
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads reserve memory
 
 
@@ -40,15 +41,16 @@ def run(job, path, **said):
         If the job says so, or the child dies, or needs too much memory or time.
 
     """
+    seconds = SECONDS + _size(Path(path)) / SPEED
     with tempfile.TemporaryDirectory() as folder:
         order = json.dumps({"job": job, "path": str(path), "said": said, "folder": folder,
-                            "memory": MEMORY, "seconds": SECONDS})
+                            "memory": MEMORY, "seconds": int(seconds) + 1})
         try:
             child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),
-                                   capture_output=True, timeout=SECONDS, check=False,
+                                   capture_output=True, timeout=seconds, check=False,
                                    env={**os.environ, **ONE_THREAD})
         except subprocess.TimeoutExpired:
-            raise RecordError(f"{path} took more than {SECONDS} s to read and was given up; "
+            raise RecordError(f"{path} took more than {seconds:.0f} s to read and was given up; "
                               "export only the signals that are needed") from None
         answer = Path(folder) / "answer.json"
         if not answer.exists():
@@ -58,6 +60,11 @@ def run(job, path, **said):
             raise RecordError(found["error"])
         with np.load(Path(folder) / "arrays.npz", allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}, found
+
+
+def _size(path):
+    files = path.rglob("*") if path.is_dir() else [path]
+    return sum(file.stat().st_size for file in files if file.is_file())
 
 
 def _death(path, child):
