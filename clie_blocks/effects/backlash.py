@@ -55,5 +55,5 @@ BACKLASH = Effect(
     },
     wrong="One contact law for both flanks, no oil film; the half gap zero is a rigid joint, not "
           "a stiff one.",
-    symmetry="odd", stiff=True, curve=("twist", 3e-3),
+    passive=True, symmetry="odd", stiff=True, curve=("twist", 3e-3),
 )

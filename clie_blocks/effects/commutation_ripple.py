@@ -34,5 +34,5 @@ COMMUTATION_RIPPLE = Effect(
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "PMSM with a controller that has sensor errors"},
     wrong="One order for both parts; offsets give the first electrical order, gains the second.",
-    symmetry="none", curve=("u", 5.0),
+    symmetry="none", curve=("q", 0.2),
 )

@@ -39,5 +39,5 @@ COUPLED_JOINTS = Effect(
     },
     wrong="The joint before does not feel the torque that it passes on; friction of the coupling "
           "is left out.",
-    symmetry="odd", per_joint=False, curve=("q", 1.0),
+    symmetry="odd", per_joint=False,
 )

@@ -7,8 +7,8 @@ polynomials over that window::
     B_i = (2i + 1) (-1)^i
 
 Read at the far end of the window it is the Pade approximant [5/6] of the delay, without
-feedthrough.  It is right within 0.1 % until ``2 pi f delay = 5`` and within 0.5 % until 6; the step
-of a run must be below delay/4.
+feedthrough.  It is right within 0.1 % until ``2 pi f delay = 5`` and within 0.5 % until 6; the
+step of a run must be below delay/4.
 """
 
 import control as ct

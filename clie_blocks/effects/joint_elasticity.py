@@ -45,5 +45,5 @@ JOINT_ELASTICITY = Effect(
         "simscape": "Rotational Spring, Rotational Damper between two inertias",
     },
     wrong="One linear spring per joint; the rotor's gyroscopic effects are left out.",
-    symmetry="odd", stiff=True, curve=("twist", 2e-3),
+    passive=True, symmetry="odd", stiff=True, curve=("twist", 2e-3),
 )

@@ -45,5 +45,5 @@ STIFFENING_ELASTICITY = Effect(
         "simscape": "Nonlinear Rotational Spring",
     },
     wrong="One knee where catalogues give two; no hysteresis.",
-    symmetry="odd", stiff=True, curve=("twist", 1e-3),
+    passive=True, symmetry="odd", stiff=True, curve=("twist", 1e-3),
 )

@@ -32,8 +32,8 @@ TIME_DELAY = Effect(
         "gazebo": "none",
         "simscape": "Transport Delay",
     },
-    wrong="In a continuous diagram a Pade approximant [5/6]: right within 0.5 % up to 2 pi f delay "
-          "= 6, with steps below delay/4; delay_line is exact in sampled parts. The torque "
-          "before the start is zero.",
+    wrong="In a continuous diagram a Pade approximant [5/6]: right within 0.5 % up to "
+          "2 pi f delay = 6, with steps below delay/4; delay_line is exact in sampled parts. The "
+          "torque before the start is zero.",
     symmetry="odd", stiff=True,
 )

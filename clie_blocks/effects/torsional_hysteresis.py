@@ -46,5 +46,5 @@ TORSIONAL_HYSTERESIS = Effect(
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
     wrong="Bouc-Wen loops inside a loop do not close; the level zero is a rigid joint, not an "
           "elastic one.",
-    symmetry="odd", stiff=True, curve=("twist", 1e-3),
+    passive=True, symmetry="odd", stiff=True, curve=("twist", 1e-3),
 )

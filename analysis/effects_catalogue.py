@@ -1,0 +1,136 @@
+"""The catalogue of effects: ``clie effects``, and one effect's page: ``clie effects backlash``."""
+
+import argparse
+import sys
+import textwrap
+
+from clie_blocks.analysis.text_curve import text_curve
+from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.characteristic import characteristic
+from clie_blocks.effects.effect import FAMILIES
+from clie_blocks.output import run_main, save_figure, to_json
+
+WIDTH, HEAD = 98, 30
+
+
+def catalogue():
+    """Return one line per effect, by family."""
+    lines = []
+    for family in FAMILIES:
+        lines.append(family)
+        lines += [f"  {name:28}{LIBRARY[name].port:14}{_short(LIBRARY[name].equation, 54)}"
+                  for name in LIBRARY if LIBRARY[name].family == family]
+    return "\n".join([*lines, "", f"{len(LIBRARY)} effects; 'clie effects NAME' shows one"])
+
+
+def page(name):
+    """Return the page of one effect as text, with its characteristic.
+
+    Parameters
+    ----------
+    name : str
+        Name in the catalogue.
+
+    Raises
+    ------
+    UnknownEffectError
+        For another name; says the nearest one.
+
+    """
+    effect = LIBRARY[name]
+    parts = [f"{name}: family {effect.family}, port {effect.port}", _indented(effect.equation),
+             _parameters(effect), _drawing(effect),
+             _entry("looks like", effect.signature),
+             "confused with\n" + "\n".join(_entry(f"  {other}", experiment)
+                                           for other, experiment in effect.confused_with.items()),
+             "in simulators\n" + "\n".join(_entry(f"  {other}", where)
+                                           for other, where in effect.simulators.items()),
+             _entry("wrong where", effect.wrong), _entry("physics", _physics(effect)),
+             _entry("reference", effect.reference)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _parameters(effect):
+    rows = [("parameter", "unit", "range", "typical", "neutral", "")]
+    rows += [(p.name, p.unit, f"{p.lower:g} .. {p.upper:g}", f"{p.typical:g}",
+              "-" if p.neutral is None else f"{p.neutral:g}", p.meaning)
+             for p in effect.parameters]
+    widths = [max(len(row[k]) for row in rows) + 2 for k in range(5)]
+    indent = sum(widths)
+    lines = []
+    for *cells, meaning in rows:
+        start = "".join(f"{cell:{width}}" for cell, width in zip(cells, widths))
+        lines.append(textwrap.fill(start + meaning, WIDTH, subsequent_indent=" " * indent,
+                                   drop_whitespace=True).rstrip())
+    return "\n".join(lines)
+
+
+def _drawing(effect):
+    if effect.curve is None:
+        return ""
+    swept = effect.curve[0]
+    given = "torque" if swept == "twist" else effect.build.outputs[0]
+    x, y = characteristic(effect.typical())
+    return text_curve(x, y, x_label=swept, y_label=given)
+
+
+def _physics(effect):
+    return ", ".join((
+        "never gives energy" if effect.passive else "can give energy",
+        {"none": "neither odd nor even"}.get(effect.symmetry, effect.symmetry),
+        "each joint on its own" if effect.per_joint else "joints act on each other"))
+
+
+def _entry(head, text):
+    return textwrap.fill(f"{head:{HEAD}}{text}", WIDTH, subsequent_indent=" " * HEAD)
+
+
+def _indented(text):
+    return textwrap.fill(text, WIDTH, initial_indent="    ", subsequent_indent="        ")
+
+
+def _short(text, width):
+    return text if len(text) <= width else text[:width - 3].rstrip() + "..."
+
+
+def main(argv=None):
+    """Print the catalogue or one effect.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Command-line arguments; by default those of the process.
+
+    Returns
+    -------
+    int
+        Exit code.
+
+    """
+    parser = argparse.ArgumentParser(prog="clie effects", description=__doc__)
+    parser.add_argument("name", nargs="?", metavar="NAME", help="one effect")
+    parser.add_argument("--json", action="store_true", help="a list of effects as JSON")
+    parser.add_argument("-o", "--output", metavar="DIR",
+                        help="write the picture of the effect: characteristic and response")
+    options = parser.parse_args(argv)
+    if options.output and not options.name:
+        parser.error("-o needs the NAME of an effect; all of them are in docs/effects.md")
+    if options.json:
+        names = [options.name] if options.name else LIBRARY
+        print(to_json([LIBRARY[name].as_dict() for name in names]))
+    else:
+        print(page(options.name) if options.name else catalogue())
+    if options.output:
+        _save(options.name, options.output)
+    return 0
+
+
+def _save(name, folder):
+    from clie_blocks.analysis.effect_figure import effect_figure
+
+    for path in save_figure(effect_figure(name), folder, name):
+        print(f"wrote {path}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,89 @@
+"""The verb `clie effects`, the drawing in characters, and the gallery's pictures."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.effect_figure import ANSWERS, effect_figure, responses
+from clie_blocks.analysis.effects_catalogue import catalogue, main, page
+from clie_blocks.analysis.text_curve import text_curve
+from clie_blocks.effects import LIBRARY
+from clie_blocks.output import guarded
+
+
+def test_the_catalogue_lists_every_effect_once():
+    first = [line.split()[0] for line in catalogue().splitlines() if line.startswith("  ")]
+    assert sorted(first) == sorted(LIBRARY) and len(first) >= 45
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_a_page_has_every_fact_within_the_width(name):
+    text = page(name)
+    assert all(len(line) <= 98 for line in text.splitlines())
+    for parameter in LIBRARY[name].parameters:
+        assert f"\n{parameter.name} " in text
+    for other in LIBRARY[name].confused_with:
+        assert f"  {other}" in text
+    for simulator in LIBRARY[name].simulators:
+        assert f"\n  {simulator} " in text
+
+
+def test_json_has_the_fields_that_were_promised(capsys):
+    assert main(["--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == list(LIBRARY)
+    for entry in listed:
+        assert {"name", "family", "port", "parameters", "confused_with", "reference"} <= set(entry)
+        for parameter in entry["parameters"]:
+            assert {"name", "unit", "lower", "upper", "neutral"} <= set(parameter)
+
+
+def test_one_effect_as_json_is_a_list_of_one(capsys):
+    assert main(["backlash", "--json"]) == 0
+    assert [entry["name"] for entry in json.loads(capsys.readouterr().out)] == ["backlash"]
+
+
+def test_an_unknown_effect_is_told_with_the_nearest_name(capsys):
+    assert guarded(main, ["bcklash"]) == 2
+    assert "did you mean 'backlash'" in capsys.readouterr().err
+
+
+def test_the_picture_goes_where_it_is_asked_for(tmp_path, capsys):
+    assert main(["dead_zone", "-o", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["dead_zone.png", "dead_zone.svg"]
+    assert "dead_zone.svg" in capsys.readouterr().err
+
+
+def test_a_drawn_line_has_its_ends_in_the_corners_and_the_axes_through_zero():
+    rows = text_curve([-1.0, 2.0], [-3.0, 3.0], width=31, height=7).splitlines()[1:-1]
+    cells = [row.ljust(42)[11:] for row in rows]
+    assert cells[0][-1] == "*" and cells[-1][0] == "*"
+    assert cells[3].startswith("-----") and cells[-1][10] == "|"
+    assert rows[0].startswith("         3") and rows[-1].startswith("        -3")
+
+
+def test_a_constant_can_be_drawn():
+    assert text_curve([0.0, 1.0], [2.0, 2.0]).count("*") == 57
+
+
+def test_answers_belong_to_effects_without_a_curve():
+    assert all(LIBRARY[name].curve is None for name in ANSWERS)
+
+
+@pytest.mark.parametrize("name", ["time_delay", "inertia", "backlash", "channel_skew"])
+def test_a_figure_shows_characteristic_response_and_change(name):
+    figure = effect_figure(name)
+    assert len(figure.axes) == 3
+    t, without, with_it = responses(name)
+    assert without.shape == with_it.shape == (2, t.size)
+    line = figure.axes[2].lines[0].get_ydata()
+    assert np.max(np.abs(line)) == pytest.approx(1e3 * np.max(np.abs(with_it - without)))
+    assert np.max(np.abs(line)) > 0
+
+
+def test_every_effect_changes_the_gallery():
+    """One excitation shows them all, so none of the pictures is empty."""
+    for name in ("soft_stop", "step_fault", "torque_speed_limit", "supply_sag", "packet_hold"):
+        _, without, with_it = responses(name)
+        assert np.max(np.abs(with_it - without)) > 1e-4, name
