@@ -63,7 +63,7 @@ def _varied(program, diagram, generator):
 def _reference(function, t, x, u, params):
     try:
         return np.asarray(function(t, x, u, params=params), float).reshape(-1)
-    except RuntimeError:  # python-control calls a NaN an algebraic loop
+    except Exception:  # a NaN is called an algebraic loop, a random matrix may be singular, ...
         return None
 
 

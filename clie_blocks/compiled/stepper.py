@@ -24,7 +24,9 @@ step:
   %u.offset = mul i64 %s, {nu}
   %u = getelementptr double, ptr %inputs, i64 %u.offset
   %phase = urem i64 %count, %every
-  %due = icmp eq i64 %phase, 0
+  %on.time = icmp eq i64 %phase, 0
+  %wanted = icmp sgt i64 %nlog, 0
+  %due = and i1 %on.time, %wanted
   br i1 %due, label %observe, label %stages
 observe:
   call void @observe(double %t, ptr %x, ptr %u, ptr %p, ptr %record)

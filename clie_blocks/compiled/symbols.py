@@ -23,7 +23,8 @@ class FrozenParameterError(Exception):
 BRANCH = ("a branch on a signal has no straight-line program; use np.where(condition, a, b), "
           "np.clip or np.sign in place of if, and, or, not, min, max")
 VALUE = ("a signal has no value while the diagram is traced, so it cannot become a float, an int "
-         "or an index; build arrays with np.array([...]) or np.zeros, not float(...)")
+         "or an index; build arrays with np.array([...]) or np.zeros, not float(...), and look up "
+         "a table by a parameter or with np.interp")
 
 
 class Graph:

@@ -38,12 +38,19 @@ def twin(function):
 
 
 class _Follower:
-    """Twins made so far, so that functions that call each other are followed once."""
+    """Twins made so far, and those whose globals and closures still wait to be followed."""
 
     def __init__(self):
-        self._made = {}
+        self._made, self._waiting = {}, []
 
     def follow(self, value):
+        """Return the twin of a value, complete with all that it reaches."""
+        made = self._twin(value)
+        while self._waiting:
+            self._complete(*self._waiting.pop())
+        return made
+
+    def _twin(self, value):
         if id(value) in _REPLACED:
             return _REPLACED[id(value)][1]
         if id(value) in self._made:
@@ -51,9 +58,9 @@ class _Follower:
         if isinstance(value, types.FunctionType):
             return self._function(value)
         if isinstance(value, functools.partial):
-            return functools.partial(self.follow(value.func), *value.args, **value.keywords)
+            return functools.partial(self._twin(value.func), *value.args, **value.keywords)
         if isinstance(value, types.MethodType):
-            return types.MethodType(self.follow(value.__func__), value.__self__)
+            return types.MethodType(self._twin(value.__func__), value.__self__)
         if isinstance(value, types.ModuleType):
             return _ModuleTwin(value, self)
         return value
@@ -63,16 +70,19 @@ class _Follower:
         cells = tuple(types.CellType() for _ in function.__closure__ or ())
         made = types.FunctionType(function.__code__, scope, function.__name__, None, cells)
         self._made[id(function)] = made
+        self._waiting.append((function, made))
+        return made
+
+    def _complete(self, function, made):
         for name in _names(function.__code__):
             if name in function.__globals__:
-                scope[name] = self.follow(function.__globals__[name])
-        for mine, theirs in zip(cells, function.__closure__ or ()):
-            mine.cell_contents = self.follow(theirs.cell_contents)
+                made.__globals__[name] = self._twin(function.__globals__[name])
+        for mine, theirs in zip(made.__closure__ or (), function.__closure__ or ()):
+            mine.cell_contents = self._twin(theirs.cell_contents)
         made.__defaults__ = function.__defaults__ and tuple(
-            self.follow(value) for value in function.__defaults__)
+            self._twin(value) for value in function.__defaults__)
         made.__kwdefaults__ = function.__kwdefaults__ and {
-            key: self.follow(value) for key, value in function.__kwdefaults__.items()}
-        return made
+            key: self._twin(value) for key, value in function.__kwdefaults__.items()}
 
 
 class _ModuleTwin:

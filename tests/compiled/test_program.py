@@ -152,6 +152,13 @@ def test_static_diagram_runs(make_block):
     np.testing.assert_allclose(run.outputs[0], np.sin(0.3) * np.exp(-run.time), rtol=1e-14)
 
 
+def test_nothing_to_log_is_nothing(make_block):
+    source = ct.nlsys(None, lambda t, x, u, params: np.array([np.sin(t)]), name="source",
+                      inputs=0, outputs=1)
+    run = compile_diagram(source).run(1.0, step=0.1, log=[])
+    assert run.outputs.shape == (0, 11)
+
+
 def test_autonomous_diagram_runs():
     block = ct.nlsys(lambda t, x, u, params: -x, None, name="decay", states=1, inputs=0,
                      outputs=1)

@@ -53,6 +53,23 @@ def imported_names(u):
     return y
 
 
+def power(a, k):
+    return 1.0 if k == 0 else a * other_power(a, k - 1)
+
+
+def other_power(a, k):
+    return 1.0 if k == 0 else np.array(a) * power(a, k - 1)
+
+
+def closure(scale):
+    def scaled(u, offset=0.3):
+        return helper(u) + offset
+
+    def helper(u):
+        return np.asarray([scale * u[0], np.exp(u[1]), u[2]])
+    return scaled
+
+
 FORMS = {
     "arithmetic": lambda u: 2 * u - u / 3 + u**2 - (-u) + abs(u),
     "powers": lambda u: np.array([u[0]**3, 2.0**u[1], abs(u[2])**1.5]),
@@ -110,6 +127,8 @@ FORMS = {
     "function through its module": lambda u: controllers.pd_torque(1.0, u, u, 0.0, 3.0, 4.0),
     "local import": local_import,
     "imported names": imported_names,
+    "functions that call each other": lambda u: power(u, 3),
+    "closures and defaults": closure(2.5),
     "partial": functools.partial(lambda gain, u: gain * np.sin(u), 2.0),
 }
 
