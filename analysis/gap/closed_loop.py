@@ -1,7 +1,8 @@
 """Closed-loop simulation of the robot with the effects of a hypothesis, as machine code.
 
-The sampled loop is one block whose update is one period of the controller, so the compiled runner
-carries it with one Euler step per period: x + T (x_next - x)/T.
+The sampled loop is one block in discrete time, one update per period of the controller.  Its
+program depends on the structure of a robot only, its numbers are arguments: the next robot of the
+same structure runs without compilation.
 """
 
 import dataclasses
@@ -10,7 +11,49 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap import simulated as robot
+from clie_blocks.analysis.gap.links import PlanarChain
 from clie_blocks.analysis.gap.simulated import SUBSTEPS, State
+
+PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
+
+
+@dataclasses.dataclass(frozen=True)
+class Structure:
+    """What of a robot decides the program, not its numbers."""
+
+    n: int
+    period: float
+    known: bool
+    has_gravity: bool
+    has_coupling: bool
+    clipped: bool
+
+
+def structure(problem):
+    """Return the structure of a problem."""
+    chain, law = problem.chain, problem.law
+    return Structure(problem.n, problem.period, chain.known, chain.has_gravity,
+                     chain.has_coupling, bool(np.isfinite(law.saturation).all()))
+
+
+def constants(problem):
+    """Parameters of the simulator that are stated, by key."""
+    law, nominal, chain = problem.law, problem.nominal, problem.chain
+    values = {"inertia": nominal.inertia, "damping": nominal.damping, "load": nominal.load,
+              "kp": law.kp, "kd": law.kd, "b": law.numerator, "a": law.denominator,
+              "saturation": np.minimum(law.saturation, 1e9), "ratio": problem.gear_ratio}
+    values.update({f"chain.{name}": getattr(chain, name) for name in chain.numbers})
+    return {key: np.array(value, float) for key, value in values.items()}
+
+
+@functools.lru_cache(maxsize=512)
+def simulator(shape, causes):
+    """Simulator of a structure with some causes; compiled once."""
+    pieces, numbers = [], {}
+    for cause in causes:
+        pieces += [(cause.block, piece) for piece in cause.pieces]
+        numbers[cause.block] = tuple(number.name for number in cause.numbers)
+    return Simulator(shape, tuple(pieces), numbers)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -19,16 +62,16 @@ class Simulator:
 
     Parameters
     ----------
-    problem : Problem
-        Robot and law.
+    shape : Structure
+        Of the robot.
     pieces : tuple of (str, Piece)
-        What the effects add.
+        What the effects add, with the name of each effect's block.
     numbers : dict
-        Names of the parameters of each piece.
+        Names of the numbers of each effect.
 
     """
 
-    problem: object
+    shape: Structure
     pieces: tuple
     numbers: dict
 
@@ -42,7 +85,7 @@ class Simulator:
     @functools.cached_property
     def layout(self):
         """Slices of the state: the motion, the law's memory, each piece's memory."""
-        n, at, found = self.problem.n, 0, {}
+        n, at, found = self.shape.n, 0, {}
         sizes = {"q": 1, "dq": 1, "law": 2}
         if self.loose:
             sizes.update(q_motor=1, dq_motor=1)
@@ -64,29 +107,30 @@ class Simulator:
 
         from clie_blocks.signals import signals
 
-        n, period = self.problem.n, self.problem.period
+        n = self.shape.n
         size = max(where.stop for where, _ in self.layout.values())
         step, seen = self._step, self._seen
 
         def update(t, x, u, params):
-            return (step(t, x, u, params) - x) / period
+            return step(t, x, u, params)
 
         def output(t, x, u, params):
             return seen(t, x, u, params)
 
-        return ct.nlsys(update, output, name="robot", params=self.defaults(),
-                        states=[f"x[{k}]" for k in range(size)],
+        return ct.nlsys(update, output, name="robot", params=self._samples(),
+                        states=[f"x[{k}]" for k in range(size)], dt=self.shape.period,
                         inputs=signals("q_d", "pe", n=n), outputs=signals("q", "u", n=n))
 
-    def defaults(self):
-        """Values of all parameters before anything is fitted."""
-        given, law, n = self.problem, self.problem.law, self.problem.n
-        values = {"inertia": given.nominal.inertia, "damping": given.nominal.damping,
-                  "load": given.nominal.load, "gain": np.ones(n), "start": np.zeros(n),
-                  "kp": law.kp, "kd": law.kd, "b": law.numerator, "a": law.denominator}
+    def _samples(self):
+        """Parameters of the right shapes, harmless for a check of the compiled program."""
+        n = self.shape.n
+        values = {key: np.ones(n) for key in (*PER_JOINT, "start")}
+        values.update({f"chain.{name}": np.ones(n) for name in PlanarChain.numbers})
+        values.update({"b": np.ones((3, n)), "a": np.ones((3, n)), "chain.g": np.array(9.81)})
         values.update({f"{name}.{key}": np.ones(n)
                        for name, keys in self.numbers.items() for key in keys})
-        return {key: np.array(value, float) for key, value in values.items()}
+        values["inertia"] = 3.0 + values["inertia"]
+        return values
 
     def run(self, log, values):
         """Measured positions and commands of the model, shape (N, n) each.
@@ -99,97 +143,93 @@ class Simulator:
             Parameters by key.
 
         """
-        n = self.problem.n
+        n = self.shape.n
         start = np.zeros(self.block.nstates)
         start[self.layout["q"][0]] = log.start
         if self.loose:
             start[self.layout["q_motor"][0]] = log.start
-        rows = {"q_d": log.q_d, "pe": log.pe}
         response = self.program.run(
-            len(log) * self.problem.period, step=self.problem.period, method="ode1", inputs=rows,
+            len(log) * self.shape.period, inputs={"q_d": log.q_d, "pe": log.pe},
             initial_state=start, params={**values, "start": log.start})
         outputs = np.asarray(response.outputs)[:, :len(log)]
-        return outputs[:n].T, outputs[n:].T
+        return outputs[:n].T.copy(), outputs[n:].T.copy()
 
     def _unpack(self, x, params):
-        n = self.problem.n
+        n, shape = self.shape.n, self.shape
         memory = {name: [x[where][i * n:(i + 1) * n] for i in range(rows)]
                   for name, (where, rows) in self.layout.items()}
-        p = {key: params[key] for key in ("inertia", "damping", "load", "gain", "start", "kp",
-                                          "kd", "b", "a")}
+        for name, _ in self.pieces:
+            memory.setdefault(name, [])
+        p = {key: params[key] for key in (*PER_JOINT, "start", "b", "a")}
         p.update({name: {key: params[f"{name}.{key}"] for key in keys}
                   for name, keys in self.numbers.items()})
-        return memory, p
+        chain = PlanarChain(has_gravity=shape.has_gravity, has_coupling=shape.has_coupling,
+                            known=shape.known,
+                            **{name: params[f"chain.{name}"] for name in PlanarChain.numbers})
+        return memory, p, chain
 
     def _seen(self, t, x, u, params):
-        memory, p = self._unpack(x, params)
-        n = self.problem.n
+        memory, p, _ = self._unpack(x, params)
+        n = self.shape.n
         q = robot.measure(memory["q"][0], self.pieces, p)
-        torque, _ = robot.command(q, u[:n], u[n:], memory["law"], self.problem.law, p)
+        torque, _ = robot.command(q, u[:n], u[n:], memory["law"], self.shape.clipped, p)
         return np.concatenate((q, torque))
 
     def _step(self, t, x, u, params):
-        memory, p = self._unpack(x, params)
-        n = self.problem.n
-        for name, _ in self.pieces:
-            memory.setdefault(name, [])
+        memory, p, chain = self._unpack(x, params)
+        n, h = self.shape.n, self.shape.period
         q = robot.measure(memory["q"][0], self.pieces, p)
-        torque, after = robot.command(q, u[:n], u[n:], memory["law"], self.problem.law, p)
-        torque, kept = robot.delivered(torque, memory, self.pieces, p)
-        torque = p["gain"] * torque
-        move = self._move_apart if self.loose else self._move
-        motion, remembered = move(t, memory, torque, p)
+        torque, after = robot.command(q, u[:n], u[n:], memory["law"], self.shape.clipped, p)
+        torque, kept = robot.delivered(torque, memory, self.pieces, p, h)
+        now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
+        motion, remembered = (self._move_apart if self.loose else self._move)(now, memory, p)
         kept.update(remembered)
         parts = [*motion[:2], *after, *motion[2:]]
         for name, piece in self.pieces:
-            if piece.states:
-                parts += kept[name]
+            parts += kept[name] if piece.states else []
         return np.concatenate(parts)
 
-    def _move(self, t, memory, u, p):
-        h, (q,), (dq,) = self.problem.period, memory["q"], memory["dq"]
-        now = State(q, dq, u, t, h)
-        ddq, limits, _, inverse = self._accelerated(now, memory, u, p)
+    def _move(self, now, memory, p):
+        h, q, dq = now.h, now.q, now.dq
+        ddq, limits, _, inverse = self._accelerated(now, memory, p)
         middle_rate = robot.stopped(dq + h / 2 * ddq, inverse, limits, h / 2)
-        middle = State(q + h / 2 * dq, middle_rate, u, t + h / 2, h)
-        ddq, limits, after, inverse = self._accelerated(middle, memory, u, p)
+        middle = dataclasses.replace(now, q=q + h / 2 * dq, dq=middle_rate, t=now.t + h / 2)
+        ddq, limits, after, inverse = self._accelerated(middle, memory, p)
         end_rate = robot.stopped(dq + h * ddq, inverse, limits, h)
         return (q + h / 2 * (dq + end_rate), end_rate), after
 
-    def _accelerated(self, s, memory, u, p):
-        given = self.problem
+    def _accelerated(self, s, memory, p):
         torque, after = robot.loads(s, memory, self.pieces, p)
-        own, cross, bias = robot.link_terms(given.chain, given.gear_ratio, s, self.pieces, p)
+        own, cross, bias = robot.link_terms(s, self.pieces, p)
         own = p["inertia"] + own
-        ddq = robot.acceleration(u - torque - bias, own, cross)
+        ddq = robot.acceleration(s.u - torque - bias, own, cross)
         return ddq, robot.dry_friction(s, self.pieces, p), after, 1.0 / own
 
-    def _move_apart(self, t, memory, u, p):
-        given = self.problem
-        h = given.period / SUBSTEPS
-        (q,), (dq,), (q_m,), (dq_m,) = (memory[key] for key in ("q", "dq", "q_motor", "dq_motor"))
+    def _move_apart(self, now, memory, p):
+        h = now.h / SUBSTEPS
+        q, dq, (q_m,), (dq_m,) = now.q, now.dq, memory["q_motor"], memory["dq_motor"]
         (name, gap), = [(name, piece) for name, piece in self.pieces
                         if piece.port == "transmission"]
-        link, link_damping = link_share(given, p)
+        link, link_damping = link_share(now.chain, now.ratio, p)
         motor = p["inertia"] - link
         after = {}
         for _ in range(SUBSTEPS):
-            s = State(q, dq, u, t, given.period)
+            of_link = dataclasses.replace(now, q=q, dq=dq)
+            of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
             passed = gap.act(q_m - q, dq_m - dq, p[name], link)
-            own, cross, bias = robot.link_terms(given.chain, given.gear_ratio, s, self.pieces, p)
+            own, cross, bias = robot.link_terms(of_link, self.pieces, p)
             ddq = robot.acceleration(passed - bias - link_damping * dq, link + own, cross)
-            torque, after = robot.loads(State(q_m, dq_m, u, t, h * SUBSTEPS), memory, self.pieces, p)
-            ddq_m = (u - passed - torque + link_damping * dq_m) / motor
-            limits = robot.dry_friction(State(q_m, dq_m, u, t, h * SUBSTEPS), self.pieces, p)
+            torque, after = robot.loads(of_motor, memory, self.pieces, p)
+            ddq_m = (now.u - passed - torque + link_damping * dq_m) / motor
+            limits = robot.dry_friction(of_motor, self.pieces, p)
             dq = dq + h * ddq
             dq_m = robot.stopped(dq_m + h * ddq_m, 1.0 / motor, limits, h)
             q, q_m = q + h * dq, q_m + h * dq_m
         return (q, dq, q_m, dq_m), after
 
 
-def link_share(given, p):
+def link_share(chain, ratio, p):
     """Inertia and damping of the link alone, motor side; a third of the whole if not stated."""
-    chain = given.chain
     if chain.known:
-        return chain.diagonal / given.gear_ratio, chain.bearing_damping / given.gear_ratio
+        return chain.diagonal / ratio, chain.bearing_damping / ratio
     return p["inertia"] / 3, 0.0 * p["damping"]

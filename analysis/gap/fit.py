@@ -212,7 +212,8 @@ def tangent(found, bench):
     Returns
     -------
     columns, residual : list of ndarray
-        One of each per joint; a number of another joint has a column of zeros and is left out.
+        One of each per joint.  Below the rows of the residual, the columns carry one row per
+        number: what the datasheet allows.  A number that does not act on the joint is left out.
 
     """
     at = found.hypothesis
@@ -226,7 +227,9 @@ def tangent(found, bench):
         rows = np.concatenate([np.arange(bounds[j * n + k], bounds[j * n + k + 1])
                                for j in range(logs)])
         used = [i for i in range(len(at.open)) if np.any(jacobian[rows, i])]
-        columns.append(jacobian[np.ix_(rows, used)])
+        prior = np.diag([at.open[i].size / at.open[i].tolerance if at.open[i].tolerance else 0.0
+                         for i in used])
+        columns.append(np.concatenate([jacobian[np.ix_(rows, used)], prior]))
         left.append(residual[rows])
     return columns, left
 

@@ -6,7 +6,7 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
-from clie_blocks.analysis.gap.closed_loop import Simulator
+from clie_blocks.analysis.gap.closed_loop import constants, simulator, structure
 from clie_blocks.errors import DivergedError
 
 DIVERGED = 1e2  # rad: the error of a model that leaves every bound
@@ -38,7 +38,7 @@ class Member:
     @property
     def name(self):
         """Name of the block that it becomes."""
-        return self.cause.key.replace(":", "_")
+        return self.cause.block
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,18 +77,6 @@ class Open:
         return np.sign(z) * max(abs(z) - 1.0, 0.0) / SOFTNESS
 
 
-@functools.lru_cache(maxsize=256)
-def simulator(problem, causes):
-    """Simulator of a problem with some causes; compiled once."""
-    pieces, numbers = [], {}
-    for cause in causes:
-        name = cause.key.replace(":", "_")
-        for j, piece in enumerate(cause.pieces(problem)):
-            pieces.append((name if j == 0 else f"{name}_{j}", piece))
-        numbers[name] = tuple(number.name for number in cause.numbers)
-    return Simulator(problem, tuple(pieces), numbers)
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class Hypothesis:
     """Joint model plus members, with values for all numbers.
@@ -111,7 +99,8 @@ class Hypothesis:
     @functools.cached_property
     def simulator(self):
         """The closed loop of this hypothesis."""
-        return simulator(self.problem, tuple(member.cause for member in self.members))
+        return simulator(structure(self.problem),
+                         tuple(member.cause for member in self.members))
 
     def of_log(self, j):
         """Parameters of log j."""
@@ -203,8 +192,7 @@ def hypothesis(problem, members, base=None):
 
     """
     members = tuple(members)
-    program = simulator(problem, tuple(member.cause for member in members))
-    values = program.defaults()
+    values = constants(problem)
     if base is not None:
         values.update({key: base.values[key] for key in ("inertia", "damping", "load", "a", "b")})
     for member in members:

@@ -40,6 +40,8 @@ class PlanarChain:
     diagonal: np.ndarray
     known: bool
 
+    numbers = ("length", "mass", "com", "inertia", "bearing_damping", "g", "diagonal")
+
     @property
     def n(self):
         """Number of joints."""
@@ -76,19 +78,19 @@ def _diagonal(chain, pose):
 
 def mass_entries(chain, q2):
     """Entries m_11, m_12, m_22 of the mass matrix of two links [kg m^2]."""
-    m, c, inertia, l_1 = (chain.mass.tolist(), chain.com.tolist(), chain.inertia.tolist(),
-                          float(chain.length[0]))
+    m, c, inertia, l_1 = chain.mass, chain.com, chain.inertia, chain.length[0]
     k = m[1] * l_1 * c[1] * np.cos(q2)
-    m_22 = inertia[1] + m[1] * c[1] ** 2
-    return inertia[0] + m[0] * c[0] ** 2 + m[1] * l_1**2 + m_22 + 2 * k, m_22 + k, m_22
+    m_22 = inertia[1] + m[1] * c[1] * c[1]
+    m_11 = inertia[0] + m[0] * c[0] * c[0] + m[1] * l_1 * l_1 + m_22 + 2 * k
+    return m_11, m_22 + k, m_22
 
 
 def gravity_torque(chain, q, shift=0.0):
     """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q has n columns."""
-    own = (chain.g * chain.mass * chain.com).tolist()
+    own = chain.g * chain.mass * chain.com
     if chain.n == 1:
         return own[0] * np.cos(q + shift)
-    carried = float(chain.g * chain.mass[1] * chain.length[0])
+    carried = chain.g * chain.mass[1] * chain.length[0]
     first = (own[0] + carried) * np.cos(q[..., 0] + shift)
     tip = own[1] * np.cos(q[..., 0] + q[..., 1] + shift)
     return np.stack([first + tip, tip], axis=-1)
@@ -98,7 +100,7 @@ def coriolis_torque(chain, q, dq):
     """Coriolis and centrifugal torque of two links [N m]; zero for one."""
     if chain.n != 2:
         return 0.0 * q
-    k = float(chain.mass[1] * chain.length[0] * chain.com[1]) * np.sin(q[..., 1])
+    k = chain.mass[1] * chain.length[0] * chain.com[1] * np.sin(q[..., 1])
     return np.stack([-k * (2 * dq[..., 0] * dq[..., 1] + dq[..., 1] * dq[..., 1]),
                      k * dq[..., 0] * dq[..., 0]],
                     axis=-1)
@@ -129,10 +131,8 @@ def tip_load_torque(chain, q, dq, ddq):
 
 def unit_tip_chain(chain):
     """Chain with the same lengths whose only mass is 1 kg at the tip."""
-    zero = np.zeros(chain.n)
-    mass = zero.copy()
-    mass[-1] = 1.0
-    return dataclasses.replace(chain, mass=mass, com=chain.length, inertia=zero)
+    return dataclasses.replace(chain, mass=np.eye(chain.n)[-1], com=chain.length,
+                               inertia=np.zeros(chain.n))
 
 
 def known_torque(chain, q, dq, ddq):

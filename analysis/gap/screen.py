@@ -14,7 +14,9 @@ import numpy as np
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Scene
 from clie_blocks.analysis.gap.fit import tangent
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.noise import decimated, white
+from clie_blocks.analysis.gap.response import base_motion, response
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,21 +80,20 @@ class Screen:
     samples: int
 
 
-def scene(problem, base):
+def scene(problem, base, motion):
     """Sizes of the base motion, from which probes choose their grids."""
     u = np.concatenate([log.u for log in problem.fit])
     q = np.concatenate([log.q for log in problem.fit])
-    runs = [base.simulator.run(log, base.of_log(j))[0] for j, log in enumerate(problem.fit)]
-    rates = np.concatenate([np.diff(run, axis=0) / problem.period for run in runs])
-    quantiles = np.abs(u)
+    rates = np.concatenate([s.dq for s in motion])
+    size = np.sort(np.abs(u), axis=0)
     return Scene(problem, torque=np.sqrt((u**2).mean(axis=0)),
                  speed=np.sqrt((rates**2).mean(axis=0)), travel=np.ptp(q, axis=0) + 1e-9,
-                 torque_quantiles=lambda levels: np.quantile(quantiles, levels, axis=0),
+                 torque_quantiles=lambda levels: size[(np.array(levels) * len(u)).astype(int)],
                  inertia=base.values["inertia"])
 
 
 def screen(bench, base, causes=CAUSES):
-    """Simulate the columns of every cause around a fitted base.
+    """Find the columns of every cause around a fitted base.
 
     Parameters
     ----------
@@ -105,33 +106,32 @@ def screen(bench, base, causes=CAUSES):
 
     """
     problem, centre = bench.problem, base.hypothesis
-    plain = [centre.error(j) for j in range(len(problem.fit))]
-    nuisance = _nuisance(bench, centre, plain)
-    look = scene(problem, centre)
+    motion = base_motion(centre)
+    rows, residual = tangent(base, bench)
+    bases = [np.linalg.qr(own)[0][:len(left)] for own, left in zip(rows, residual)]
+    look = scene(problem, centre, motion)
     columns = []
     for cause in causes:
+        if cause.needs_links and not problem.chain.known:
+            continue
         for number, probe in enumerate(cause.probes(look)):
-            columns += _columns(bench, centre, plain, nuisance, cause, number, probe)
-    target = [nuisance[k](_stacked(bench, plain, k)) for k in range(problem.n)]
+            changes = _changes(centre, motion, cause, probe)
+            member = Member(cause, tuple(range(problem.n)), probe.values, probe.values)
+            for k, basis in enumerate(bases):
+                data = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
+                columns.append(Column(cause, number, member, k, probe.amplitudes,
+                                      data - basis @ (basis.T @ data)))
+    target = [left - basis @ (basis.T @ left) for basis, left in zip(bases, residual)]
     return Screen(columns, target, len(target[0]))
 
 
-def _columns(bench, centre, plain, nuisance, cause, number, probe):
-    problem = bench.problem
-    joints = tuple(range(problem.n))
-    changes = []
+def _changes(centre, motion, cause, probe):
+    """Responses to a probe, one for each of its amplitudes (the others at zero)."""
+    found = []
     for active in probe.amplitudes or (None,):
         values = {name: value if active in (None, name) or name not in probe.amplitudes
                   else 0.0 * value for name, value in probe.values.items()}
-        member = Member(cause, joints, values, probe.values)
-        trial = hypothesis(problem, (*centre.members, member), centre)
-        changes.append([plain[j] - trial.error(j) for j in range(len(problem.fit))])
-    member = Member(cause, joints, probe.values, probe.values)
-    found = []
-    for k in joints:
-        data = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
-        data = nuisance[k](data)
-        found.append(Column(cause, number, member, k, probe.amplitudes, data))
+        found.append(response(centre, motion, cause, values))
     return found
 
 
@@ -141,34 +141,7 @@ def _stacked(bench, errors, k):
 
 
 def _white(bench, error, k):
-    from clie_blocks.analysis.gap.noise import decimated, white
-
     return white(decimated(error, bench.problem.period), bench.noises[k].whitener)
-
-
-def _nuisance(bench, centre, plain):
-    """Per joint, the map that takes away what the joint model can do, within its tolerances."""
-    n = bench.problem.n
-    maps = []
-    moved = {}
-    for name in ("inertia", "damping", "load"):
-        entries = [entry for entry in centre.open if entry.key == name]
-        values = centre.moved([(e, centre.get(e) + 0.3 * e.size) for e in entries])
-        chosen = centre.with_values(values)
-        moved[name] = ([chosen.error(j) for j in range(len(plain))], entries)
-    for k in range(n):
-        columns = []
-        for name, (errors, entries) in moved.items():
-            change = [now - then for now, then in zip(errors, plain)]
-            column = _stacked(bench, change, k) / 0.3
-            entry = entries[k]
-            loose = entry.tolerance is None
-            columns.append((column, 0.0 if loose else entry.size / entry.tolerance))
-        rows = np.stack([column for column, _ in columns], axis=1)
-        prior = np.diag([weight for _, weight in columns])
-        basis = np.linalg.qr(np.concatenate([rows, prior]))[0][:len(rows)]
-        maps.append(lambda x, basis=basis: x - basis @ (basis.T @ x))
-    return maps
 
 
 def rescreened(found, bench, after):
@@ -187,7 +160,7 @@ def rescreened(found, bench, after):
     rows, residual = tangent(after, bench)
     columns, target = [], []
     for k in range(bench.problem.n):
-        basis = np.linalg.qr(rows[k])[0]
+        basis = np.linalg.qr(rows[k])[0][:len(residual[k])]
         target.append(residual[k] - basis @ (basis.T @ residual[k]))
         columns += [dataclasses.replace(c, data=c.data - basis @ (basis.T @ c.data))
                     for c in found.columns if c.joint == k]

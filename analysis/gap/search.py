@@ -13,7 +13,8 @@ from clie_blocks.analysis.gap.noise import RATE, decimated, white
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
 
 PADDED = 1 << 16
-SPACING = 0.25  # s between the moments that are tried
+SPACING = 0.5  # s between the moments that are tried first
+FINE = 0.02  # s, then
 EDGE = 1.0  # s at both ends of a log where no fault is looked for
 NEVER = 1e9
 
@@ -78,34 +79,39 @@ def faults(bench, base, errors):
 
     """
     problem = bench.problem
-    return [_fault(bench, base, errors, cause) for cause in STEP_FAULT if cause.pieces(problem)]
+    return [_fault(bench, base, errors, cause) for cause in STEP_FAULT
+            if problem.chain.known or not cause.needs_links]
 
 
 def _fault(bench, base, errors, cause):
     problem, n = bench.problem, bench.problem.n
     amount = cause.numbers[0].name
-    together = cause.shared
-    moments, scans = [], []
-    for j, log in enumerate(problem.logs):
-        last = len(log) * problem.period - EDGE
-        moments.append(np.arange(EDGE, last, SPACING))
-        course = _course(cause.variant, bench, base, j)
-        scans.append([_scan(bench, base, errors[j][k], j, k, course[:, k], moments[j])
-                      for k in range(n)])
+    courses = [_course(cause.variant, bench, base, j) for j in range(len(problem.logs))]
     size, onset, drop = np.zeros(n), np.full((len(problem.logs), n), NEVER), np.zeros(n)
-    for joints in ([range(n)] if together else [[k] for k in range(n)]):
-        sums = [[sum(scan[k][i] for k in joints) for i in (0, 1)] for scan in scans]
-        best, at = _common_size(sums, len(problem.fit))
-        for k in joints:
-            size[k] = best
-            for j, where in enumerate(at):
-                if where is not None:
-                    onset[j, k] = moments[j][where]
-                    if j < len(problem.fit):
-                        right, square = scans[j][k]
-                        drop[k] += 2 * best * right[where] - best**2 * square[where]
-    scale = np.abs(size) + 1e-9
-    return Member(cause, tuple(range(n)), {amount: size, "onset": onset}, {amount: scale}), drop
+    for joints in ([list(range(n))] if cause.shared else [[k] for k in range(n)]):
+        moments = [np.arange(EDGE, len(log) * problem.period - EDGE, SPACING)
+                   for log in problem.logs]
+        best, at, _ = _common_size(_scans(bench, base, errors, courses, joints, moments),
+                                   len(problem.fit))
+        moments = [tried[:1] if i is None else
+                   np.arange(tried[i] - SPACING, tried[i] + SPACING, FINE)
+                   for tried, i in zip(moments, at)]
+        scans = _scans(bench, base, errors, courses, joints, moments)
+        best, at, gains = _common_size(scans, len(problem.fit))
+        size[joints] = best
+        drop[joints] = gains / len(joints)
+        for j, where in enumerate(at):
+            if where is not None:
+                onset[j, joints] = moments[j][where]
+    return Member(cause, tuple(range(n)), {amount: size, "onset": onset},
+                  {amount: np.abs(size) + 1e-9}), drop
+
+
+def _scans(bench, base, errors, courses, joints, moments):
+    """Per log, projections of the joints' errors on the fault from each moment on."""
+    return [[sum(parts) for parts in zip(*(
+        _scan(bench, base, errors[j][k], j, k, courses[j][:, k], tried) for k in joints))]
+        for j, tried in enumerate(moments)]
 
 
 def _course(variant, bench, base, j):
@@ -132,7 +138,7 @@ def _scan(bench, base, error, j, k, course, moments):
 
 
 def _common_size(scans, fit):
-    """Size that serves all fit logs, and the best moment of each log for it (None: never)."""
+    """Size that serves all fit logs, the best moment of each log (None: never), and the drop."""
     first = [int(np.argmax(right**2 / (square + 1e-12))) for right, square in scans[:fit]]
     tops = [right[i] / (square[i] + 1e-12) for (right, square), i in zip(scans, first)]
     best = (0.0, 0.0, [None] * len(scans))
@@ -148,4 +154,4 @@ def _common_size(scans, fit):
         drop = sum(gains[j][at[j]] for j in range(fit) if at[j] is not None)
         if drop > best[0]:
             best = (drop, size, at)
-    return best[1], best[2]
+    return best[1], best[2], best[0]

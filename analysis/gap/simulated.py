@@ -27,12 +27,13 @@ class Piece:
     ----------
     port : str
         ``sensor``  act(q, p) -> measured q;
-        ``drive``   act(u, z, p) -> u, z;
+        ``drive``   act(u, z, p, h) -> u, z;
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, p) -> largest torque against forward and against backward motion;
         ``body``    act(s, p) -> own mass, mass shared with the other joint, and torque;
         ``transmission`` act(twist, rate, p, link) -> torque from motor to link.
-        `s` holds q, dq, u, the time t and the period h; `p` the numbers of the effect; `z` its memory, (states, n).
+        `s` is a `State`; `p` holds the numbers of the effect, `z` its memory, one array (n,)
+        per state; `h` is the period.
     act : callable
         See above.
     states : int
@@ -47,13 +48,15 @@ class Piece:
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """Signals that a piece may read at one instant."""
+    """What a piece may read at one instant: signals, time, period, links and gear ratios."""
 
     q: np.ndarray
     dq: np.ndarray
     u: np.ndarray
     t: float
     h: float
+    chain: object
+    ratio: np.ndarray
 
 
 def measure(q, pieces, p):
@@ -63,21 +66,20 @@ def measure(q, pieces, p):
     return q
 
 
-def command(q, q_d, pe, memory, law, p):
+def command(q, q_d, pe, memory, clipped, p):
     """Command of the sampled law, and its memory one sample later."""
     b, a, x = p["b"], p["a"], q - p["start"]
     rate = b[0] * x + memory[0]
     after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
     u = p["kp"] * (q_d - q) - p["kd"] * rate + pe
-    return (np.clip(u, -law.saturation, law.saturation) if np.isfinite(law.saturation).all()
-            else u), after
+    return (np.clip(u, -p["saturation"], p["saturation"]) if clipped else u), after
 
 
-def delivered(u, memory, pieces, p):
+def delivered(u, memory, pieces, p, h):
     """Torque that leaves the drive, and the memory of its pieces one sample later."""
     after = {}
     for name, piece in _at(pieces, "drive"):
-        u, after[name] = piece.act(u, memory[name], p[name])
+        u, after[name] = piece.act(u, memory[name], p[name], h)
     return u, after
 
 
@@ -105,7 +107,7 @@ def stopped(dq, inverse_inertia, limits, h):
     return dq - np.clip(dq, -h * inverse_inertia * backward, h * inverse_inertia * forward)
 
 
-def link_terms(chain, gear_ratio, s, pieces, p):
+def link_terms(s, pieces, p):
     """Mass of links and bodies beyond the stated diagonal, and their torque, motor side.
 
     Returns
@@ -116,14 +118,15 @@ def link_terms(chain, gear_ratio, s, pieces, p):
         Gravity and Coriolis torque.
 
     """
+    chain, ratio = s.chain, s.ratio
     own = cross = torque = np.zeros(chain.n)
     if chain.has_coupling:
         m_11, m_12, m_22 = mass_entries(chain, s.q[1])
         own = np.array([m_11, m_22 + 0.0 * m_11]) - chain.diagonal
-        own, cross = own / gear_ratio, m_12 / gear_ratio
-        torque = coriolis_torque(chain, s.q, s.dq) / gear_ratio
+        own, cross = own / ratio, m_12 / ratio
+        torque = coriolis_torque(chain, s.q, s.dq) / ratio
     if chain.has_gravity:
-        torque = torque + gravity_torque(chain, s.q) / gear_ratio
+        torque = torque + gravity_torque(chain, s.q) / ratio
     for name, piece in _at(pieces, "body"):
         more_own, more_cross, more_torque = piece.act(s, p[name])
         own, cross, torque = own + more_own, cross + more_cross, torque + more_torque

@@ -23,6 +23,9 @@ class Calibration:
         Nats per factor e of excess.
     floor : float
         Excess per sample that a right model may leave.
+    misfit : float
+        Share of the nominal model's excess that a right model may leave, for strong effects bend
+        the motion in ways that no kernel matches to the last digit.
     price : float
         Nats per further number of a hypothesis.
     second : float
@@ -40,6 +43,7 @@ class Calibration:
 
     sharpness: float = 6.0
     floor: float = 0.05
+    misfit: float = 0.003
     price: float = 1.0
     second: float = 1.5
     healthy: float = 0.5
@@ -106,7 +110,7 @@ def standings(base, fits, calibration):
     c = calibration
 
     def score(value):
-        return -c.sharpness * np.log(max(value, 0.0) + c.floor)
+        return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
 
     nothing = excess(base)
     stray = base.penalty / (base.samples.sum() / base.hypothesis.problem.n)

@@ -63,8 +63,8 @@ class Cause:
     ----------
     name : str
         Name in the vocabulary.
-    pieces : callable
-        ``pieces(problem)`` gives the `Piece` objects; all of them share the cause's numbers.
+    pieces : tuple of Piece
+        How it acts; all of them share the cause's numbers.
     numbers : tuple of Number
         Its numbers.
     probes : callable
@@ -74,20 +74,28 @@ class Cause:
         says of them counts no longer.
     variant : str
         Tells apart several forms of one effect.
+    needs_links : bool
+        It can be asked for only where the link data are stated.
 
     """
 
     name: str
-    pieces: Callable[[object], tuple[Piece, ...]]
+    pieces: tuple[Piece, ...]
     numbers: tuple[Number, ...]
     probes: Callable
     frees: tuple[str, ...] = ()
     variant: str = ""
+    needs_links: bool = False
 
     @property
     def key(self):
         """Name and variant, unique among all causes."""
         return f"{self.name}:{self.variant}" if self.variant else self.name
+
+    @property
+    def block(self):
+        """The key as the name of a block."""
+        return self.key.replace(":", "_")
 
     @property
     def shared(self):

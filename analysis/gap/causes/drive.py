@@ -9,72 +9,61 @@ DELAY_TAPS = 60
 NEVER = 1e9
 
 
-def _saturation(u, z, p):
+def _saturation(u, z, p, h):
     return np.clip(u, -p["limit"], p["limit"]), z
 
 
 ACTUATOR_SATURATION = Cause(
-    "actuator_saturation", lambda problem: (Piece("drive", _saturation),),
+    "actuator_saturation", (Piece("drive", _saturation),),
     (Number("limit", "N m", 0.0, NEVER, neutral=NEVER),),
     lambda scene: [Probe({"limit": limit}) for limit in scene.torque_quantiles(
         (0.9995, 0.998, 0.995, 0.99, 0.97, 0.94, 0.9, 0.8, 0.65))])
 
 
-def _dead_zone(u, z, p):
+def _dead_zone(u, z, p, h):
     return u - np.clip(u, -p["width"], p["width"]), z
 
 
 DEAD_ZONE = Cause(
-    "dead_zone", lambda problem: (Piece("drive", _dead_zone),), (Number("width", "N m", 0.0),),
+    "dead_zone", (Piece("drive", _dead_zone),), (Number("width", "N m", 0.0),),
     lambda scene: [Probe({"width": share * scene.torque})
                    for share in (0.004, 0.012, 0.035, 0.08, 0.16, 0.32)])
 
 
-def _lag_pieces(problem):
-    period = problem.period
-
-    def act(u, z, p):
-        (state,) = z
-        time = np.maximum(p["time"], 1e-6)
-        left = np.exp(-period / time)
-        mean = u + (state - u) * (1.0 - left) * time / period
-        return mean, [u + (state - u) * left]
-
-    return (Piece("drive", act, states=1),)
+def _lag(u, z, p, h):
+    (state,) = z
+    time = np.maximum(p["time"], 1e-6)
+    left = np.exp(-h / time)
+    return u + (state - u) * (1.0 - left) * time / h, [u + (state - u) * left]
 
 
-ACTUATOR_LAG = Cause(
-    "actuator_lag", _lag_pieces, (Number("time", "s", 0.0, 0.3),),
-    lambda scene: [Probe({"time": t + 0 * scene.torque})
-                   for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)])
+def _times(scene):
+    return [Probe({"time": t + 0 * scene.torque})
+            for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)]
 
 
-def _delay_pieces(problem):
-    period = problem.period
-
-    def act(u, z, p):
-        line = [u, *z]
-        samples = p["time"] / period
-        late = 0.0 * u
-        for k, past in enumerate(line):
-            late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
-        return late, line[:-1]
-
-    return (Piece("drive", act, states=DELAY_TAPS),)
+ACTUATOR_LAG = Cause("actuator_lag", (Piece("drive", _lag, states=1),),
+                     (Number("time", "s", 0.0, 0.3),), _times)
 
 
-TIME_DELAY = Cause(
-    "time_delay", _delay_pieces, (Number("time", "s", 0.0, 0.055),),
-    lambda scene: [Probe({"time": t + 0 * scene.torque})
-                   for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)])
+def _delay(u, z, p, h):
+    """Mean of the delayed staircase over a period: linear between two past commands."""
+    line, samples, late = [u, *z], p["time"] / h, 0.0 * u
+    for k, past in enumerate(line):
+        late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
+    return late, line[:-1]
 
 
-def _gain(u, z, p):
+TIME_DELAY = Cause("time_delay", (Piece("drive", _delay, states=DELAY_TAPS),),
+                   (Number("time", "s", 0.0, 0.055),), _times)
+
+
+def _gain(u, z, p, h):
     return (1.0 + p["error"]) * u, z
 
 
 TORQUE_GAIN_ERROR = Cause(
-    "torque_gain_error", lambda problem: (Piece("drive", _gain),),
+    "torque_gain_error", (Piece("drive", _gain),),
     (Number("error", "1", -0.9, 5.0),),
     lambda scene: [Probe({"error": 0.05 + 0 * scene.torque}, ("error",))])
 
@@ -96,6 +85,6 @@ def _ripple_probes(scene):
 
 
 TORQUE_RIPPLE = Cause(
-    "torque_ripple", lambda problem: (Piece("load", _ripple),),
+    "torque_ripple", (Piece("load", _ripple),),
     (Number("sine", "N m"), Number("cosine", "N m"), Number("order", "1/turn", 2.0, 5000.0, neutral=None)),
     _ripple_probes)

@@ -6,16 +6,12 @@ from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
 
-def _one(port, act, states=0):
-    return lambda problem: (Piece(port, act, states),)
-
-
 def _coulomb(s, p):
     return p["level"], p["level"]
 
 
 COULOMB = Cause(
-    "coulomb", _one("friction", _coulomb), (Number("level", "N m", 0.0),),
+    "coulomb", (Piece("friction", _coulomb),), (Number("level", "N m", 0.0),),
     lambda scene: [Probe({"level": scene.small_torque()}, ("level",))])
 
 
@@ -32,7 +28,7 @@ def _stribeck_probes(scene):
 
 
 STRIBECK = Cause(
-    "stribeck", _one("friction", _stribeck),
+    "stribeck", (Piece("friction", _stribeck),),
     (Number("level", "N m", 0.0), Number("excess", "N m", 0.0),
      Number("speed", "rad/s", 2e-3, 1.0, neutral=None)), _stribeck_probes)
 
@@ -42,7 +38,7 @@ def _asymmetric(s, p):
 
 
 ASYMMETRIC_COULOMB = Cause(
-    "asymmetric_coulomb", _one("friction", _asymmetric),
+    "asymmetric_coulomb", (Piece("friction", _asymmetric),),
     (Number("forward", "N m", 0.0), Number("backward", "N m", 0.0)),
     lambda scene: [Probe({"forward": scene.small_torque(), "backward": scene.small_torque()},
                          ("forward", "backward"))])
@@ -53,7 +49,7 @@ def _quadratic(s, z, p):
 
 
 QUADRATIC_DRAG = Cause(
-    "quadratic_drag", _one("load", _quadratic), (Number("drag", "N m s^2/rad^2", 0.0),),
+    "quadratic_drag", (Piece("load", _quadratic),), (Number("drag", "N m s^2/rad^2", 0.0),),
     lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
 
 
@@ -63,7 +59,7 @@ def _load_dependent(s, p):
 
 
 LOAD_DEPENDENT_FRICTION = Cause(
-    "load_dependent_friction", _one("friction", _load_dependent),
+    "load_dependent_friction", (Piece("friction", _load_dependent),),
     (Number("level", "N m", 0.0), Number("slope", "1", 0.0, 0.9)),
     lambda scene: [Probe({"level": scene.small_torque(), "slope": 0.03 + 0 * scene.torque},
                          ("level", "slope"))])
@@ -78,7 +74,7 @@ def _presliding(s, z, p):
 
 
 PRESLIDING = Cause(
-    "presliding", _one("load", _presliding, states=1),
+    "presliding", (Piece("load", _presliding, states=1),),
     (Number("level", "N m", 0.0), Number("range", "rad", 3e-4, 0.5, neutral=None)),
     lambda scene: [Probe({"level": scene.small_torque(), "range": way + 0 * scene.torque},
                          ("level",)) for way in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)])
@@ -110,12 +106,12 @@ def _times(scene):
 _CLOCK = (Number("time", "s", 1.0, 300.0, neutral=None),
           Number("since", "s", scope="log", fixed=True, neutral=None))
 FRICTION_DRIFT = (
-    Cause("friction_drift", _one("load", _drifting_drag),
+    Cause("friction_drift", (Piece("load", _drifting_drag),),
           (Number("damping", "N m s/rad"), *_CLOCK),
           lambda scene: [Probe({"damping": scene.small_torque() / scene.speed,
                                 "time": t + 0 * scene.torque, "since": since}, ("damping",))
                          for t, since in _times(scene)], variant="viscous"),
-    Cause("friction_drift", _one("friction", _drifting_level),
+    Cause("friction_drift", (Piece("friction", _drifting_level),),
           (Number("level", "N m", 0.0), Number("change", "N m"), *_CLOCK),
           lambda scene: [Probe({"level": scene.small_torque(), "change": scene.small_torque(),
                                 "time": t + 0 * scene.torque, "since": since},

@@ -12,23 +12,18 @@ def _spring(s, z, p):
 
 
 SPRING = Cause(
-    "spring", lambda problem: (Piece("load", _spring),), (Number("stiffness", "N m/rad"),),
+    "spring", (Piece("load", _spring),), (Number("stiffness", "N m/rad"),),
     lambda scene: [Probe({"stiffness": scene.small_torque() / scene.travel}, ("stiffness",))],
     frees=("load",))
 
 
-def _gravity_pieces(problem):
-    chain, ratio = problem.chain, problem.gear_ratio
-
-    def weight(s, z, p):
-        if chain.known:
-            even = links.gravity_torque(chain, s.q) / ratio
-            turned = links.gravity_torque(chain, s.q, np.pi / 2) / ratio
-        else:
-            even, turned = np.cos(s.q), -np.sin(s.q)
-        return p["along"] * even + p["across"] * turned, z
-
-    return (Piece("load", weight),)
+def _gravity(s, z, p):
+    if s.chain.known:
+        upright = links.gravity_torque(s.chain, s.q) / s.ratio
+        turned = links.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
+    else:
+        upright, turned = np.cos(s.q), -np.sin(s.q)
+    return p["along"] * upright + p["across"] * turned, z
 
 
 def _gravity_probes(scene):
@@ -42,68 +37,52 @@ def _gravity_probes(scene):
 
 
 GRAVITY = Cause(
-    "gravity", _gravity_pieces, (Number("along", "1", scope="robot"),
+    "gravity", (Piece("load", _gravity),), (Number("along", "1", scope="robot"),
                                  Number("across", "1", scope="robot")), _gravity_probes)
 
 
-def tip_mass(problem):
+def tip_mass(s):
     """Own mass, shared mass and torque of 1 kg at the tip, motor side."""
-    unit, ratio = links.unit_tip_chain(problem.chain), problem.gear_ratio
-
-    def act(s):
-        if problem.n == 1:
-            own, cross = unit.length**2 + 0.0 * s.q, 0.0 * s.q
-        else:
-            m_11, m_12, m_22 = links.mass_entries(unit, s.q[1])
-            own, cross = np.array([m_11, m_22 + 0.0 * m_11]), m_12
-        torque = links.coriolis_torque(unit, s.q, s.dq)
-        if problem.chain.has_gravity:
-            torque = torque + links.gravity_torque(unit, s.q)
-        return own / ratio, cross / ratio, torque / ratio
-
-    return act
+    unit = links.unit_tip_chain(s.chain)
+    if unit.n == 1:
+        own, cross = unit.length * unit.length + 0.0 * s.q, 0.0 * s.q
+    else:
+        m_11, m_12, m_22 = links.mass_entries(unit, s.q[1])
+        own, cross = np.array([m_11, m_22 + 0.0 * m_11]), m_12
+    torque = links.coriolis_torque(unit, s.q, s.dq)
+    if s.chain.has_gravity:
+        torque = torque + links.gravity_torque(unit, s.q)
+    return own / s.ratio, cross / s.ratio, torque / s.ratio
 
 
-def _payload_pieces(problem):
-    unit = tip_mass(problem)
-
-    def act(s, p):
-        own, cross, torque = unit(s)
-        return p["mass"] * own, p["mass"] * cross, p["mass"] * torque
-
-    return (Piece("body", act),) if problem.chain.known else ()
+def _payload(s, p):
+    own, cross, torque = tip_mass(s)
+    return p["mass"] * own, p["mass"] * cross, p["mass"] * torque
 
 
 def _payload_probes(scene):
-    if not scene.problem.chain.known:
-        return []
     reach = scene.problem.chain.length.sum()
     mass = np.min(0.03 * scene.inertia * scene.problem.gear_ratio) / reach**2
     return [Probe({"mass": mass + 0 * scene.torque}, ("mass",))]
 
 
-PAYLOAD = Cause("payload", _payload_pieces, (Number("mass", "kg", 0.0, scope="robot"),),
-                _payload_probes)
+PAYLOAD = Cause("payload", (Piece("body", _payload),),
+                (Number("mass", "kg", 0.0, scope="robot"),), _payload_probes, needs_links=True)
 
 
-def _coupling_pieces(problem):
-    chain, ratio = problem.chain, problem.gear_ratio
-
-    def act(s, p):
-        m_11, m_12, m_22 = links.mass_entries(chain, s.q[1])
-        own = (np.array([m_11, m_22 + 0.0 * m_11]) - chain.diagonal) / ratio
-        torque = links.coriolis_torque(chain, s.q, s.dq) / ratio
-        return p["share"] * own, p["share"] * m_12 / ratio, p["share"] * torque
-
-    return (Piece("body", act),)
+def _coupling(s, p):
+    m_11, m_12, m_22 = links.mass_entries(s.chain, s.q[1])
+    own = np.array([m_11, m_22 + 0.0 * m_11]) - s.chain.diagonal
+    torque = links.coriolis_torque(s.chain, s.q, s.dq)
+    return (p["share"] * own / s.ratio, p["share"] * m_12 / s.ratio,
+            p["share"] * torque / s.ratio)
 
 
 def _coupling_probes(scene):
-    chain = scene.problem.chain
-    if scene.problem.n != 2 or not chain.known:
+    if scene.problem.n != 2:
         return []
     return [Probe({"share": 0.1 + 0 * scene.torque}, ("share",))]
 
 
-COUPLING = Cause("coupling", _coupling_pieces, (Number("share", "1", scope="robot"),),
-                 _coupling_probes)
+COUPLING = Cause("coupling", (Piece("body", _coupling),),
+                 (Number("share", "1", scope="robot"),), _coupling_probes, needs_links=True)

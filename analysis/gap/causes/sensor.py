@@ -20,6 +20,6 @@ def _probes(scene):
 
 
 ENCODER_ECCENTRICITY = Cause(
-    "encoder_eccentricity", lambda problem: (Piece("sensor", _eccentric),),
+    "encoder_eccentricity", (Piece("sensor", _eccentric),),
     (Number("sine", "rad"), Number("cosine", "rad"), Number("order", "1/turn", fixed=True, neutral=None)),
     _probes)

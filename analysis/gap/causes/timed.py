@@ -13,7 +13,7 @@ def _periodic(s, z, p):
 
 
 PERIODIC_DISTURBANCE = Cause(
-    "periodic_disturbance", lambda problem: (Piece("load", _periodic),),
+    "periodic_disturbance", (Piece("load", _periodic),),
     (Number("sine", "N m", scope="log"), Number("cosine", "N m", scope="log"),
      Number("frequency", "Hz", 0.05, 40.0, neutral=None)), lambda scene: [])
 
@@ -35,15 +35,10 @@ def _step_friction(s, p):
     return level, level
 
 
-def _step_payload(problem):
-    unit = tip_mass(problem)
-
-    def act(s, p):
-        own, cross, torque = unit(s)
-        mass = _after(s, p) * p["mass"]
-        return mass * own, mass * cross, mass * torque
-
-    return (Piece("body", act),) if problem.chain.known else ()
+def _step_payload(s, p):
+    own, cross, torque = tip_mass(s)
+    mass = _after(s, p) * p["mass"]
+    return mass * own, mass * cross, mass * torque
 
 
 _ONSET = Number("onset", "s", 0.0, scope="log", fixed=True, neutral=1e9)
@@ -54,12 +49,13 @@ def _none(scene):
 
 
 STEP_FAULT = (
-    Cause("step_fault", lambda problem: (Piece("load", _step_load),),
+    Cause("step_fault", (Piece("load", _step_load),),
           (Number("torque", "N m"), _ONSET), _none, variant="torque"),
-    Cause("step_fault", lambda problem: (Piece("load", _step_damping),),
+    Cause("step_fault", (Piece("load", _step_damping),),
           (Number("damping", "N m s/rad"), _ONSET), _none, variant="damping"),
-    Cause("step_fault", lambda problem: (Piece("friction", _step_friction),),
+    Cause("step_fault", (Piece("friction", _step_friction),),
           (Number("level", "N m", 0.0), _ONSET), _none, variant="friction"),
-    Cause("step_fault", _step_payload, (Number("mass", "kg", scope="robot"), _ONSET), _none,
-          variant="payload"),
+    Cause("step_fault", (Piece("body", _step_payload),),
+          (Number("mass", "kg", scope="robot"), _ONSET), _none, variant="payload",
+          needs_links=True),
 )

@@ -15,7 +15,7 @@ def _elastic(twist, rate, p, link):
 
 
 JOINT_ELASTICITY = Cause(
-    "joint_elasticity", lambda problem: (Piece("transmission", _elastic),),
+    "joint_elasticity", (Piece("transmission", _elastic),),
     (Number("frequency", "Hz", 0.5, 80.0, neutral=80.0),
      Number("damping_ratio", "1", 0.0, 1.0, neutral=0.7)),
     lambda scene: [Probe({"frequency": f + 0 * scene.torque,
@@ -32,7 +32,7 @@ def _backlash(twist, rate, p, link):
 
 
 BACKLASH = Cause(
-    "backlash", lambda problem: (Piece("transmission", _backlash),),
+    "backlash", (Piece("transmission", _backlash),),
     (Number("half_gap", "rad", 0.0, 0.1),),
     lambda scene: [Probe({"half_gap": gap + 0 * scene.torque})
                    for gap in (2e-4, 4e-4, 8e-4, 1.6e-3, 3e-3, 6e-3, 0.012, 0.025)])
