@@ -1,5 +1,6 @@
 """Insertion: same ports, defined order, the whole family of errors."""
 
+import control as ct
 import numpy as np
 import pytest
 from effect_runs import run_loop
@@ -10,8 +11,9 @@ from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.body import plant_with_inertia
-from clie_blocks.effects.effect import PORTS
+from clie_blocks.effects.effect import PORTS, SIMULATORS, Effect, Parameter
 from clie_blocks.effects.rewiring import controller_of, with_blocks
 from clie_blocks.errors import ClieError
 from clie_blocks.joints import decoupled_joints, inertial_joints
@@ -129,6 +131,40 @@ def test_order_is_that_of_the_signals_then_that_of_the_list():
                             ([limit, gain, spring], 4.0), ([limit, spring, gain], 4.0)):
         np.testing.assert_allclose(with_effects(plant, effects).dynamics(0, x, u)[2],
                                    plant.dynamics(0, x, [torque - 0.5, 0.0])[2])
+
+
+def test_a_linear_plant_takes_effects_too():
+    a, b = np.diag([2.0, 2.4]), np.diag([0.5, 0.6])
+    zero, eye = np.zeros((2, 2)), np.eye(2)
+    linear = ct.ss(np.block([[zero, eye], [zero, -a]]), np.vstack((zero, b)), np.eye(4),
+                   np.zeros((4, 2)), name="plant", inputs=joints().input_labels,
+                   outputs=joints().output_labels, states=joints().state_labels)
+    other = decoupled_joints([2.0, 2.4], [0.5, 0.6], [0.0, 0.0])
+    effects = [LIBRARY["payload"](mass=2.0, length=0.6, gear_ratio=20),
+               LIBRARY["coulomb"](level=0.2)]
+    first, second = with_effects(linear, effects), with_effects(other, effects)
+    for t, x, u in points(first):
+        np.testing.assert_allclose(first.dynamics(t, x, u), second.dynamics(t, x, u), rtol=1e-12)
+    compile_diagram(first)
+
+
+def magnet_torque(q, strength):
+    """Torque of a magnet that holds the joint near zero [N m]."""
+    return strength * np.sin(8 * q)
+
+
+def test_an_effect_of_ones_own_needs_no_place_in_the_catalogue():
+    magnet = Effect(
+        name="magnet", family="load", port="load", build=Static(magnet_torque, ("q",)),
+        parameters=(Parameter("strength", "N m", 0.0, 10.0, 0.1, 0.0, "largest torque"),),
+        equation="tau = strength sin(8 q)", reference="this test", signature="eight wells a turn",
+        confused_with={"torque_ripple": "switch the drive off: a magnet stays"},
+        simulators=dict.fromkeys(SIMULATORS, "none"), wrong="one harmonic")
+    plant = joints()
+    affected = with_effects(plant, [magnet(strength=0.3, joints=0)])
+    for t, x, u in points(plant):
+        torque = u - [0.3 * np.sin(8 * x[0]), 0.0]
+        np.testing.assert_allclose(affected.dynamics(t, x, u), plant.dynamics(t, x, torque))
 
 
 def test_settings_read_as_they_are_written():
