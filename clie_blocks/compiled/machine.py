@@ -31,13 +31,12 @@ class Machine:
             name = cache.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
                              target.triple, llvm.get_host_cpu_name(),
                              llvm.get_host_cpu_features().flatten())
-            stored = cache.load(name)
-            self.cached = stored is not None
-            self._tracker = _link(jit, stored, names) if stored else None
-            if self._tracker is None:
-                self.cached, stored = False, _compile(text, target)
-                self._tracker = _link(jit, stored, names)
-                cache.save(name, stored)
+            self._tracker = _linked_from_cache(jit, name, names)
+            self.cached = self._tracker is not None
+            if not self.cached:
+                code = _compile(text, target)
+                self._tracker = _link(jit, code, names)
+                cache.save(name, code)
 
     def address(self, name):
         """Return the address of a function."""
@@ -74,11 +73,16 @@ def _compile(text, target):
     return target.emit_object(module)
 
 
+def _linked_from_cache(jit, name, names):
+    stored = cache.load(name)
+    try:
+        return _link(jit, stored, names) if stored else None
+    except RuntimeError:  # sound bytes, but not code that links here
+        return None
+
+
 def _link(jit, code, names):
     library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
     for name in names:
         library.export_symbol(name)
-    try:
-        return library.link(jit, f"clie_blocks_{next(_library)}")
-    except RuntimeError:
-        return None
+    return library.link(jit, f"clie_blocks_{next(_library)}")
