@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import WIDTH, direction
 
 
 def nearness_to_rest(dq, velocity):
@@ -44,6 +44,7 @@ REST_TIME_BREAKAWAY = Effect(
         "presliding": "amplitude ladder: presliding is elastic, not heavy",
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
-    wrong="The run starts with a fresh contact (age 0), whatever the rest before it. " + CREEP,
+    wrong="The run starts with a fresh contact (age 0), whatever the rest before it. Smoothed, "
+          "it creeps at up to about width while it rests.",
     passive=True, symmetry="odd", stiff=True,
 )

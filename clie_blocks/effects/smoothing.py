@@ -7,7 +7,7 @@ from clie_blocks.effects.effect import Parameter
 WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,
                   "speed over which the sign is smoothed; scale of the creep of a stuck joint")
 CREEP = ("Smoothed, it creeps: under a load below the level the joint moves at "
-         "width atanh(load/level) instead of sticking; presliding sticks.")
+         "width atanh(load/level) instead of sticking; its form sticking(effect) holds.")
 
 
 def direction(dq, width):
