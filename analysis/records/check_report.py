@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks import SEVERITIES, check_record, fix_units
+from clie_blocks.analysis.records.checks import FATAL, SEVERITIES, check_record, fix_units
 from clie_blocks.analysis.records.checks.capability import best_experiment, capabilities, facts
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.read import read_records
@@ -15,7 +15,6 @@ from clie_blocks.output import run_main, to_json
 
 SCHEMA_VERSION = 1
 NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
-CANNOT_GO_ON = ("clock.stopped", "clock.backward")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -60,7 +59,7 @@ def check_log(record, robot=None):
     robot = robot or record.robot
     findings = check_record(record, robot)
     errors = [finding.check for finding in findings if finding.severity == "error"]
-    if any(check in CANNOT_GO_ON for check in errors):
+    if any(check in FATAL for check in errors):
         return Report(record, findings, None, [], "Repair the clock first.", 1)
     steady = even_clock(record)
     known = facts(steady, robot)

@@ -14,7 +14,7 @@ __all__ = ["CHECKS", "Finding", "check_record", "fix_units"]
 
 CHECKS = (check_clock, check_missing, check_alive, check_reference, check_velocity, check_law,
           check_gains, check_saturation, check_torque, check_excitation)
-FATAL = ("clock.stopped", "clock.backward")
+FATAL = ("clock.stopped", "clock.backward", "clock.unit")
 
 
 def check_record(record, robot=None):

@@ -60,8 +60,10 @@ def _columns_with_holes(x, valid):
 
 
 def _step(record, robot, k):
+    """Step of the position: what the log shows, if on a lattice, else what is stated."""
     stated = robot.encoder.resolution if robot else None
-    return stated[k] if stated is not None and stated[k] > 0 else step_size(record.q[:, k])
+    known = np.nan if stated is None or not stated[k] > 0 else stated[k]
+    return np.fmax(known, step_size(record.q[:, k]))
 
 
 def _is_dead(q, step):
@@ -84,7 +86,7 @@ def _stuck(record, k, step):
     flat, usual = longest_flat(q)
     length = flat[1] - flat[0]
     expected = np.log(len(record)) / -np.log(np.clip(usual, 1e-3, 1 - 1e-9))
-    noisy = usual < SELDOM and not roughness(record)[0][k] < step  # NaN: on no lattice
+    noisy = usual < SELDOM and not _unrest(q) < step  # a step of NaN: on no lattice
     silent = noisy and length > max(10 * expected, 0.1 / record.sample_time, 10)
     if not silent and not _contradicted(record, k, flat, step):
         return []
@@ -95,6 +97,13 @@ def _stuck(record, k, step):
                     "velocity says that it moves.", "There the log does not show the joint.",
                     "Leave that range out, and look at the encoder's cable and range.",
                     joint=record.joints[k], samples=(flat,))]
+
+
+def _unrest(q):
+    """Noise of a position where it changes; rounding alone makes less than one step of it."""
+    bend = np.abs(q[2:] - 2 * q[1:-1] + q[:-2])
+    bend = bend[bend > 0]
+    return 1.4826 * np.median(bend) / np.sqrt(6) if bend.size else 0.0
 
 
 def _contradicted(record, k, flat, step):

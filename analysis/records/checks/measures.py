@@ -74,19 +74,21 @@ def correlations(x, y):
     return np.divide(x.T @ y, size, out=np.zeros(size.shape), where=size > 0)
 
 
-def permutation(match):
+def permutation(match, alike=0.8):
     """Permutation that a matrix of similarities shows beyond doubt, or None.
 
     Parameters
     ----------
     match : ndarray, shape (n, n)
         Similarity of row signal i with column signal j, at most 1.
+    alike : float
+        Similarity above which two signals belong together.
 
     Returns
     -------
     list of int or None
         ``found[i] = j`` where it differs from the identity, each pair of a moved joint is alike
-        (above 0.8) and the stated pair is not (0.3 less).
+        and the stated pair is not (0.3 less).
 
     """
     found = match.argmax(axis=1)
@@ -94,7 +96,7 @@ def permutation(match):
     moved = found != rows
     if not moved.any() or sorted(found) != list(rows):
         return None
-    sure = (match[rows, found] > 0.8) & (match[rows, rows] < match[rows, found] - 0.3)
+    sure = (match[rows, found] > alike) & (match[rows, rows] < match[rows, found] - 0.3)
     return found.tolist() if sure[moved].all() else None
 
 
@@ -149,8 +151,11 @@ def step_size(x):
         near.size > 0.1 * change.size and on_lattice.mean() > 0.98) else np.nan
 
 
-def longest_flat(x):
-    """Range of the longest run of equal values, and the share of equal neighbours outside it."""
+def longest_flat(x, long=20):
+    """Range of the longest run of equal values, and the share of equal neighbours elsewhere.
+
+    Elsewhere is outside all runs of more than `long` samples.
+    """
     same = np.diff(x) == 0
     if not same.any():
         return (0, 1), 0.0
@@ -158,5 +163,5 @@ def longest_flat(x):
     starts, stops = edges[::2], edges[1::2]
     longest = int(np.argmax(stops - starts))
     start, stop = int(starts[longest]), int(stops[longest]) + 1
-    outside = same.size - (stop - start - 1)
-    return (start, stop), float((same.sum() - (stop - start - 1)) / max(outside, 1))
+    held = (stops - starts)[stops - starts > long].sum()
+    return (start, stop), float((same.sum() - held) / max(same.size - held, 1))

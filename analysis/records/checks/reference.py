@@ -13,6 +13,8 @@ from clie_blocks.analysis.records.checks.measures import (
 )
 
 DEGREE = 180 / np.pi
+ALIKE = 0.6  # correlation of a position with its reference; a soft loop follows late
+FACTOR = 1.35  # within which a soft loop's motion over its reference still shows a unit
 TURNS = 3  # a joint that sweeps more than this many turns in radians is probably in degrees
 
 
@@ -27,7 +29,7 @@ def check_reference(record, robot):
                         "so nothing of controller or robot can be seen.",
                         "Log the measurement, or name its column: --map q=COLUMN.",
                         joint=record.joints[k]) for k in copied]
-    width = half_width(record, 0.25)
+    width = half_width(record, 0.5)
     at = centres(record, width)
     if at.size < 10:
         return _range(record)
@@ -52,7 +54,8 @@ def _order(asked, moved):
     """Permutation of the joints whose reference moves; the others stay where they are."""
     size = np.sqrt(np.mean(asked**2, axis=0))
     live = np.flatnonzero(size > 0.02 * size.max(initial=0))
-    found = permutation(correlations(asked[:, live], moved[:, live])) if live.size > 1 else None
+    found = None if live.size < 2 else permutation(
+        correlations(asked[:, live], moved[:, live]), ALIKE)
     if found is None:
         return None
     order = list(range(asked.shape[1]))
@@ -64,29 +67,37 @@ def _order(asked, moved):
 def _scale(record, robot, k, asked, moved):
     scale, match = slope(asked, moved)
     name = record.joints[k]
-    if not abs(match) > 0.8:
+    if not abs(match) > ALIKE:
         return []
     if scale < 0:
         return [Finding("error", "reference.sign", "It moves opposite to its reference.",
                         "The loop could not be stable, so a sign is wrong in the log.",
                         "Turn the position or the reference: sign = -1.", joint=name)]
+    causes = _causes(robot, k, scale)
+    if not causes:
+        return []
+    said = f"It moves {scale:.4g} times its reference, as if {' or '.join(causes.values())}."
+    if causes.keys() & {"q", "qd"}:
+        signal = "q" if "q" in causes else "qd"
+        return [Finding("warning", "units.reference", said, "The gains would be off by as much.",
+                        f"State the unit in the header, as {signal}_{name}[deg]; --fix-units "
+                        "converts it.", joint=name,
+                        rescale=(signal, 1 / DEGREE) if len(causes) == 1 else None)]
+    return [Finding("error", "reference.side", said, "The control error would be meaningless.",
+                    "Divide the motor side by the gear ratio.", joint=name)]
+
+
+def _causes(robot, k, scale):
+    """What a motion of `scale` times its reference may come from, by signal or side."""
+    known = {"q": (DEGREE, "the position were in deg and the reference in rad"),
+             "qd": (1 / DEGREE, "the reference were in deg and the position in rad")}
     ratio = robot.motor.gear_ratio if robot else None
-    ratio = 0 if ratio is None else ratio[k]
-    for factor in (ratio, 1 / ratio) if ratio > 1.5 else ():
-        if abs(scale / factor - 1) < 0.15:
-            return [Finding("error", "reference.side", f"It moves {scale:.4g} times its reference,"
-                            f" the gear ratio being {ratio:g}: one is on the motor side, the "
-                            "other on the joint side.", "The control error would be meaningless.",
-                            "Divide the motor side by the gear ratio.", joint=name)]
-    for factor, which, signal in ((DEGREE, "the position in deg", "q"),
-                                  (1 / DEGREE, "the reference in deg", "qd")):
-        if abs(scale / factor - 1) < 0.15:
-            return [Finding("warning", "units.reference", f"It moves {scale:.4g} times its "
-                            f"reference, as if {which} and the other in rad.",
-                            "The gains would be off by 57.3.", "State the unit in the header, as "
-                            f"{signal}_{name}[deg]; --fix-units converts it.", joint=name,
-                            rescale=(signal, 1 / DEGREE))]
-    return []
+    if ratio is not None and ratio[k] > 1.5:
+        side = f"were on the motor side of a gear of {ratio[k]:g}, the other on the joint side"
+        known["motor q"] = ratio[k], f"the position {side}"
+        known["motor qd"] = 1 / ratio[k], f"the reference {side}"
+    return {key: text for key, (factor, text) in known.items()
+            if 1 / FACTOR < scale / factor < FACTOR}
 
 
 def _range(record):

@@ -58,13 +58,10 @@ def slowest_growth(a, b, kp, kd, controller):
 def _joint(robot, k, a, b, kp, kd):
     name, controller = robot.joints[k], robot.controller
     if slowest_growth(a, b, kp, kd, controller) > 0:
-        trial = np.geomspace(1e-3, 1e3, 601) * max(abs(kd), 1e-9)
-        good = [d for d in trial if slowest_growth(a, b, kp, d, controller) < 0]
-        fix = (f"The smallest Kd that is stable is {min(good):.4g}." if good else
-               "No Kd makes it stable with this filter; lower Kp.")
         return [Finding("error", "gains.unstable", f"With Kp = {kp:.4g} and Kd = {kd:.4g} the "
                         "nominal loop is unstable.", "A simulation would run away; the robot did "
-                        "not, so gains or datasheet are wrong.", fix, joint=name)]
+                        "not, so gains or datasheet are wrong.",
+                        _stable_kd(a, b, kp, kd, controller), joint=name)]
     if kd / kp * (a + b * kd) <= 1:
         return [Finding("warning", "gains.k_bar", f"K-bar = Kd/Kp (A + B Kd) - 1 is "
                         f"{kd / kp * (a + b * kd) - 1:.3g}, not positive.",
@@ -72,6 +69,14 @@ def _joint(robot, k, a, b, kp, kd):
                         f"From Kd = {smallest_kd(a, b, kp):.4g} on it does; the least-squares "
                         "estimates do not need it.", joint=name)]
     return []
+
+
+def _stable_kd(a, b, kp, kd, controller):
+    trial = np.geomspace(1e-3, 1e3, 601) * max(abs(kd), 1e-9)
+    good = [d for d in trial if slowest_growth(a, b, kp, d, controller) < 0]
+    if not good:
+        return "No Kd makes it stable with this filter; lower Kp."
+    return f"It is stable from Kd = {min(good):.4g} to Kd = {max(good):.4g}."
 
 
 def _stretched(links, n):
