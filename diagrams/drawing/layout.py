@@ -141,8 +141,8 @@ class _Plan:
     def __init__(self, graph, arrangement, y, lanes):
         self.graph, self.nodes, self.channels = graph, arrangement.nodes, arrangement.channels
         self.column, self.columns, self.lanes = arrangement.column, arrangement.columns, lanes
-        top = min((y[key] - node.above for key, node in self.nodes.items()), default=0)
-        low = max((y[key] + node.below for key, node in self.nodes.items()), default=0)
+        top = min((y[key] - node.above for key, node in self.nodes.items()), default=0) - 1
+        low = max((y[key] + node.below for key, node in self.nodes.items()), default=0) + 1
         self.grid = {key: value - top for key, value in y.items()}
         self.result = Layout(height=(low - top) * GRID)
         self._widths()

@@ -3,7 +3,7 @@
 import random
 from statistics import fmean
 
-EFFORT, SWEEPS, PASSES = 3500, 6, 10
+EFFORT, SWEEPS, PASSES = 3000, 6, 10
 CLIMB, LEAD_CROSSED, COLUMN_TASTE, PORT_TASTE = 0.01, 1.0, 1.6, 0.02
 GAP_BLOCKS, GAP_BEND, GAP_SLIM = 4, 3, 2
 
@@ -164,7 +164,7 @@ def arrange(arrangement):
 
     """
     size = max(len(arrangement.nodes) * len(arrangement.channels), 1)
-    found, tries = [], min(max(EFFORT // size, 4), 40)
+    found, tries = [], min(max(EFFORT // size, 4), 24)
     for snapshot in _swept(arrangement, tries)[:3 + tries // 2]:
         arrangement.restore(snapshot)
         _swap_neighbours(arrangement)

@@ -165,7 +165,8 @@ def _box(node):
         half += 1
     width = max(60.0, wide + 2 * max(sides) + 28.0)
     node.body = (width, 2 * half * GRID)
-    node.width = max(width, measure(below_name(block), NAME)[0])
+    label = measure(out_label(block), PORT)[0]
+    node.width = max(width + 2 * (label + 4 if label else 0), measure(below_name(block), NAME)[0])
     node.above, node.below = half, half + _name_room(block)
 
 
