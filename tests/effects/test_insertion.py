@@ -133,6 +133,22 @@ def test_order_is_that_of_the_signals_then_that_of_the_list():
                                    plant.dynamics(0, x, [torque - 0.5, 0.0])[2])
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_any_few_effects_go_together(seed):
+    rng = np.random.default_rng(seed)
+    two_bodies = {"joint_elasticity", "stiffening_elasticity", "backlash", "torsional_hysteresis"}
+    names = rng.permutation([name for name in LIBRARY if name not in two_bodies])[:4]
+    names = [str(name) for name in (*names, rng.choice(sorted(two_bodies)))]
+    n = int(rng.integers(1, 4))
+    plant = decoupled_joints(np.full(n, 2.0), np.full(n, 0.5), np.zeros(n))
+    loop = with_effects(joint_loop(plant, np.full(n, 10.0), np.full(n, 5.0)),
+                        [LIBRARY[name].typical() for name in names],
+                        measured=str(rng.choice(["link", "motor"])))
+    run = compile_diagram(loop).run(0.5, 2.5e-4, "ode4", inputs={
+        "q_d": lambda t: 0.5 * np.sin(np.arange(n) + 2 * t), "pe": np.zeros(n)})
+    assert 1e-3 < np.max(np.abs(run.outputs)) < 1e3
+
+
 def test_a_linear_plant_takes_effects_too():
     a, b = np.diag([2.0, 2.4]), np.diag([0.5, 0.6])
     zero, eye = np.zeros((2, 2)), np.eye(2)
