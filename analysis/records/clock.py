@@ -7,7 +7,7 @@ from clie_blocks.errors import RecordError
 
 GAP = 3  # sample times; a longer step splits the record
 COARSE = 0.01  # share of repeated stamps beyond which the clock is coarse, not disturbed
-PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
+PLAUSIBLE = (2e-5, 0.5)  # s between samples of a robot log
 EPOCH = (9e8, 4.2e9)  # s since 1970: years 1998 to 2103
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 

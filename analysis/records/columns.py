@@ -156,6 +156,8 @@ def _pick(found, signal, names, source, given, tokens=None):
     if tokens is not None:
         whole = [group for group in groups if set(group.columns) >= set(tokens)]
         if not whole and signal in given:
+            if len(groups) == 1 and _counts(groups[0].columns, tokens):
+                return _numbered(groups[0], tokens)
             raise RecordError(f"{source}: {given[signal]!r} is not there for every joint "
                               f"({', '.join(tokens)})")
         groups = whole
@@ -170,11 +172,24 @@ def _pick(found, signal, names, source, given, tokens=None):
     return groups[0]
 
 
+def _counts(columns, tokens):
+    """Whether the user's columns are numbered and as many as the joints."""
+    return len(columns) == len(tokens) and all(token.isdigit() for token in columns)
+
+
+def _numbered(group, tokens):
+    """The user's numbered columns, taken in the order of the joints."""
+    order = sorted(group.columns, key=int)
+    return _Found(group.pattern, {token: group.columns[number]
+                                  for token, number in zip(tokens, order)})
+
+
 def _partial(signal, groups, names, tokens):
     shown = ", ".join(names[index] for group in groups.values()
                       for index in list(group.columns.values())[:3])
     return (f"Did not take {signal} from {shown}: not there for each of the joints "
-            f"{', '.join(map(str, tokens))}; --map {signal}=... would say how they belong.")
+            f"{', '.join(tokens)}; if their numbers follow the joints, say so, as in "
+            f"--map {signal}=motor{{k}}.")
 
 
 def _unused(names, time, columns):

@@ -24,6 +24,11 @@ def test_the_unit_of_the_clock_is_found_when_only_one_fits(stamps, sample_time, 
     assert bool(notes) == (factor != 1 or origin != 0)
 
 
+def test_a_sample_number_is_no_clock():
+    with pytest.raises(RecordError, match="step of 1 leaves it open"):
+        seconds(STEPS * 1.0, None, None, "log")
+
+
 def test_a_unit_that_cannot_be_told_is_asked_for():
     with pytest.raises(RecordError, match=r"step of 1000 leaves it open .*--time-unit us"):
         seconds(STEPS * 1000.0, None, None, "log")

@@ -64,6 +64,12 @@ def test_what_is_not_unambiguous_is_asked(header, said, message):
         layout(header, **said)
 
 
+def test_numbered_columns_of_the_map_follow_the_joints():
+    header = "time,hip_pos,knee_pos,motor2_ctrl,motor1_ctrl"
+    assert "u" not in layout(header).columns
+    assert layout(header, given={"u": "motor{k}_ctrl"}).columns["u"] == [4, 3]
+
+
 def test_letters_that_differ_only_in_case_are_told_apart():
     found = layout("T,t,Q1,q1,U1,u1")
     assert (found.time, found.columns) == (1, {"q": [3], "u": [5]})
