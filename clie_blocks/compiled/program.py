@@ -179,21 +179,42 @@ class Program:
             raise self._diverged(done, response)
         return response
 
-    def source(self, language="python"):
+    def as_nlsys(self):
+        """Return the program as one flat `control.NonlinearIOSystem`, for all of python-control.
+
+        Labels and parameters are those of the diagram, and so are the results of
+        `control.input_output_response`, `control.linearize` and `control.find_operating_point`;
+        a parameter that no block has is refused.
+        """
+        from clie_blocks.compiled.flat_system import flat_system
+        return flat_system(self, self._default,
+                           [self._layout.slots[name] for name in self.outputs],
+                           lambda params: self._trace.parameters.vector(params, self.name))
+
+    def source(self, language="python", method="ode5"):
         """Return the program as text.
 
         Parameters
         ----------
         language : str
-            ``'python'``, a listing with the diagram's names in comments, or ``'llvm'``.
+            ``'python'``, a listing with the diagram's names in comments; ``'c'``, a
+            self-contained C99 file; or ``'llvm'``.
+        method : str
+            The method of the C file's ``step`` and of the LLVM loop.
 
         """
         if language == "python":
             return source(self._layout, self._names(), self._legend())
         if language == "llvm":
             from clie_blocks.compiled.native import module
-            return module(self._layout, self._method("ode5"))
-        raise ClieError(f"no source in {language!r}; {nearest(language, ['python', 'llvm'])}")
+            return module(self._layout, self._method(method))
+        if language == "c":
+            from clie_blocks.compiled import emit_c
+            return emit_c.source(self.name, self._layout,
+                                 [self._trace.signals[name] for name in self.outputs],
+                                 self._trace.parameters, self._method(method), self._ports())
+        raise ClieError(f"no source in {language!r}; "
+                        f"{nearest(language, ['python', 'c', 'llvm'])}")
 
     def _step_of(self, step):
         if self.period is None:
@@ -245,10 +266,13 @@ class Program:
             names[expression] = f"{names[expression]}, {name}" if expression in names else name
         return names
 
+    def _ports(self):
+        return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
+                *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
+                *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
+
     def _legend(self):
-        lines = [f'"""Diagram {self.name}: derivative and record.', ""]
-        lines += [f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)]
-        lines += [f"u[{k}]  {label}" for k, label in enumerate(self.inputs)]
+        lines = [f'"""Diagram {self.name}: derivative and record.', "", *self._ports()]
         lines += [f"p[{start}]  {key}{list(self._trace.parameters.shape[key])}"
                   for key, start in self._trace.parameters.offset.items()]
         return "\n".join([*lines, '"""'])
