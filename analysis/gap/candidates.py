@@ -36,7 +36,7 @@ def price(found):
     return np.log(found.samples * len(found.target))
 
 
-def singles(found, bench, after):
+def singles(found, bench, after, causes):
     """Return one candidate per cause (and variant), best first.
 
     Parameters
@@ -47,6 +47,8 @@ def singles(found, bench, after):
         Whitening.
     after : Fit
         What was screened around.
+    causes : sequence of Cause
+        What to look for.
 
     """
     by_cause = {}
@@ -55,7 +57,8 @@ def singles(found, bench, after):
     result = [(_shared if columns[0].cause.shared else _per_joint)(columns, found)
               for columns in by_cause.values()]
     errors = residuals(bench, after)
-    for member, drop in [periodic(bench, after, errors), *faults(bench, after, errors)]:
+    searched = [*periodic(bench, after, errors, causes), *faults(bench, after, errors, causes)]
+    for member, drop in searched:
         result.append(_searched(member, drop, price(found), len(bench.problem.fit)))
     return sorted(result, key=lambda candidate: -candidate.score)
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.shrinkage import gap
 from clie_blocks.analysis.gap.verdict import NONE, UNKNOWN, marginals, set_90
 
 SCHEMA_VERSION = 1
+LEAST = 1e-4  # probabilities below are left out
 
 
 def answer(diagnosis):
@@ -17,20 +17,22 @@ def answer(diagnosis):
         From `diagnose`.
 
     """
-    given = established(diagnosis)
-    best = next((s for s in diagnosis.ranking if s.fit is not None and s.names != (NONE,)), None)
-    leading = diagnosis.ranking[0]
-    model = leading.fit if leading.fit is not None else (best.fit if best else diagnosis.base)
-    unexplained = leading.names == (UNKNOWN,)
+    shrunk, given = diagnosis.shrinkage, established(diagnosis)
     return {
         "schema_version": SCHEMA_VERSION,
-        "verdict": _verdict(leading, given),
+        "verdict": diagnosis.verdict,
         "effects": given + _effects(diagnosis, bool(given)),
-        "set_90": [g["effect"] for g in given] or set_90(diagnosis.ranking),
-        "unexplained": bool(unexplained and not given),
-        "gap_before": gap(diagnosis.base.hypothesis),
-        "gap_after": gap(model.hypothesis),
-        "gap_floor": float(np.sqrt(sum(noise.floor**2 for noise in diagnosis.bench.noises))),
+        "set_90": [g["effect"] for g in given] + [
+            name for name in set_90(diagnosis.ranking) if not (given and name == NONE)],
+        "unexplained": diagnosis.verdict == "unexplained",
+        "gap_before": shrunk.before, "gap_after": shrunk.after, "gap_floor": shrunk.floor,
+        "closed_percent": {"value": shrunk.percent, "interval": shrunk.interval,
+                           "unseen_data": shrunk.unseen},
+        "joint_model": _joint_model(diagnosis),
+        "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
+        "where": diagnosis.where,
+        "next_experiment": diagnosis.next_experiment,
+        "decisions": list(diagnosis.check.decisions),
         "seconds": diagnosis.seconds,
     }
 
@@ -39,24 +41,17 @@ def established(diagnosis):
     """Causes that the controller check alone establishes."""
     check, found = diagnosis.check, []
     if check.wrong:
-        found.append({"effect": "velocity_filter_mismatch", "probability": 0.97,
-                      "joint": [k + 1 for k in check.wrong],
-                      "parameters": {"highpass": {"value": check.corners[0, list(check.wrong)],
-                                                  "unit": "rad/s"},
-                                     "lowpass": {"value": check.corners[1, list(check.wrong)],
-                                                 "unit": "rad/s"}}})
+        at = list(check.wrong)
+        found.append({"effect": "velocity_filter_mismatch", "joint": [k + 1 for k in at],
+                      "probability": 0.97, "parameters": {
+                          "highpass": {"value": check.corners[0, at], "unit": "rad/s"},
+                          "lowpass": {"value": check.corners[1, at], "unit": "rad/s"}}})
     if check.coarse:
-        found.append({"effect": "encoder_quantization", "probability": 0.97,
-                      "joint": [k + 1 for k in check.coarse],
-                      "parameters": {"step": {"value": check.step[list(check.coarse)],
-                                              "unit": "rad"}}})
+        at = list(check.coarse)
+        found.append({"effect": "encoder_quantization", "joint": [k + 1 for k in at],
+                      "probability": 0.97, "parameters": {
+                          "step": {"value": check.step[at], "unit": "rad"}}})
     return found
-
-
-def _verdict(leading, given):
-    if given:
-        return "effect"
-    return {NONE: "none", UNKNOWN: "unexplained"}.get(leading.names[0], "effect")
 
 
 def _effects(diagnosis, given):
@@ -66,8 +61,10 @@ def _effects(diagnosis, given):
             first.setdefault(name, standing.fit)
     rows = []
     for name, probability in marginals(diagnosis.ranking).items():
-        if given and name == NONE:
+        if given and name in (NONE, UNKNOWN):
             probability *= 0.02
+        if probability < LEAST and name != NONE:
+            continue
         row = {"effect": name, "joint": None, "probability": probability}
         if name not in (NONE, UNKNOWN):
             row.update(_numbers(name, first[name]))
@@ -77,8 +74,38 @@ def _effects(diagnosis, given):
 
 def _numbers(name, fit):
     member = next(m for m in fit.hypothesis.members if m.cause.name == name)
-    values = fit.hypothesis.values
-    return {"joint": [k + 1 for k in member.joints],
-            "parameters": {number.name: {
-                "value": values[f"{member.name}.{number.name}"][..., list(member.joints)],
-                "unit": number.unit} for number in member.cause.numbers}}
+    spread = intervals(fit)
+    at, found = list(member.joints), {}
+    for number in member.cause.numbers:
+        key = f"{member.name}.{number.name}"
+        value = fit.hypothesis.values[key][..., at]
+        half = spread.get(key)
+        low_high = None if half is None else [value - half[..., at], value + half[..., at]]
+        if number.scope == "robot":
+            value = value[0]
+            low_high = None if half is None else [bound[0] for bound in low_high]
+        found[number.name] = {"value": value, "unit": number.unit, "interval": low_high}
+    return {"joint": [k + 1 for k in at], "parameters": found}
+
+
+def intervals(fit):
+    """Half widths of 95 % intervals of the fitted numbers, widened by the misfit, by key."""
+    misfit = np.sqrt(max(fit.chi2.sum() / fit.samples.sum(), 1.0))
+    found = {}
+    for i, entry in enumerate(fit.hypothesis.open):
+        half = found.setdefault(entry.key, np.full_like(fit.hypothesis.values[entry.key], np.nan))
+        width = 1.96 * misfit * np.sqrt(max(fit.covariance[i, i], 0.0))
+        where = slice(None) if entry.joint is None else entry.joint
+        half[where if entry.log is None else (entry.log, where)] = width
+    return found
+
+
+def _joint_model(diagnosis):
+    """Refitted inertia, damping and offset beside what is stated."""
+    nominal, fit = diagnosis.problem.nominal, diagnosis.model
+    spread, units = intervals(fit), {"inertia": "kg m^2", "damping": "N m s/rad", "load": "N m"}
+    return {name: {"value": fit.hypothesis.values[name], "stated": getattr(nominal, name),
+                   "tolerance": getattr(nominal, f"{name}_tolerance"),
+                   "interval": [fit.hypothesis.values[name] - spread[name],
+                                fit.hypothesis.values[name] + spread[name]], "unit": unit}
+            for name, unit in units.items()}

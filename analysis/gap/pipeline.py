@@ -5,14 +5,22 @@ import time
 
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import extended, pairs, singles
+from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.screen import rescreened, screen
-from clie_blocks.analysis.gap.verdict import Calibration, excess, standings
+from clie_blocks.analysis.gap.shrinkage import shrinkage
+from clie_blocks.analysis.gap.verdict import STRAYED, excess, learned, standings, verdict
+from clie_blocks.analysis.gap.where import where
+from clie_blocks.errors import ClieError, nearest
 
 LEADERS = 8
+QUIET = 0.1  # excess per sample of a robot that nothing ails
+USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
+FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
 
@@ -32,6 +40,16 @@ class Diagnosis:
         The refitted nominal model.
     ranking : list of Standing
         Hypotheses, most probable first.
+    model : Fit
+        The corrected model: the leading hypothesis, or the best one where none leads.
+    verdict : str
+        ``effect``, ``parametric``, ``none`` or ``unexplained``.
+    shrinkage : Shrinkage
+        How far the gap shrinks on unseen data.
+    where : dict
+        Where the gap lies, see `where`.
+    next_experiment : dict or None
+        The run that would tell the remaining causes apart.
     calibration : Calibration
         Numbers of the verdict.
     seconds : float
@@ -44,12 +62,17 @@ class Diagnosis:
     bench: object
     base: object
     ranking: list
+    model: object
+    verdict: str
+    shrinkage: object
+    where: dict
+    next_experiment: dict | None
     calibration: object
     seconds: float
 
 
-def diagnose(robot, records, held_out=None, calibration=None):
-    """Say which effect makes a robot differ from its model.
+def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclude=()):
+    """Say which effect makes a robot differ from its model, where, and how far the gap shrinks.
 
     Parameters
     ----------
@@ -61,6 +84,8 @@ def diagnose(robot, records, held_out=None, calibration=None):
         Logs that only judge; by default the last.
     calibration : Calibration, optional
         Numbers of the verdict.
+    effects, exclude : sequence of str
+        Effects to look for (all when empty), and effects to leave out.
 
     Returns
     -------
@@ -69,20 +94,100 @@ def diagnose(robot, records, held_out=None, calibration=None):
 
     """
     began = time.perf_counter()
-    calibration = calibration or Calibration()
+    causes = chosen(effects, exclude)
+    calibration = calibration or learned()
     asked = state_problem(robot, records, held_out)
     check = controller_check(asked)
     problem = dataclasses.replace(asked, law=check.law)
     bench, base = baseline(problem)
-    fits = []
-    if excess(base) > 0.1 or base.penalty > 4.0:
-        fits = explore(bench, base)
+    fits = explore(bench, base, causes) if excess(base) > QUIET or base.penalty > STRAYED else []
     ranking = standings(base, fits, calibration)
-    return Diagnosis(asked, check, bench, base, ranking, calibration,
-                     time.perf_counter() - began)
+    model = _leading(ranking, base)
+    if model is not base:
+        slim = pruned(model, bench, excess(base))
+        ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
+        model = slim
+    nominal = base.hypothesis if not check.wrong else stated_law(base.hypothesis, asked)
+    return Diagnosis(
+        asked, check, bench, base, ranking, model,
+        verdict(ranking, bool(check.wrong or check.coarse)),
+        shrinkage(nominal, model.hypothesis, bench.noises), where(bench, base, check),
+        next_experiment(bench, base, ranking, calibration), calibration,
+        time.perf_counter() - began)
 
 
-def explore(bench, base):
+def chosen(effects, exclude):
+    """Return the causes to look for.
+
+    Raises
+    ------
+    ClieError
+        For a name that is not in the vocabulary.
+
+    """
+    known = {cause.name for cause in CAUSES} | set(FROM_CHECK)
+    for name in (*effects, *exclude):
+        if name not in known:
+            raise ClieError(f"no effect is called {name!r}; {nearest(name, sorted(known))}")
+    return tuple(cause for cause in CAUSES
+                 if (not effects or cause.name in effects) and cause.name not in exclude)
+
+
+def stated_law(hypothesis, asked):
+    """Return a hypothesis with the law as stated in the place of the one that ran."""
+    values = {**hypothesis.values, "b": asked.law.numerator, "a": asked.law.denominator}
+    return hypothesis.with_values(values)
+
+
+def _leading(ranking, base):
+    """Fit of the leading hypothesis; of the best fit where something unknown leads."""
+    if ranking[0].fit is not None:
+        return ranking[0].fit
+    fitted = [standing for standing in ranking if standing.fit is not None]
+    return min((standing.fit for standing in fitted), key=excess, default=base)
+
+
+def pruned(found, bench, nothing):
+    """Leave out joints at which a cause of a fit does no more than noise.
+
+    Parameters
+    ----------
+    found : Fit
+        A fitted hypothesis.
+    bench : Bench
+        Whitening.
+    nothing : float
+        Excess of the refitted nominal model.
+
+    """
+    for place, member in enumerate(found.hypothesis.members):
+        if member.cause.shared or len(member.joints) == 1:
+            continue
+        for k in member.joints:
+            fewer = _without(found.hypothesis, place, k)
+            tried = None if fewer is None else fit(fewer, bench, 3)
+            if tried and excess(tried) - excess(found) < USELESS + USELESS_SHARE * nothing:
+                found = tried
+    return found
+
+
+def _without(at, place, k):
+    member = at.members[place]
+    joints = tuple(j for j in member.joints if j != k)
+    if not joints:
+        return None
+    values = dict(at.values)
+    for number in member.cause.numbers:
+        key = f"{member.name}.{number.name}"
+        if number.neutral is not None:
+            values[key] = values[key].copy()
+            values[key][..., k] = number.neutral
+    members = list(at.members)
+    members[place] = dataclasses.replace(member, joints=joints)
+    return dataclasses.replace(at, members=tuple(members), values=values)
+
+
+def explore(bench, base, causes=CAUSES):
     """Fit the leading single causes, then pairs and triples while much is left.
 
     Parameters
@@ -91,6 +196,8 @@ def explore(bench, base):
         Whitening.
     base : Fit
         The refitted nominal model.
+    causes : sequence of Cause
+        What to look for.
 
     Returns
     -------
@@ -98,35 +205,29 @@ def explore(bench, base):
         All hypotheses that were fitted.
 
     """
-    found = screen(bench, base)
-    fits = race(bench, base, singles(found, bench, base)[:LEADERS], LEADERS // 2)
+    found = screen(bench, base, causes)
+    fits = race(bench, base, singles(found, bench, base, causes)[:LEADERS], LEADERS // 2)
     if _enough(fits):
         return fits
     chosen = pairs(found)[:LEADERS // 2]
     for first in sorted(fits, key=lambda f: f.total)[:3]:
         left = rescreened(found, bench, first)
-        chosen += list(extended(first, singles(left, bench, first)[:6]))[:3]
+        chosen += list(extended(first, singles(left, bench, first, causes)[:6]))[:3]
     fits += race(bench, base, _distinct(chosen), 3)
     if _enough(fits):
         return fits
     best = min(fits, key=lambda f: f.total)
     left = rescreened(found, bench, best)
-    chosen = list(extended(best, singles(left, bench, best)[:6]))[:3]
+    chosen = list(extended(best, singles(left, bench, best, causes)[:6]))[:3]
     return fits + race(bench, base, chosen, 1)
 
 
 def race(bench, base, candidates, finalists):
     """Fit candidates for a few steps, then the best of them to the end."""
-    started = [fit(_start(bench, base, candidate.members), bench, 2) for candidate in candidates]
+    started = [fit(hypothesis(bench.problem, candidate.members, base.hypothesis), bench, 2)
+               for candidate in candidates]
     order = sorted(started, key=lambda f: f.total)
     return [fit(f.hypothesis, bench, 8) for f in order[:finalists]] + order[finalists:]
-
-
-def _start(bench, base, members):
-    fitted = {}
-    start = hypothesis(bench.problem, members, base.hypothesis)
-    fitted.update(start.values)
-    return start.with_values(fitted)
 
 
 def _enough(fits):

@@ -35,17 +35,18 @@ def torque_columns(bench, base, j, k, torque):
     return bench.projected(white(moved, bench.noises[k].whitener), j, k)
 
 
-def periodic(bench, base, errors):
+def periodic(bench, base, errors, causes):
     """Return the member of the strongest sinusoid of each joint, and what it would explain.
 
     Returns
     -------
-    member : Member
-        Periodic disturbance at all joints.
-    drop : ndarray, shape (n,)
-        Drop of chi^2 on the fit logs.
+    list of (Member, ndarray)
+        Periodic disturbance at all joints, and the drop of chi^2 on the fit logs per joint;
+        empty if it is not among the causes to look for.
 
     """
+    if PERIODIC_DISTURBANCE not in causes:
+        return []
     problem = bench.problem
     fit, n = len(problem.fit), problem.n
     values = {name: np.zeros((len(problem.logs), n)) for name in ("sine", "cosine")}
@@ -65,11 +66,11 @@ def periodic(bench, base, errors):
                 drop[k] += float(errors[j][k] @ data @ theta)
     size = np.max(np.abs([values["sine"], values["cosine"]]), axis=(0, 1)) + 1e-12
     sizes = {"sine": size, "cosine": size, "frequency": 0.01 + 0 * frequency}
-    return Member(PERIODIC_DISTURBANCE, tuple(range(n)), {**values, "frequency": frequency},
-                  sizes), drop
+    return [(Member(PERIODIC_DISTURBANCE, tuple(range(n)),
+                    {**values, "frequency": frequency}, sizes), drop)]
 
 
-def faults(bench, base, errors):
+def faults(bench, base, errors, causes):
     """Return a member for each kind of fault that sets in, and what it would explain.
 
     Returns
@@ -80,7 +81,7 @@ def faults(bench, base, errors):
     """
     problem = bench.problem
     return [_fault(bench, base, errors, cause) for cause in STEP_FAULT
-            if problem.chain.known or not cause.needs_links]
+            if cause in causes and (problem.chain.known or not cause.needs_links)]
 
 
 def _fault(bench, base, errors, cause):

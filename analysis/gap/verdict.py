@@ -7,10 +7,13 @@ nominal model leaves little, `unknown` where nothing in the library removes most
 """
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 
-NONE, UNKNOWN = "none", "unknown"
+STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
+NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,19 +26,22 @@ class Calibration:
         Nats per factor e of excess.
     floor : float
         Excess per sample that a right model may leave.
-    misfit : float
-        Share of the nominal model's excess that a right model may leave, for strong effects bend
-        the motion in ways that no kernel matches to the last digit.
     price : float
-        Nats per further number of a hypothesis.
+        Nats per number of a hypothesis.
     second : float
         Nats that each further cause costs.
+    share, slight : float
+        A further cause that removes less than this share of the whole excess costs `slight` nats
+        per factor e that it falls short; strong effects bend the motion in ways that no kernel
+        matches to the last digit, and a second cause must not live on that.
     healthy : float
         Excess per sample that a healthy robot may have.
     unexplained_share : float
         Share of the excess that something unknown would leave.
     unexplained_least : float
         Least excess per sample that counts as unexplained.
+    parametric : float
+        Nats that a joint model outside its datasheet costs, against an effect that explains it.
     lapse : float
         Probability spread evenly, for what nobody thought of.
 
@@ -43,13 +49,23 @@ class Calibration:
 
     sharpness: float = 6.0
     floor: float = 0.05
-    misfit: float = 0.003
-    price: float = 1.0
+    price: float = 2.0
     second: float = 1.5
+    share: float = 0.01
+    slight: float = 2.0
     healthy: float = 0.5
     unexplained_share: float = 0.25
     unexplained_least: float = 2.0
+    parametric: float = 2.0
     lapse: float = 0.01
+
+
+def learned():
+    """Return the calibration that is stored with the package."""
+    path = Path(__file__).with_name("calibration.json")
+    if not path.is_file():
+        return Calibration()
+    return Calibration(**json.loads(path.read_text())["numbers"])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -110,18 +126,21 @@ def standings(base, fits, calibration):
     c = calibration
 
     def score(value):
-        return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
+        return -c.sharpness * np.log(max(value, 0.0) + c.floor)
 
     nothing = excess(base)
     stray = base.penalty / (base.samples.sum() / base.hypothesis.problem.n)
-    rows = [((NONE,), base, nothing, score(max(nothing - stray - c.healthy, 0.0) + stray))]
-    for fit in _best_of_each(fits):
-        value = excess(fit)
-        names = tuple(member.cause.name for member in fit.hypothesis.members)
-        rows.append((names, fit, value, score(value) - c.price * numbers_of(fit)
-                     - c.second * (len(names) - 1)))
+    healthy = max(nothing - stray - c.healthy, 0.0)
     left = max(c.unexplained_share * nothing, c.unexplained_least)
-    rows.append(((UNKNOWN,), None, left, score(left)))
+    rows = [((NONE,), base, nothing, score(healthy + stray)),
+            ((UNKNOWN,), None, left, score(left))]
+    if base.penalty > STRAYED:
+        rows.append(((PARAMETRIC,), base, nothing - stray,
+                     score(healthy) - c.price * np.sum(base.stray != 0.0) - c.parametric))
+    best = _best_of_each(fits)
+    for names, fit in best.items():
+        rows.append((names, fit, excess(fit), score(excess(fit)) - c.price * numbers_of(fit)
+                     - _further(names, fit, best, nothing, c)))
     scores = np.array([row[3] for row in rows])
     weights = np.exp(scores - scores.max())
     weights = (1.0 - c.lapse) * weights / weights.sum() + c.lapse / len(rows)
@@ -129,14 +148,24 @@ def standings(base, fits, calibration):
     return sorted(found, key=lambda standing: -standing.probability)
 
 
+def _further(names, fit, best, nothing, c):
+    """What the causes beyond the first cost [nats]."""
+    if len(names) == 1:
+        return 0.0
+    fewer = [excess(other) for known, other in best.items() if set(known) < set(names)]
+    gained = (min(fewer, default=nothing) - excess(fit)) / nothing
+    short = np.log(c.share / min(max(gained, 1e-6), c.share))
+    return c.second * (len(names) - 1) + c.slight * short
+
+
 def _best_of_each(fits):
-    """Best variant of each set of causes."""
+    """Best variant of each set of causes, by names."""
     best = {}
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
         if len(set(names)) == len(names) and (names not in best or fit.total < best[names].total):
             best[names] = fit
-    return list(best.values())
+    return best
 
 
 def marginals(ranking):
@@ -157,3 +186,20 @@ def set_90(ranking):
         names += [name for name in standing.names if name not in names]
         reached += standing.probability
     return names
+
+
+def verdict(ranking, established=False):
+    """One word: effect, parametric, none or unexplained.
+
+    Parameters
+    ----------
+    ranking : list of Standing
+        From `standings`.
+    established : bool
+        The controller check alone found a cause.
+
+    """
+    if established:
+        return "effect"
+    words = {NONE: "none", UNKNOWN: "unexplained", PARAMETRIC: "parametric"}
+    return words.get(ranking[0].names[0], "effect")

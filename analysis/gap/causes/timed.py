@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.causes.cause import Cause, Number
 from clie_blocks.analysis.gap.causes.load import tip_mass
 from clie_blocks.analysis.gap.simulated import Piece
 

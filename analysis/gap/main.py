@@ -1,0 +1,86 @@
+"""``clie diagnose``: where a model is wrong, which effect causes it, how far the gap shrinks."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from clie_blocks.output import run_main, to_json, write
+
+
+def main(argv=None):
+    """Run the command and return its exit code.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Arguments; by default those of the process.
+
+    Returns
+    -------
+    int
+        0 when every trial was diagnosed; the code of the first error otherwise.
+
+    """
+    asked = _parser().parse_args(argv)
+    from clie_blocks.analysis.gap import trials
+
+    found = trials.find_trials(asked.paths, asked.robot)
+    options = trials.Options(asked.holdout, _names(asked.effects), _names(asked.exclude))
+    folder = asked.output or (f"{asked.json}.parts" if asked.json and len(found) > 1 else None)
+    executor = trials.cluster(asked.cluster) if asked.cluster else None
+    answers = {}
+    for name, answer in trials.diagnose_all(found, options, asked.jobs, folder, executor):
+        answers[name] = answer
+        if not asked.quiet:
+            print(sentence(name, answer), flush=True)
+    single = len(found) == 1
+    if asked.json:
+        content = next(iter(answers.values())) if single and not asked.all else dict(
+            sorted(answers.items()))
+        write(asked.json, to_json(content))
+    failed = [answer for answer in answers.values() if "error" in answer]
+    for answer in failed:
+        print(f"error: {answer['error']}", file=sys.stderr)
+    return failed[0]["exit_code"] if failed else 0
+
+
+def sentence(name, answer):
+    """One line for a reader: verdict, joints, probability, and what it buys."""
+    if "error" in answer:
+        return f"{name}: not diagnosed"
+    causes = [f"{e['effect']}{_where(e['joint'])} ({e['probability']:.0%})"
+              for e in answer["effects"] if e["probability"] >= 0.5 and e["effect"] != "unknown"]
+    closed = answer["closed_percent"]["value"]
+    bought = "" if closed is None or answer["verdict"] == "none" else (
+        f"; closes {closed:.0f} % of the reducible gap on unseen data")
+    return f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
+
+
+def _where(joints):
+    return "" if not joints else " at joint " + " and ".join(map(str, joints))
+
+
+def _names(text):
+    return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="clie diagnose", description=__doc__)
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH",
+                        help="a folder with robot.toml and logs, a folder of such folders, or logs")
+    parser.add_argument("--robot", type=Path, help="robot.toml of the logs")
+    parser.add_argument("--holdout", help="log that only judges, by name or number (the last)")
+    parser.add_argument("--effects", help="look for these effects only, separated by commas")
+    parser.add_argument("--exclude", help="leave these effects out")
+    parser.add_argument("--jobs", type=int, default=1, help="trials side by side")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
+    parser.add_argument("--json", type=Path, help="write the answer; of many trials by name")
+    parser.add_argument("--all", action="store_true", help="name the trial in the JSON even of one")
+    parser.add_argument("--quiet", action="store_true", help="print no verdicts")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR",
+                        help="keep each result there; a later run continues")
+    return parser
+
+
+if __name__ == "__main__":
+    run_main(main)
