@@ -1,0 +1,173 @@
+"""The runs behind the paper's tables and figures, each a function of the reading that is taken."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from clie_blocks import paper
+from clie_blocks.analysis.excitation_level import excitation, model_regressor, weighted_integral
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_loop import clie_loop
+from clie_blocks.diagrams.feedback_linearization import feedback_linearization
+from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate
+from clie_blocks.excitation import paper_excitation
+from clie_blocks.joints import decoupled_joints
+from clie_blocks.signals import signal
+
+FROZEN = 1e-12  # an adaptation gain that leaves the estimates where they are
+LOG_EVERY = 100  # steps of 0.1 ms
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read what the paper leaves open.
+
+    Parameters
+    ----------
+    name : str
+        In words.
+    settings : tuple of (str, object)
+        What differs from the defaults of `Experiment`.
+    literal : bool
+        Whether the paper states it so.
+    noisy : bool
+        Whether it depends on the seed.
+
+    """
+
+    name: str
+    settings: tuple
+    literal: bool = False
+    noisy: bool = False
+
+    def experiment(self, case, seed=0):
+        """Return the experiment of a case of Table 1."""
+        return Experiment(case=case, seed=seed, **dict(self.settings))
+
+
+READINGS = (
+    Reading("Gamma = 20, 100 s, exact velocities, noise variance 1e-6 rad^2",
+            (("duration", 100.0),), noisy=True),
+    Reading("Gamma = 20, 100 s, velocity through G1 in the robot's loop, variance 1e-6 rad^2",
+            (("duration", 100.0), ("velocity", "measured")), noisy=True),
+    Reading("as printed: Gamma = 20, 100 s, velocity through G1, variance 1e-3 rad^2",
+            (("duration", 100.0), ("velocity", "measured"),
+             ("noise_variance", paper.NOISE_VARIANCE_PRINTED)), literal=True, noisy=True),
+    Reading("Gamma = 20 for 400 s, exact velocities, no noise",
+            (("duration", 400.0), ("noise_variance", 0.0))),
+    Reading("fitted: gain 78.5, set-point (1.0345, 0.6613) rad, exact velocities, no noise, 100 s",
+            (("duration", 100.0), ("gamma", 78.5), ("set_point", (1.0345, 0.6613)),
+             ("noise_variance", 0.0))),
+)
+
+
+def estimates(reading, case, seeds):
+    """Mean estimates of the last 20 s, one row per seed, shape (seeds, 6).
+
+    Parameters
+    ----------
+    reading : Reading
+        The reading.
+    case : int
+        CASE of Table 1.
+    seeds : sequence of int
+        Seeds of the noise.
+
+    """
+    return np.array([mean_estimate(identification(reading, case, seed)) for seed in seeds])
+
+
+def identification(reading, case, seed=0):
+    """Run the identification of a case under a reading; the response holds theta_hat.
+
+    Parameters
+    ----------
+    reading : Reading
+        The reading.
+    case : int
+        CASE of Table 1.
+    seed : int
+        Seed of the noise.
+
+    """
+    experiment = reading.experiment(case, seed)
+    program = _program(case, experiment.velocity)
+    diagram = experiment.diagram()
+    return program.run(experiment.duration, step=paper.STEP, inputs=experiment.inputs(diagram),
+                       log=["theta_hat"], every=LOG_EVERY,
+                       params={"update.gamma": experiment.gamma})
+
+
+def excitation_levels(pe=paper_excitation):
+    """Regressor of CASE 1 over the windows of Fig. 3.
+
+    Parameters
+    ----------
+    pe : callable or float
+        Excitation [N m].
+
+    Returns
+    -------
+    levels : list of Excitation
+        One per window.
+    curves : list of (ndarray, ndarray)
+        Time [s] and the integral (49) per window.
+
+    """
+    run = _program(1, "exact").run(
+        paper.WINDOWS[-1][1], step=1e-3, every=2, log=["dq_model", "u_model"],
+        inputs={"q_d": paper.SET_POINT, "pe": pe}, params={"update.gamma": paper.GAMMA})
+    phi = model_regressor(run)
+    return ([excitation(phi, run.time, window) for window in paper.WINDOWS],
+            weighted_integral(phi, run.time))
+
+
+def tracking(case, printed_sign=False, duration=100.0):
+    """Run the validation (50) with the printed estimates, from rest at zero.
+
+    Parameters
+    ----------
+    case : int
+        Whose estimates of Table 2.
+    printed_sign : bool
+        ``-D_hat`` as printed.
+    duration : float
+        Simulated time [s].
+
+    Returns
+    -------
+    time : ndarray, shape (samples,)
+        Time [s].
+    wanted, reached : ndarray, shape (2, samples)
+        Positions [rad].
+
+    """
+    loop = feedback_linearization(paper.paper_arm(), paper.THETA_HAT[case], paper.KP, paper.KD,
+                                  printed_sign=printed_sign)
+    run = compile_diagram(loop).run(duration, step=paper.STEP, every=10, log=["q"], inputs={
+        "q_d": paper.tracking_reference, "dq_d": paper.tracking_velocity,
+        "ddq_d": paper.tracking_acceleration})
+    return run.time, paper.tracking_reference(run.time), signal(run, "q")
+
+
+def tracking_mse(case, printed_sign=False):
+    """Mean squared tracking error of both joints over 100 s, Table 3 [rad^2]."""
+    _, wanted, reached = tracking(case, printed_sign)
+    return np.mean((wanted - reached) ** 2, axis=1)
+
+
+def signed_mean_error(case):
+    """The mean of eps that Table 3 prints, with the estimates of Table 2 frozen [rad/s^2]."""
+    loop = clie_loop(decoupled_joints(*paper.THETA.reshape(3, 2)), paper.KP, paper.KD, FROZEN)
+    run = compile_diagram(loop).run(
+        100.0, step=1e-3, every=1000, log=["dq", "dq_model"],
+        inputs={"q_d": paper.SET_POINT, "pe": paper_excitation},
+        initial_state={"update": paper.THETA_HAT[case]})
+    de = signal(run, "dq") - signal(run, "dq_model")
+    return (de[:, -1] - de[:, 0]) / run.time[-1]
+
+
+@lru_cache
+def _program(case, velocity):
+    return compile_diagram(Experiment(case=case, velocity=velocity).diagram())
