@@ -68,3 +68,43 @@ def channels_of(graph, nodes, column):
             meet(far, net, "left" if end > start else "right", bend(net, c))
         meet(end, net, "right", wire.target)
     return channels
+
+
+def take_drops(arrangement):
+    """Let a wire that passes next to a sum drop straight onto it; returns the drops.
+
+    Parameters
+    ----------
+    arrangement : Arrangement
+        In its final order; the pins of the drops leave its channels.
+
+    Returns
+    -------
+    dict
+        Port and key of the sum, by the key of the bend from which the wire drops.
+
+    """
+    found = {}
+    for c, keys in enumerate(arrangement.columns):
+        for upper, lower in zip(keys, keys[1:]):
+            for key, bend, side in ((upper, lower, -1), (lower, upper, 0)):
+                node = arrangement.nodes[key]
+                if node.main is None or not arrangement.nodes[bend].is_bend:
+                    continue
+                port = node.left[side]
+                facing = node.offset("L", port) * (1 if side else -1) > 0
+                name = _joined(arrangement.channels[c], (key, port), (bend, "~"))
+                if facing and name is not None and bend not in found:
+                    _leave(arrangement.channels[c], name, (key, port))
+                    found[bend] = port, key
+    return found
+
+
+def _joined(nets, *pins):
+    return next((name for name, net in nets.items() if all(p in net.right for p in pins)), None)
+
+
+def _leave(nets, name, pin):
+    nets[name].right.remove(pin)
+    if len(nets[name].left) + len(nets[name].right) == 1:
+        del nets[name]

@@ -6,7 +6,7 @@ Everything that `paint` draws is here, so that tests can read geometry instead o
 from dataclasses import dataclass, field, replace
 
 from clie_blocks.diagrams.drawing import layers, shapes
-from clie_blocks.diagrams.drawing.channels import channels_of
+from clie_blocks.diagrams.drawing.channels import channels_of, take_drops
 from clie_blocks.diagrams.drawing.graph import Block, read_graph
 from clie_blocks.diagrams.drawing.heights import heights
 from clie_blocks.diagrams.drawing.order import Arrangement, arrange
@@ -118,8 +118,9 @@ def _plan(graph, outside=False):
     channels = channels_of(graph, nodes, column)
     arrangement = Arrangement(nodes, column, channels)
     y = _best_heights(arrangement)
+    drops = take_drops(arrangement)
     lanes = lanes_of(arrangement, y)
-    return _Plan(graph, arrangement, y, lanes).finish()
+    return _Plan(graph, arrangement, y, lanes, drops).finish()
 
 
 def _best_heights(arrangement):
@@ -138,7 +139,8 @@ def _best_heights(arrangement):
 class _Plan:
     """Turns columns, heights and lanes into points."""
 
-    def __init__(self, graph, arrangement, y, lanes):
+    def __init__(self, graph, arrangement, y, lanes, drops):
+        self.drops = drops
         self.graph, self.nodes, self.channels = graph, arrangement.nodes, arrangement.channels
         self.column, self.columns, self.lanes = arrangement.column, arrangement.columns, lanes
         top = min((y[key] - node.above for key, node in self.nodes.items()), default=0) - 1
@@ -203,14 +205,27 @@ class _Plan:
                 self._cross(c, source, nets[source], pieces, arrows)
         for key, node in self.nodes.items():
             if node.is_bend and key.startswith(f"{source[0]}|{source[1]}|"):
-                c, y = self.column[key], self.grid[key] * GRID
-                if self.breadth[c]:
-                    pieces.append(((self.left[c], y), (self.left[c] + self.breadth[c], y)))
+                self._pass(key, source, pieces, arrows)
         wires = [wire for wire in self.graph.wires if wire.source == source]
         run = Run(source, tuple(wire.target for wire in wires), wires[0].width,
                   tuple(pieces), tuple(arrows))
         self.result.runs.append(run)
         self._width_label(run)
+
+    def _pass(self, key, source, pieces, arrows):
+        """Piece of a long wire past its column, and what drops from it onto a sum."""
+        c, y = self.column[key], self.grid[key] * GRID
+        stops = [self.left[c], self.left[c] + self.breadth[c]]
+        if key in self.drops:
+            port, target = self.drops[key]
+            x, _ = self._middle(target)
+            reach = self._tail("L", (target, port), y)[-1]
+            pieces.append(((x, y), reach))
+            arrows.append((*reach, 0, 1 if y < reach[1] else -1))
+            stops.insert(1, x)
+            if not any((key, "~") in net.right for net in self.channels[c].values()):
+                stops.pop(0)
+        pieces.extend(((a, y), (b, y)) for a, b in zip(stops, stops[1:]) if a < b)
 
     def _cross(self, c, source, net, pieces, arrows):
         """Pieces of a net in one channel: a stub for each pin and the upright that joins them."""
@@ -334,7 +349,7 @@ def _inside_labels(node, box, label):
         for port in ports:
             text = shapes.port_text(block, side, names.index(port))
             if text:
-                half = measure(text, shapes.PORT)[0] / 2 + 5
+                half = measure(text, shapes.PORT)[0] / 2 + shapes.inset(block)
                 at = box.x + half if side == "L" else box.x + box.width - half
                 found.append(label(text, (at, y + node.offset(side, port) * GRID), shapes.PORT))
     return found

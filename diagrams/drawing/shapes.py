@@ -123,6 +123,11 @@ def inside_name(block):
     return wrapped(block.name) if block.icon is None else ""
 
 
+def inset(block):
+    """Distance of the port names from the outline; a diagram has a second outline."""
+    return 8.0 if block.kind == "diagram" else 5.0
+
+
 def below_name(block):
     """Name below a block whose inside shows an icon."""
     shown = block.icon is not None and block.kind != "sum"
@@ -163,7 +168,7 @@ def _box(node):
     half = max(PITCH * rows // 2 + 1, ceil((high / 2 + 6) / GRID))
     if block.kind == "diagram":
         half += 1
-    width = max(60.0, wide + 2 * max(sides) + 28.0)
+    width = max(60.0, wide + 2 * max(sides) + 18.0 + 2 * inset(block))
     node.body = (width, 2 * half * GRID)
     label = measure(out_label(block), PORT)[0]
     node.width = max(width + 2 * (label + 4 if label else 0), measure(below_name(block), NAME)[0])

@@ -59,6 +59,14 @@ def test_feedback_runs_outside_the_chain(textbook):
     assert max(y for piece in back.pieces for _, y in piece) > low
 
 
+def test_feedback_enters_the_sum_straight_from_below(textbook):
+    plan = layout(textbook)
+    back = next(run for run in plan.runs if run.source == ("plant", "y"))
+    x, _ = plan.boxes["error"].middle
+    assert min(x for piece in back.pieces for x, _ in piece) == x
+    assert [arrow[2:] for arrow in back.arrows if arrow[0] == x] == [(0, -1)]
+
+
 def test_icons_show_what_the_blocks_do(textbook):
     blocks = read_graph(textbook).blocks
     assert (blocks["error"].kind, blocks["error"].signs) == ("sum", ("+", "\u2212"))
