@@ -2,7 +2,7 @@
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
-from clie_blocks.effects.lag import lag_rate, lagged
+from clie_blocks.effects.lag import lag_rate, lag_step, lagged
 
 
 def lagging_torque(z, u, lag):
@@ -33,4 +33,5 @@ ACTUATOR_LAG = Effect(
     wrong="First order and linear: a current loop overshoots and runs into its voltage limit. "
           "Starts at zero torque. Lags below the step need a smaller step.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(lag_step, lagging_torque, inputs=("u",), outputs=("u",)),
 )

@@ -3,14 +3,14 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
 
 
-def base_tilt_torque(q, tilt, weight):
+def base_tilt_torque(q, tilt, weight, gear_ratio=1.0):
     """Gravity torque of a tilted arm, less that of the level arm [N m]."""
     angle = absolute(q)
-    return onto_joints(weight * (np.cos(angle + tilt) - np.cos(angle)))
+    return onto_joints(weight * (np.cos(angle + tilt) - np.cos(angle))) / gear_ratio
 
 
 BASE_TILT = Effect(
@@ -20,10 +20,11 @@ BASE_TILT = Effect(
         Parameter("tilt", "rad", -0.6, 0.6, 0.03, 0.0,
                   "rotation of the base about the joint axes", per_joint=False),
         Parameter("weight", "N m", -1e3, 1e3, 0.5, None,
-                  "moment m c g / r of the link, and of all it carries at its end, motor side"),
+                  "moment m c g of the link, and of all it carries at its end"),
+        GEAR_RATIO,
     ),
-    equation="tau_k = sum over j >= k of weight_j (cos(q_0 + ... + q_j + tilt) - cos(q_0 + ... "
-             "+ q_j))",
+    equation="tau_k = 1/r_k sum over j >= k of weight_j (cos(q_0 + ... + q_j + tilt) - "
+             "cos(q_0 + ... + q_j))",
     reference="M. W. Spong, S. Hutchinson, M. Vidyasagar, Robot Modeling and Control, "
               "chapter 7, with gravity turned",
     signature="An error like gravity, a quarter turn ahead, on all joints with one angle.",

@@ -42,7 +42,7 @@ class Static:
             return _stacked(kernel(params, *read(t, u)))
 
         return ct.nlsys(
-            None, output, name=name, params=_qualified(values, name),
+            None, output, dt=None, name=name, params=_qualified(values, name),
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
 
 
@@ -50,10 +50,13 @@ class Static:
 class Dynamic:
     """Block with a state per joint: ``x' = rate(x, *inputs)``, ``outputs = kernel(x, *inputs)``.
 
+    Built with a period, it is sampled and `rate` gives the state one period later.
+
     Parameters
     ----------
     rate, kernel : callable
-        Both take the state, then the signals, then the parameters by keyword.
+        Both take the state, then the signals, then the parameters by keyword, among them
+        `period` in a sampled block.
     inputs, outputs : tuple of str
         As in `Static`.
     state : str
@@ -70,9 +73,9 @@ class Dynamic:
     state: str = "z"
     size: int = 1
 
-    def __call__(self, values, n, name):
+    def __call__(self, values, n, name, period=0):
         """Return the block for n joints with the given parameter vectors."""
-        rate, kernel = (_numbered(f, values, name) for f in (self.rate, self.kernel))
+        rate, kernel = (_numbered(f, values, name, period) for f in (self.rate, self.kernel))
         shape = (n,) if self.size == 1 else (self.size, n)
         read = _reader(self.inputs, n)
 
@@ -83,7 +86,7 @@ class Dynamic:
             return _stacked(kernel(params, x.reshape(shape), *read(t, u)))
 
         return ct.nlsys(
-            update, output, name=name, params=_qualified(values, name),
+            update, output, dt=period, name=name, params=_qualified(values, name),
             states=signals(self.state, n=self.size * n),
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
 
@@ -92,14 +95,16 @@ def _qualified(values, name):
     return {f"{name}.{key}": value for key, value in values.items()}
 
 
-def _numbered(kernel, values, name):
+def _numbered(kernel, values, name, period=0):
     """Let a kernel take its parameters, those that it names, from the block's `params`."""
     named = signature(kernel).parameters.values()
     every = any(p.kind is p.VAR_KEYWORD for p in named)
+    fixed = {"period": period} if "period" in {p.name for p in named} else {}
     keys = {key: f"{name}.{key}" for key in values if every or key in {p.name for p in named}}
 
     def evaluated(params, *arguments):
-        return kernel(*arguments, **{key: params[qualified] for key, qualified in keys.items()})
+        numbers = {key: params[qualified] for key, qualified in keys.items()}
+        return kernel(*arguments, **numbers, **fixed)
 
     return evaluated
 

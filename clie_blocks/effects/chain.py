@@ -5,6 +5,11 @@ Joint angles are relative to the link before; q[0] = 0 is horizontal and gravity
 
 import numpy as np
 
+from clie_blocks.effects.effect import Parameter
+
+GEAR_RATIO = Parameter("gear_ratio", "1", 0.1, 1e4, 1.0, None,
+                       "motor turns per joint turn; 1 if the other numbers are of the motor side")
+
 
 def absolute(joint):
     """Absolute angle (or rate) of each link: the sum over the joints up to it."""

@@ -1,5 +1,7 @@
 """Law that damps the velocity error where the velocity was expected."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 
@@ -12,6 +14,20 @@ def reference_rate(z, q_d, dq, corner):
 def velocity_error(z, q_d, dq, share, corner):
     """Velocity that the law damps [rad/s]: ``dq - share dq_d``, dq_d by a filtered derivative."""
     return dq - share * corner * (q_d - z)
+
+
+def reference_step(z, q_d, dq, corner, period):
+    """Smoothed set-point one period later [rad], the set-point held meanwhile."""
+    return z + _share_followed(corner, period) * (q_d - z)
+
+
+def sampled_velocity_error(z, q_d, dq, share, corner, period):
+    """Velocity that a sampled law damps [rad/s]: the step of z over the period is its dq_d."""
+    return dq - share * _share_followed(corner, period) / period * (q_d - z)
+
+
+def _share_followed(corner, period):
+    return 1.0 - np.exp(-corner * period)
 
 
 CONTROL_LAW_FORM = Effect(
@@ -39,4 +55,6 @@ CONTROL_LAW_FORM = Effect(
     },
     wrong="The derivative starts from q_d = 0 and has a lag of 1/corner.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(reference_step, sampled_velocity_error, inputs=("q_d", "dq"),
+                    outputs=("dq",)),
 )

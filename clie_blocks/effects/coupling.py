@@ -3,11 +3,11 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
 
 
-def coupling_terms(q, dq, moment, turning):
+def coupling_terms(q, dq, moment, turning, gear_ratio=1.0):
     """Inertia [kg m^2] and Coriolis torque [N m] that couple links, motor side.
 
     From the energy ``sum_k moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2 / 2`` with the absolute
@@ -20,7 +20,9 @@ def coupling_terms(q, dq, moment, turning):
     shared = (1.0 - alone) * (chain.T @ (turning[:, None] * chain))
     inertia = chain.T @ (pair + np.swapaxes(pair, -1, -2)) @ chain + shared
     lever, square = moment * np.sin(q), absolute(dq) ** 2
-    return inertia, onto_joints(lever * (square @ before) - (lever * square) @ before.T)
+    torque = onto_joints(lever * (square @ before) - (lever * square) @ before.T)
+    ratio = gear_ratio * np.ones(n)
+    return inertia / ratio[:, None], torque / ratio
 
 
 COUPLING = Effect(
@@ -28,13 +30,14 @@ COUPLING = Effect(
     build=Static(coupling_terms, inputs=("q", "dq"), outputs=("inertia", "tau")),
     parameters=(
         Parameter("moment", "kg m^2", -10.0, 10.0, 0.05, 0.0,
-                  "m l c / r of a link: its mass, the length of the link before, the distance of "
-                  "its centre of mass, the gear ratio; that of the first joint does nothing"),
+                  "m l c of a link: its mass, the length of the link before, the distance of "
+                  "its centre of mass; that of the first joint does nothing"),
         Parameter("turning", "kg m^2", 0.0, 10.0, 0.0, 0.0,
-                  "inertia of a link and all beyond about its joint, over the gear ratio, as the "
-                  "joints before feel it; that of the first joint does nothing"),
+                  "inertia of a link and all beyond about its joint, as the joints before feel "
+                  "it; that of the first joint does nothing"),
+        GEAR_RATIO,
     ),
-    equation="T = sum over k of moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2/2, "
+    equation="r_k tau_k from T = sum over k of moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2/2, "
              "w_k = dq_0 + ... + dq_k",
     reference="paper, section 5, matrices M and C; M. W. Spong, S. Hutchinson, M. Vidyasagar, "
               "Robot Modeling and Control, chapter 7",
@@ -53,7 +56,7 @@ COUPLING = Effect(
         "simscape": "always there (Multibody)",
     },
     wrong="Exact for a planar arm of two links; of three and more, only neighbours are coupled. "
-          "All joints have the same gear ratio. A moment too large for the plant's inertia makes "
+          "A moment too large for the plant's inertia makes "
           "the sum indefinite.",
     passive=True, symmetry="odd", per_joint=False, side="link",
 )

@@ -11,6 +11,9 @@ feedthrough.  It is right within 0.1 % until ``2 pi f delay = 5`` and within 0.5
 step of a run must be below delay/4.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import control as ct
 import numpy as np
 
@@ -42,11 +45,57 @@ def recalled(z, signal, delay, share):
     return np.where(delay > 0, sum(p * row for p, row in zip(polynomials, z)), signal)
 
 
-def delay_line(delay, period, *, port="u", name="delay_line"):
-    """Exact sampled delay: a shift register, linear between samples.
+@dataclass(frozen=True)
+class DelayLine:
+    """Exact sampled delay: a shift register per signal, linear between samples.
 
-    Inputs: `port`.  Outputs: `port`.  State: the last values, newest first, all joints of one
-    sample together.
+    State: the last values, newest first, all signals and joints of one sample together; they
+    start at zero.
+
+    Parameters
+    ----------
+    ports : tuple of str
+        Signals that are delayed together.
+    delay : callable
+        ``delay(t, **parameters)``, the delay of each joint [s].
+    longest : str
+        Parameter that bounds it; the register has the length that its value needs.
+
+    """
+
+    ports: tuple[str, ...]
+    delay: Callable
+    longest: str
+
+    def __call__(self, values, n, name, period):
+        """Return the discrete-time block for n joints with the given parameter vectors."""
+        width = n * len(self.ports)
+        length = max(1, int(np.ceil(np.max(values[self.longest]) / period - 1e-9)))
+        keys = {key: f"{name}.{key}" for key in values}
+        place = np.arange(length + 1)[:, None]
+
+        def tape(x, u):
+            return np.concatenate((u.reshape(1, width), x.reshape(length, width)))
+
+        def update(t, x, u, params):
+            return tape(x, u)[:-1].reshape(-1)
+
+        def output(t, x, u, params):
+            delay = self.delay(t, **{key: params[qualified] for key, qualified in keys.items()})
+            weight = np.maximum(0.0, 1.0 - np.abs(delay / period - place))
+            return np.sum(np.concatenate([weight] * len(self.ports), axis=1) * tape(x, u), axis=0)
+
+        return ct.nlsys(
+            update, output, dt=period, name=name,
+            params={qualified: values[key] for key, qualified in keys.items()},
+            inputs=signals(*self.ports, n=n), outputs=signals(*self.ports, n=n),
+            states=[f"past_{k + 1}[{column}]" for k in range(length) for column in range(width)])
+
+
+def delay_line(delay, period, *, port="u", name="delay_line"):
+    """Exact sampled delay of one signal.
+
+    Inputs: `port`.  Outputs: `port`.  State: its past.
 
     Parameters
     ----------
@@ -74,24 +123,5 @@ def delay_line(delay, period, *, port="u", name="delay_line"):
     if not period > 0:
         raise DiagramError(f"{name}: the period must be positive, got {period} s")
     delay = vector(delay, f"{name}: delay", unit="s", least=0)
-    n = delay.size
-    length = max(1, int(np.ceil(np.max(delay) / period - 1e-9)))
-
-    def tape(x, u):
-        return np.concatenate((u.reshape(1, n), x.reshape(length, n)))
-
-    def update(t, x, u, params):
-        return tape(x, u)[:-1].reshape(-1)
-
-    def output(t, x, u, params):
-        return np.sum(_taps(params[f"{name}.delay"] / period, length) * tape(x, u), axis=0)
-
-    return ct.nlsys(
-        update, output, dt=period, name=name, params={f"{name}.delay": delay},
-        inputs=signals(port, n=n), outputs=signals(port, n=n),
-        states=[f"past_{k + 1}[{joint}]" for k in range(length) for joint in range(n)])
-
-
-def _taps(samples, length):
-    """Weight of each place of the tape, shape (length + 1, n): a hat about the delay."""
-    return np.maximum(0.0, 1.0 - np.abs(samples - np.arange(length + 1)[:, None]))
+    line = DelayLine((port,), lambda t, delay: delay, longest="delay")
+    return line({"delay": delay}, delay.size, name, period)

@@ -90,6 +90,10 @@ class Effect:
     curve : tuple of (str, float) or None
         Input signal and its largest value, for the drawn characteristic.
 
+    sampled : callable or None
+        ``sampled(values, n, name, period)`` makes its form for a sampled controller; None for one
+        that has a state in continuous time alone, or no state.
+
     """
 
     name: str
@@ -109,6 +113,7 @@ class Effect:
     stiff: bool = False
     side: str = "motor"
     curve: tuple[str, float] | None = None
+    sampled: Callable | None = None
 
     def __repr__(self):
         named = ", ".join(p.name for p in self.parameters)
@@ -192,12 +197,20 @@ class Setting:
         numbers = ", ".join(f"{key}={value}" for key, value in self.values.items())
         return f"{self.effect.name}({numbers})"
 
-    def block(self, n):
-        """Build the block for n joints: a `control.NonlinearIOSystem` named `name`."""
+    def block(self, n, period=0):
+        """Build the block for n joints: a `control.NonlinearIOSystem` named `name`.
+
+        With a period [s] it is the form for a sampled controller.
+        """
         if self.joints is not None and not all(k < n for k in self.joints):
             raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
                                f"has {n}; joints count from 0")
+        if period and self.effect.sampled:
+            return self.effect.sampled(self.vectors(n), n, self.name, period)
         block = self.effect.build(self.vectors(n), n, self.name)
+        if period and block.nstates:
+            raise DiagramError(f"{self.name}: its state moves in continuous time, but the diagram "
+                               f"is sampled every {period:g} s; insert it into the plant")
         if self.effect.curve is not None:
             block.icon = ("curve", Curve(self))
         return block

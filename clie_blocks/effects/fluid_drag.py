@@ -3,14 +3,14 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
 
 
-def fluid_drag_torque(dq, drag):
-    """Drag torque of joint k [N m]: sum_(j >= k) drag_j w_j |w_j| with absolute link rates w."""
+def fluid_drag_torque(dq, drag, gear_ratio=1.0):
+    """Drag torque of joint k [N m]: sum_(j >= k) drag_j w_j |w_j| / r_k, absolute rates w."""
     rate = absolute(dq)
-    return onto_joints(drag * rate * np.abs(rate))
+    return onto_joints(drag * rate * np.abs(rate)) / gear_ratio
 
 
 FLUID_DRAG = Effect(
@@ -18,9 +18,10 @@ FLUID_DRAG = Effect(
     build=Static(fluid_drag_torque, inputs=("dq",)),
     parameters=(
         Parameter("drag", "N m s^2/rad^2", 0.0, 100.0, 0.01, 0.0,
-                  "drag of each link over its squared rate of turn, motor side"),
+                  "drag of each link over its squared rate of turn"),
+        GEAR_RATIO,
     ),
-    equation="tau_k = sum over j >= k of drag_j w_j |w_j|, w_j = dq_0 + ... + dq_j",
+    equation="tau_k = 1/r_k sum over j >= k of drag_j w_j |w_j|, w_j = dq_0 + ... + dq_j",
     reference="T. I. Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, Wiley "
               "2011",
     signature="As quadratic drag, but felt when the joints before turn the link.",

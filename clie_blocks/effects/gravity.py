@@ -3,13 +3,13 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.chain import absolute, onto_joints
+from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
 
 
-def gravity_torque(q, weight):
-    """Gravity torque sum_(j >= k) weight_j cos(q_0 + ... + q_j) of joint k [N m], as in (1)."""
-    return onto_joints(weight * np.cos(absolute(q)))
+def gravity_torque(q, weight, gear_ratio=1.0):
+    """Gravity torque of joint k [N m]: sum_(j >= k) weight_j cos(q_0 + ... + q_j) / r_k, (1)."""
+    return onto_joints(weight * np.cos(absolute(q))) / gear_ratio
 
 
 GRAVITY = Effect(
@@ -17,9 +17,10 @@ GRAVITY = Effect(
     build=Static(gravity_torque, inputs=("q",)),
     parameters=(
         Parameter("weight", "N m", -1e3, 1e3, 0.05, 0.0,
-                  "moment m c g / r of the link, and of all it carries at its end, motor side"),
+                  "moment m c g of the link, and of all it carries at its end"),
+        GEAR_RATIO,
     ),
-    equation="tau_k = sum over j >= k of weight_j cos(q_0 + ... + q_j)",
+    equation="tau_k = 1/r_k sum over j >= k of weight_j cos(q_0 + ... + q_j)",
     reference="paper, eqs. (1)-(7); M. W. Spong, S. Hutchinson, M. Vidyasagar, Robot Modeling "
               "and Control, chapter 7",
     signature="A torque that depends on the pose alone, equal in both directions of motion; at "
@@ -37,7 +38,6 @@ GRAVITY = Effect(
         "gazebo": "<gravity> with <inertial>",
         "simscape": "Mechanism Configuration, gravity",
     },
-    wrong="All links move in one vertical plane and all joints have the same gear ratio; the "
-          "links' inertia belongs to the plant.",
+    wrong="All links move in one vertical plane; the links' inertia belongs to the plant.",
     passive=True, symmetry="even", per_joint=False, side="link", curve=("q", 3.2),
 )

@@ -7,10 +7,15 @@ from clie_blocks.effects.effect import Effect, Parameter
 
 
 def error_rate(z, q_d, q, u, ki, clamp):
-    """Rate of the integral of the error z [rad]; it stops where ``ki z`` leaves the clamp."""
+    """Rate of the integral z of the error [rad]; it stops where ``ki z`` leaves the clamp."""
     error = q_d - q
     stuck = (ki * np.abs(z) >= clamp) & (z * error > 0)
     return np.where((ki > 0) & ~stuck, error, 0.0)
+
+
+def error_sum(z, q_d, q, u, ki, clamp, period):
+    """Integral of the error one period later [rad s]: a sum, as drives take it."""
+    return z + period * error_rate(z, q_d, q, u, ki, clamp)
 
 
 def integral_torque(z, q_d, q, u, ki, clamp):
@@ -42,4 +47,5 @@ HIDDEN_INTEGRAL = Effect(
     },
     wrong="Conditional integration at the clamp; other drives wind back in other ways.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(error_sum, integral_torque, inputs=("q_d", "q", "u"), outputs=("u",)),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.delay import ORDER, delayed, memory_rate
+from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
 
 
@@ -44,6 +44,7 @@ IN_LOOP_DELAY = Effect(
         "gazebo": "none",
         "simscape": "Transport Delay",
     },
-    wrong="As time_delay; at rest before the start.",
+    wrong="As time_delay; at rest before the start, but at zero in a sampled controller.",
     symmetry="odd", stiff=True,
+    sampled=DelayLine(("q", "dq"), lambda t, delay: delay, longest="delay"),
 )

@@ -3,6 +3,7 @@
 Order along the signals, whatever the order of the list::
 
     controller: q_d, q, dq -> [effects] -> law -> [effects] -> u
+    alone:      q, dq -> sensor -> controller, as above -> drive -> u
     plant:      u -> drive -> (+) -> transmission -> (+) -> joints -> sensor -> q, dq
                               (-) motor's loads      (-) link's loads, body
     loop:       q, dq, u -> log -> the outputs
@@ -12,6 +13,9 @@ opposes, ``tau`` [N m] on the motor side, and the sum subtracts it.  A transmiss
 motor a motion of its own (an output ``q_motor``) leaves the plant to the link; drive and loads of
 side ``'motor'`` then see the motor, loads of side ``'link'`` the link.  What the sensors see,
 `measured` says.
+
+A controller that stands alone, such as the sampled half of a hybrid loop, takes the effects of its
+wires as well; in a sampled one delays are exact shift registers and lags hold over each sample.
 """
 
 from clie_blocks.effects.bus import Bus
@@ -21,16 +25,18 @@ from clie_blocks.signals import DiagramError, ports
 
 _LOAD_PORTS = ("load", "environment", "body")
 _PLANT_PORTS = ("drive", "transmission", "sensor", *_LOAD_PORTS)
+_LAW_PORTS = ("sensor", "controller", "drive")
 _SIDES = ("link", "motor")
 
 
 def with_effects(system, effects, *, plant="plant", measured="link"):
-    """Insert effects into a plant or into a closed loop; its ports stay the same.
+    """Insert effects into a plant, a controller or a closed loop; its ports stay the same.
 
     Parameters
     ----------
     system : control.NonlinearIOSystem
-        A plant with ports ``u -> q, dq``, or a diagram that has such a block.
+        A plant with ports ``u -> q, dq``, a controller with the output u alone, continuous or
+        sampled, or a diagram that has a plant.
     effects : list of Setting
         Effects with their numbers, such as ``[LIBRARY['coulomb'](level=0.3)]``.
     plant : str
@@ -64,6 +70,8 @@ def with_effects(system, effects, *, plant="plant", measured="link"):
                 f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which a plant "
                 "does not have; insert it into a loop, such as joint_loop(plant, kp, kd)")
         return _effective_plant(system, effects, measured)
+    if list(ports(system.output_labels)) == ["u"]:
+        return _lone_controller(system, effects)
     return _effective_loop(system, effects, plant, measured)
 
 
@@ -112,10 +120,18 @@ def _seen_from(side):
     return {"q": f"q_{side}", "dq": f"dq_{side}"}
 
 
+def _lone_controller(law, settings):
+    misplaced = [s for s in settings if s.effect.port not in _LAW_PORTS]
+    if misplaced:
+        raise DiagramError(f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which "
+                           "a controller does not have; insert it into the plant")
+    return _effective_controller(law, [s for port in _LAW_PORTS for s in _at(settings, port)])
+
+
 def _effective_controller(law, settings):
     n = law.noutputs
     bus = Bus(external=list(ports(law.input_labels)), n=n)
-    blocks = [setting.block(n) for setting in settings]
+    blocks = [setting.block(n, period=law.dt) for setting in settings]
     for block in (b for b in blocks if "u" not in ports(b.output_labels)):
         bus.insert(block)
     bus.insert(law, replaces=True)

@@ -8,6 +8,12 @@ def lag_rate(z, signal, lag):
     return np.where(lag > 0, (signal - z) / np.where(lag > 0, lag, 1.0), 0.0)
 
 
+def lag_step(z, signal, lag, period):
+    """Lagged signal one period later, the signal held meanwhile: exact."""
+    share = 1.0 - np.exp(-period / np.where(lag > 0, lag, 1.0))
+    return np.where(lag > 0, z + share * (signal - z), 0.0)
+
+
 def lagged(z, signal, lag):
     """Lagged signal; without a lag the signal itself, bit for bit."""
     return np.where(lag > 0, z, signal)

@@ -11,6 +11,11 @@ def heating_rate(z, u, heating, time_constant):
     return (heating * u**2 - z) / time_constant
 
 
+def heating_step(z, u, heating, time_constant, period):
+    """Temperature rise one period later [K], the torque held meanwhile: exact."""
+    return z + (1.0 - np.exp(-period / time_constant)) * (heating * u**2 - z)
+
+
 def faded_torque(z, u, fade):
     """Torque of a motor that is z warmer [N m]: ``u max(0, 1 - fade z)``."""
     return u * np.maximum(0.0, 1.0 - fade * z)
@@ -43,5 +48,5 @@ MOTOR_HEATING = Effect(
     },
     wrong="One thermal mass, copper loss by torque alone; resistance, which a current loop hides, "
           "is left out.",
-    symmetry="odd",
+    symmetry="odd", sampled=Dynamic(heating_step, faded_torque, inputs=("u",), outputs=("u",)),
 )

@@ -22,6 +22,11 @@ def held_torque(z, t, u, hold, interval):
     return np.where(is_held(t, hold, interval), z, u)
 
 
+def last_torque(z, t, u, hold, interval):
+    """Torque that the drive of a sampled controller holds [N m]: the last one that came."""
+    return np.where(is_held(t, hold, interval), z, u)
+
+
 PACKET_HOLD = Effect(
     name="packet_hold", family="timing", port="drive",
     build=Dynamic(held_rate, held_torque, inputs=("t", "u"), outputs=("u",)),
@@ -44,4 +49,5 @@ PACKET_HOLD = Effect(
     wrong="Regular losses: blocks draw no random numbers. The first hold begins at t = 0 with "
           "zero torque.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(last_torque, held_torque, inputs=("t", "u"), outputs=("u",)),
 )

@@ -18,6 +18,12 @@ def slewed_setpoint(z, q_d, speed):
     return np.where(speed < UNLIMITED, z, q_d)
 
 
+def slewed_step(z, q_d, speed, period):
+    """Set-point that the law of a sampled controller sees [rad], and its next state."""
+    moved = z + np.clip(q_d - z, -speed * period, speed * period)
+    return np.where(speed < UNLIMITED, moved, q_d)
+
+
 SETPOINT_SLEW = Effect(
     name="setpoint_slew", family="drive", port="controller",
     build=Dynamic(slewed_rate, slewed_setpoint, inputs=("q_d",), outputs=("q_d",)),
@@ -45,4 +51,5 @@ SETPOINT_SLEW = Effect(
     wrong="No limit of the acceleration; the limiter starts at q_d = 0 and lags by `follow` below "
           "its limit.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(slewed_step, slewed_step, inputs=("q_d",), outputs=("q_d",)),
 )

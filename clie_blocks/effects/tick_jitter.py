@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.delay import ORDER, memory_rate, recalled
+from clie_blocks.effects.delay import ORDER, DelayLine, memory_rate, recalled
 from clie_blocks.effects.effect import Effect, Parameter
 
 
@@ -14,8 +14,18 @@ def torque_memory_rate(z, t, u, spread):
 
 def beating_torque(z, t, u, spread, beat):
     """Torque commanded ``spread frac(beat t)`` seconds ago [N m]."""
+    return recalled(z, u, spread, saw_tooth(t, beat))
+
+
+def saw_tooth(t, beat):
+    """Share of the beat that has passed, 0 to 1."""
     turns = beat * t
-    return recalled(z, u, spread, turns - np.floor(turns))
+    return turns - np.floor(turns)
+
+
+def beating_delay(t, spread, beat):
+    """Delay of the torque [s]."""
+    return spread * saw_tooth(t, beat)
 
 
 TICK_JITTER = Effect(
@@ -39,4 +49,5 @@ TICK_JITTER = Effect(
     wrong="A regular saw-tooth: blocks draw no random numbers, so random jitter must come as an "
           "input of the diagram. Below that, as time_delay.",
     symmetry="odd", stiff=True,
+    sampled=DelayLine(("u",), beating_delay, longest="spread"),
 )

@@ -1,7 +1,7 @@
 """Torque that acts later than it is commanded."""
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.delay import ORDER, delayed, memory_rate
+from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
 
 
@@ -33,7 +33,8 @@ TIME_DELAY = Effect(
         "simscape": "Transport Delay",
     },
     wrong="In a continuous diagram a Pade approximant [5/6]: right within 0.5 % up to "
-          "2 pi f delay = 6, with steps below delay/4; delay_line is exact in sampled parts. The "
-          "torque before the start is zero.",
+          "2 pi f delay = 6, with steps below delay/4; exact in a sampled controller. The torque "
+          "before the start is zero.",
     symmetry="odd", stiff=True,
+    sampled=DelayLine(("u",), lambda t, delay: delay, longest="delay"),
 )

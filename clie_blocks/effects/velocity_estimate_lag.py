@@ -2,7 +2,7 @@
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
-from clie_blocks.effects.lag import lag_rate, lagged
+from clie_blocks.effects.lag import lag_rate, lag_step, lagged
 
 
 def lagging_velocity(z, dq, lag):
@@ -29,4 +29,5 @@ VELOCITY_ESTIMATE_LAG = Effect(
                 "simscape": "Filtered derivative, time constant"},
     wrong="First order; observers and multi-tap differences have another phase.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(lag_step, lagging_velocity, inputs=("dq",), outputs=("dq",)),
 )

@@ -1,5 +1,7 @@
 """Velocity filter with another corner than the one stated."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 
@@ -7,6 +9,11 @@ from clie_blocks.effects.effect import Effect, Parameter
 def corner_rate(z, dq, error, corner):
     """Rate of the lagged velocity [rad/s^2]: ``corner (1 + error) (dq - z)``."""
     return corner * (1.0 + error) * (dq - z)
+
+
+def corner_step(z, dq, error, corner, period):
+    """Lagged velocity one period later [rad/s], the velocity held meanwhile: exact."""
+    return z + (1.0 - np.exp(-corner * (1.0 + error) * period)) * (dq - z)
 
 
 def mismatched_velocity(z, dq, error):
@@ -39,4 +46,5 @@ VELOCITY_FILTER_MISMATCH = Effect(
                 "simscape": "Filtered derivative, time constant"},
     wrong="One of the two corners of (47); insert it twice for both. Starts at zero velocity.",
     symmetry="odd", stiff=True,
+    sampled=Dynamic(corner_step, mismatched_velocity, inputs=("dq",), outputs=("dq",)),
 )

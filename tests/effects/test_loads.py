@@ -13,14 +13,14 @@ from clie_blocks.effects.spring import spring_torque
 from clie_blocks.joints import inertial_joints
 from clie_blocks.manipulator import GRAVITY, gravity, two_link_arm
 
-R = 50.0
+R = np.array([50.0, 80.0])
 LENGTH, COM = np.array([0.6, 0.5]), np.array([0.4, 0.3])
 MASS, J_LINK = np.array([1.5, 0.8]), np.array([0.02, 0.01])
 J_MOTOR, B_MOTOR = np.array([4e-4, 3e-4]), np.array([1e-3, 2e-3])
 
 
 def arm(mass=MASS, com=COM, j_link=J_LINK, g=GRAVITY):
-    return two_link_arm(mass, LENGTH, [R, R], J_MOTOR, B_MOTOR, com=com, j_link=j_link, g=g)
+    return two_link_arm(mass, LENGTH, R, J_MOTOR, B_MOTOR, com=com, j_link=j_link, g=g)
 
 
 def assert_same_plant(first, second, tolerance=1e-11):
@@ -32,13 +32,13 @@ def assert_same_plant(first, second, tolerance=1e-11):
 
 
 def weight():
-    return np.array([MASS[0] * COM[0] + MASS[1] * LENGTH[0], MASS[1] * COM[1]]) * GRAVITY / R
+    return np.array([MASS[0] * COM[0] + MASS[1] * LENGTH[0], MASS[1] * COM[1]]) * GRAVITY
 
 
 def test_gravity_is_that_of_the_arm():
-    assert_same_plant(with_effects(arm(g=0.0), [LIBRARY["gravity"](weight=weight())]), arm())
+    assert_same_plant(with_effects(arm(g=0.0), [LIBRARY["gravity"](weight=weight(), gear_ratio=R)]), arm())
     q = np.array([0.3, -0.7])
-    np.testing.assert_allclose(gravity_torque(q, weight()), gravity(q, MASS, LENGTH, COM) / R)
+    np.testing.assert_allclose(gravity_torque(q, weight(), R), gravity(q, MASS, LENGTH, COM) / R)
 
 
 def test_payload_is_a_heavier_tip():
@@ -46,7 +46,7 @@ def test_payload_is_a_heavier_tip():
     at_tip = np.array([COM[0], LENGTH[1]])
     light = arm(com=at_tip, j_link=[0.02, 0.0])
     heavy = arm(mass=MASS + [0.0, 0.7], com=at_tip, j_link=[0.02, 0.0])
-    payload = LIBRARY["payload"](mass=0.7, length=LENGTH, gear_ratio=[R, R])
+    payload = LIBRARY["payload"](mass=0.7, length=LENGTH, gear_ratio=R)
     assert_same_plant(with_effects(light, [payload]), heavy)
 
 
@@ -55,9 +55,9 @@ def test_decoupled_joints_with_coupling_and_gravity_are_the_arm():
     about_2 = MASS[1] * COM[1] ** 2 + J_LINK[1]
     joints = inertial_joints(R * J_MOTOR + np.array([about_1 + about_2, about_2]) / R,
                              R * B_MOTOR, [0.0, 0.0])
-    moment = MASS[1] * LENGTH[0] * COM[1] / R
-    effects = [LIBRARY["coupling"](moment=[0.0, moment], turning=[0.0, about_2 / R]),
-               LIBRARY["gravity"](weight=weight())]
+    moment = MASS[1] * LENGTH[0] * COM[1]
+    effects = [LIBRARY["coupling"](moment=[0.0, moment], turning=[0.0, about_2], gear_ratio=R),
+               LIBRARY["gravity"](weight=weight(), gear_ratio=R)]
     assert_same_plant(with_effects(joints, effects), arm())
 
 

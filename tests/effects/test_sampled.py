@@ -1,0 +1,125 @@
+"""Effects in a sampled controller: exact registers, the same law as in continuous time."""
+
+import numpy as np
+import pytest
+from effect_runs import block_response
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.controllers import pd_controller
+from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.filters import difference_filter
+from clie_blocks.signals import DiagramError, interconnect, ports
+
+PERIOD = 1e-3
+SAMPLED = [name for name in LIBRARY if LIBRARY[name].sampled]
+
+
+def controller(n=2):
+    """Sampled PD law on a differenced position: ports q_d, q, pe -> u."""
+    return interconnect(
+        [pd_controller([10.0] * n, [5.0] * n, name="pd"), difference_filter(n, PERIOD)],
+        [("pd.dq", "velocity_filter.dq")], name="controller",
+        inputs={"q_d": "pd.q_d", "q": ["pd.q", "velocity_filter.q"], "pe": "pd.pe"},
+        outputs={"u": "pd.u"})
+
+
+def along(block, rows):
+    """Outputs of a discrete block along rows of inputs, as python-control computes them."""
+    x, found = np.zeros(block.nstates), []
+    for k, u in enumerate(rows):
+        found.append(block.output(k * PERIOD, x, u))
+        x = block.dynamics(k * PERIOD, x, u)
+    return np.array(found)
+
+
+def rows_for(block, count=120):
+    return np.random.default_rng(4).normal(size=(count, block.ninputs))
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_neutral_passes_bit_for_bit(name):
+    block = LIBRARY[name].neutral().block(2, PERIOD)
+    rows = rows_for(block)
+    inputs, outputs = ports(block.input_labels), ports(block.output_labels)
+    found = along(block, rows)
+    for signal, columns in outputs.items():
+        np.testing.assert_array_equal(found[:, columns], rows[:, inputs[signal]])
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_compiled_is_interpreted(name):
+    block = LIBRARY[name].typical().block(2, PERIOD)
+    rows = rows_for(block)
+    given = {signal: rows[:, columns] for signal, columns in ports(block.input_labels).items()}
+    run = compile_diagram(block).run(len(rows) * PERIOD, inputs=given)
+    np.testing.assert_allclose(np.asarray(run.outputs).T[:len(rows)], along(block, rows),
+                               rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in SAMPLED if name != "packet_hold"])
+def test_a_slow_signal_passes_as_in_continuous_time(name):
+    setting = LIBRARY[name].typical()
+    block = setting.block(1, PERIOD)
+    waves = {base: lambda t: 0.3 * np.sin(2.0 * t) for base in ports(block.input_labels)}
+    if name == "in_loop_delay":
+        waves["dq"] = lambda t: 0.6 * np.cos(2.0 * t)
+    t = PERIOD * np.arange(1000)
+    found = along(block, np.stack([wave(t) for wave in waves.values()], axis=1))
+    _, y = block_response(setting, waves, 1.0, PERIOD)
+    late = slice(100, 1000)
+    np.testing.assert_allclose(found[late].T, y[:, late], atol=6e-3 * np.max(np.abs(y)))
+
+
+def test_a_delay_of_whole_samples_is_exact_in_the_controller():
+    plain, delayed = controller(), with_effects(controller(), [LIBRARY["time_delay"](delay=0.003)])
+    assert delayed.input_labels == plain.input_labels and delayed.dt == PERIOD
+    rows = rows_for(plain)
+    np.testing.assert_array_equal(along(delayed, rows)[3:], along(plain, rows)[:-3])
+
+
+def test_a_late_measurement_is_exact_in_the_controller():
+    block = LIBRARY["in_loop_delay"](delay=0.002).block(1, PERIOD)
+    rows = rows_for(block)
+    np.testing.assert_array_equal(along(block, rows)[2:], rows[:-2])
+
+
+def test_lost_packets_hold_the_last_command_bit_for_bit():
+    block = LIBRARY["packet_hold"](hold=0.005, interval=0.02).block(1, PERIOD)
+    rows = rows_for(block)
+    held = along(block, rows)
+    for start in (20, 60):
+        np.testing.assert_array_equal(held[start:start + 5], np.tile(rows[start - 1], (5, 1)))
+        np.testing.assert_array_equal(held[start + 5:start + 20], rows[start + 5:start + 20])
+
+
+def test_a_rate_limiter_never_moves_faster():
+    block = LIBRARY["setpoint_slew"](speed=0.5).block(1, PERIOD)
+    moved = along(block, rows_for(block))
+    assert np.max(np.abs(np.diff(moved[:, 0]))) <= 0.5 * PERIOD * (1 + 1e-12)
+
+
+def test_effects_keep_their_order_at_a_controller():
+    effects = [LIBRARY["torque_quantization"](resolution=0.1), LIBRARY["time_delay"](delay=0.002),
+               LIBRARY["encoder_quantization"](resolution=1e-3)]
+    law = with_effects(controller(), effects)
+    u = along(law, rows_for(law))
+    np.testing.assert_allclose(u / 0.1, np.rint(u / 0.1), atol=1e-9)
+    assert np.all(u[:2] == 0) and np.any(u[2] != 0)
+
+
+def test_a_velocity_made_inside_the_controller_cannot_be_replaced():
+    with pytest.raises(DiagramError, match="no signal 'dq' here"):
+        with_effects(controller(), [LIBRARY["gain_error"](kp_error=0.1)])
+
+
+@pytest.mark.parametrize(("effect", "text"), [
+    ("coulomb", "enters at the load, which a controller does not have"),
+    ("backlash", "enters at the transmission, which a controller does not have")])
+def test_a_controller_refuses_effects_of_the_plant(effect, text):
+    with pytest.raises(DiagramError, match=text):
+        with_effects(controller(), [LIBRARY[effect].typical()])
+
+
+def test_a_continuous_state_is_refused_in_a_sampled_diagram():
+    with pytest.raises(DiagramError, match="presliding: its state moves in continuous time"):
+        LIBRARY["presliding"](level=0.1).block(1, PERIOD)
