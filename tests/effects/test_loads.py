@@ -36,7 +36,8 @@ def weight():
 
 
 def test_gravity_is_that_of_the_arm():
-    assert_same_plant(with_effects(arm(g=0.0), [LIBRARY["gravity"](weight=weight(), gear_ratio=R)]), arm())
+    heavy = LIBRARY["gravity"](weight=weight(), gear_ratio=R)
+    assert_same_plant(with_effects(arm(g=0.0), [heavy]), arm())
     q = np.array([0.3, -0.7])
     np.testing.assert_allclose(gravity_torque(q, weight(), R), gravity(q, MASS, LENGTH, COM) / R)
 
