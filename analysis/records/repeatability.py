@@ -13,6 +13,7 @@ from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import RecordError
 
 MAD_TO_STD = 1.4826
+OUTLIER = 4  # standard deviations; steps and impacts are no noise
 LEAST_PERIODS = 3
 
 
@@ -76,7 +77,7 @@ def roughness(record):
     Returns
     -------
     std, whiteness : ndarray, shape (n,)
-        Standard deviation by the median of ``|q[k-1] - 2 q[k] + q[k+1]| / sqrt(6)``; and the
+        Root mean square of ``(q[k-1] - 2 q[k] + q[k+1]) / sqrt(6)`` without outliers; and the
         ratio to the same over twice the distance, which a low-pass filter makes small.
 
     """
@@ -131,9 +132,10 @@ def _second_difference(record, width):
     if not bends:
         raise RecordError(f"{record.source or 'the record'} has no five samples in a row; the "
                           "noise of its position cannot be estimated")
-    bends = np.vstack(bends)
-    size = MAD_TO_STD * np.median(np.abs(bends), axis=0)
-    return np.where(size > 0, size, bends.std(axis=0)) / np.sqrt(6)
+    bends = np.abs(np.vstack(bends))
+    usual = MAD_TO_STD * np.median(bends, axis=0)
+    kept = (bends <= OUTLIER * usual) | (usual == 0)  # the median alone is coarse on a lattice
+    return np.sqrt(np.sum(bends**2, axis=0, where=kept) / kept.sum(axis=0) / 6)
 
 
 def _same_drive(one, other):

@@ -71,17 +71,20 @@ def least_squares(columns, target, instruments=None, blocks=BLOCKS):
     inverse = np.linalg.inv(z.T @ scaled)
     value = inverse @ (z.T @ target)
     residual = target - scaled @ value
-    return Fit(value / size, inverse @ _middle(z * residual[:, None], blocks) @ inverse.T
-               / np.outer(size, size), residual, blocks - 1)
+    middle, freedom = block_covariance(z * residual[:, None], blocks)
+    covariance = inverse @ middle @ inverse.T / np.outer(size, size)
+    return Fit(value / size, covariance, residual, freedom)
 
 
 def quantile95(freedom):
-    """Two-sided 95 % quantile of Student's t, by the first term of its expansion."""
-    return Z95 + (Z95**3 + Z95) / (4 * max(freedom, 1))
+    """Two-sided 95 % quantile of Student's t, by the first terms of its expansion."""
+    first = (Z95**3 + Z95) / 4
+    second = (5 * Z95**5 + 16 * Z95**3 + 3 * Z95) / 96
+    return Z95 + first / freedom + second / freedom**2
 
 
-def _middle(scores, blocks):
-    """Sum over blocks of the outer products of their scores."""
+def block_covariance(scores, blocks=BLOCKS):
+    """Covariance of the sum of coloured scores, from their sums over blocks, and its freedom."""
     edges = np.linspace(0, len(scores), blocks + 1).astype(int)[:-1]
     sums = np.add.reduceat(scores, edges, axis=0)
-    return sums.T @ sums * blocks / (blocks - 1)
+    return sums.T @ sums * blocks / (blocks - 1), blocks - 1

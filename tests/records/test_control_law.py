@@ -3,11 +3,12 @@
 import control as ct
 import numpy as np
 import pytest
-from clie_blocks.analysis.records.control_law import replay, variants, velocity
-from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller
 from scipy import signal
 
+from clie_blocks.analysis.records.control_law import replay, variants, velocity
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
 
 STEP = 1e-3
@@ -107,3 +108,31 @@ def test_what_cannot_be_replayed_says_why():
         replay(record, Controller())
     with pytest.raises(ClieError, match="did you mean 'tustin'"):
         replay(record, PD, "tustim")
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_practice_trials_reproduce_the_command_to_half_a_step(shared, number):
+    records = read_records(shared / f"blind/practice/trial-{number:03d}")
+    for record in records:
+        found = replay(record, record.robot.controller)
+        step = record.robot.controller.command_resolution
+        if number == 11:  # its velocity filter is not the stated one
+            assert np.all(found.lsb > 10)
+        else:
+            assert found.variant == "tustin"
+            assert np.all(np.abs(found.residual) <= 0.5001 * step)
+
+
+def test_the_emps_law_is_reproduced_within_ten_millivolts(shared):
+    for record in read_records(shared / "data/emps"):
+        found = replay(record, record.robot.controller)
+        assert found.variant == "two_tap"
+        assert found.rms[0] < 0.010
+
+
+def test_the_servo_law_is_reproduced_on_all_sixteen_runs(shared):
+    rms = [replay(record, record.robot.controller).rms[0]
+           for record in read_records(shared / "data/bam_xl330")]
+    assert len(rms) == 16
+    assert max(rms) < 0.0241
+    assert min(rms) < 0.0008

@@ -11,7 +11,7 @@ SHORT_RUN = 5
 LEAST_STEPS = 3  # a signal that moves by less is dead
 SELDOM = 0.3  # share of equal neighbours up to which standing still is no habit of the signal
 STUCK_STEPS = 30  # of travel by the velocity while the position stands
-STUCK_SHARE = 0.5  # of the position's rms, likewise
+STUCK_SPEED = 0.5  # of the rms velocity, likewise; sensors at rest show less
 COARSE = 0.1  # share of the rms velocity that one step of the position per sample may make
 
 
@@ -112,7 +112,8 @@ def _contradicted(record, k, flat, step):
         return False
     dq = np.nan_to_num(record.dq[flat[0]:flat[1], k])
     travel = abs(np.sum(dq)) * record.sample_time
-    return travel > max(STUCK_STEPS * step, STUCK_SHARE * np.nanstd(record.q[:, k]))
+    usual = np.sqrt(np.nanmean(record.dq[:, k] ** 2))
+    return travel > STUCK_STEPS * step and abs(dq.mean()) > STUCK_SPEED * usual
 
 
 def _quantised(record, k, step):

@@ -34,14 +34,31 @@ SMALL = 1e-4  # damping over rate from which the plain formula of the held plant
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Loop:
-    """Loop of one joint: sensitivity ``position per torque``, in powers of ``z^-1``."""
+    """Loop of one joint, in powers of ``z^-1``.
+
+    Parameters
+    ----------
+    top, bottom : ndarray
+        Sensitivity, position per torque.
+    open_bottom : ndarray
+        Denominator of plant and velocity filter; over `bottom` it is what noise of the sensor
+        becomes in the measured position.
+
+    """
 
     top: np.ndarray
     bottom: np.ndarray
+    open_bottom: np.ndarray
 
     def respond(self, torque):
         """Position of the loop at rest under a held torque."""
         return lfilter(self.top, self.bottom, torque, axis=0)
+
+    def noise_gain(self, samples=20_000):
+        """Ratio of the measured position's noise to that of the sensor, both rms, white sensor."""
+        impulse = np.zeros(samples)
+        impulse[0] = 1.0
+        return float(np.linalg.norm(lfilter(self.open_bottom, self.bottom, impulse)))
 
 
 def sensitivity(inertia, viscous, controller, k, step):
@@ -68,9 +85,9 @@ def sensitivity(inertia, viscous, controller, k, step):
     top, below = velocity_polynomials(controller, stated_variant(controller) or "two_tap", step)
     kp, kd = (gains(controller)[i][k] for i in (0, 1))
     law_top = np.polynomial.polynomial.polyadd(kp * below, kd * top)
-    return Loop(np.convolve(plant, below),
-                np.polynomial.polynomial.polyadd(np.convolve(bottom, below),
-                                                 np.convolve(plant, law_top)))
+    outside = np.convolve(bottom, below)
+    closed = np.polynomial.polynomial.polyadd(outside, np.convolve(plant, law_top))
+    return Loop(np.convolve(plant, below), closed, outside)
 
 
 def held_plant(inertia, viscous, step):

@@ -172,13 +172,17 @@ def _one_joint(runs, loads, k, names, warnings):
 def _leftover(runs, loads, k, joint):
     """Closed-loop error of the fit over the noise of the position: 1 when nothing is missing."""
     best = next((e for e in joint if e.method == REFERENCE), None)
-    noise = np.mean([noise_floor(run.record).std[k] for run in runs])
-    if best is None or not noise > 0:
+    if best is None:
         return np.nan
     speed = top_speed(runs, k)
-    errors = [(run.record.q[:, k] - model_motion(run, load, k, best.names, best.value, speed)[0])
-              [run.inner] for run, load in zip(runs, loads, strict=True)]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)) / noise)
+    errors, noise = [], []
+    for run, load in zip(runs, loads, strict=True):
+        q, _, _, loop = model_motion(run, load, k, best.names, best.value, speed)
+        floor = noise_floor(run.record)
+        errors.append((run.record.q[:, k] - q)[run.inner])
+        noise.append(floor.std[k] * (loop.noise_gain() if floor.repeats == 0 else 1.0))
+    error = np.sqrt(np.mean(np.concatenate(errors) ** 2))
+    return float(error / np.mean(noise)) if np.mean(noise) > 0 else np.nan
 
 
 def _biases(runs, loads, by_joint, scale):
