@@ -191,11 +191,11 @@ class Simulator:
 
     def _move(self, now, memory, p):
         h, q, dq = now.h, now.q, now.dq
-        ddq, limits, _, inverse = self._accelerated(now, memory, p)
-        middle_rate = robot.stopped(dq + h / 2 * ddq, inverse, limits, h / 2)
+        ddq, limits, _, mass = self._accelerated(now, memory, p)
+        middle_rate = robot.stopped(dq + h / 2 * ddq, *mass, limits, h / 2)
         middle = dataclasses.replace(now, q=q + h / 2 * dq, dq=middle_rate, t=now.t + h / 2)
-        ddq, limits, after, inverse = self._accelerated(middle, memory, p)
-        end_rate = robot.stopped(dq + h * ddq, inverse, limits, h)
+        ddq, limits, after, mass = self._accelerated(middle, memory, p)
+        end_rate = robot.stopped(dq + h * ddq, *mass, limits, h)
         return (q + h / 2 * (dq + end_rate), end_rate), after
 
     def _accelerated(self, s, memory, p):
@@ -203,7 +203,7 @@ class Simulator:
         own, cross, bias = robot.link_terms(s, self.pieces, p)
         own = p["inertia"] + own
         ddq = robot.acceleration(s.u - torque - bias, own, cross)
-        return ddq, robot.dry_friction(s, self.pieces, p), after, 1.0 / own
+        return ddq, robot.dry_friction(s, self.pieces, p), after, (own, cross)
 
     def _move_apart(self, now, memory, p):
         h = now.h / SUBSTEPS
@@ -223,7 +223,7 @@ class Simulator:
             ddq_m = (now.u - passed - torque + link_damping * dq_m) / motor
             limits = robot.dry_friction(of_motor, self.pieces, p)
             dq = dq + h * ddq
-            dq_m = robot.stopped(dq_m + h * ddq_m, 1.0 / motor, limits, h)
+            dq_m = robot.stopped(dq_m + h * ddq_m, motor, 0.0 * motor, limits, h)
             q, q_m = q + h * dq, q_m + h * dq_m
         return (q, dq, q_m, dq_m), after
 

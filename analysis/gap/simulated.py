@@ -17,6 +17,7 @@ import numpy as np
 from clie_blocks.analysis.gap.links import coriolis_torque, gravity_torque, mass_entries
 
 SUBSTEPS = 4
+SWEEPS = 4  # for the friction impulses of coupled joints
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,10 +102,27 @@ def dry_friction(s, pieces, p):
     return forward, backward
 
 
-def stopped(dq, inverse_inertia, limits, h):
-    """Velocity after dry friction acted for a time h: it stops a joint, never reverses it."""
+def stopped(dq, own, cross, limits, h):
+    """Velocity after dry friction acted for a time h: it stops a joint, never reverses it.
+
+    The impulses of two coupled joints depend on each other; a few sweeps settle them.
+    """
     forward, backward = limits
-    return dq - np.clip(dq, -h * inverse_inertia * backward, h * inverse_inertia * forward)
+    own, cross = inverse_mass(own, cross)
+    impulse = np.clip(dq / own, -h * backward, h * forward)
+    for _ in range(SWEEPS if len(dq) == 2 else 0):
+        left = dq - cross * impulse[::-1]
+        impulse = np.clip(left / own, -h * backward, h * forward)
+    moved = dq - own * impulse
+    return moved - cross * impulse[::-1] if len(dq) == 2 else moved
+
+
+def inverse_mass(own, cross):
+    """Diagonal and off-diagonal of the inverse of the mass matrix, row by row."""
+    if len(own) != 2:
+        return 1.0 / own, 0.0
+    determinant = own * own[::-1] - cross * cross[::-1]
+    return own[::-1] / determinant, -cross / determinant
 
 
 def link_terms(s, pieces, p):
@@ -135,10 +153,8 @@ def link_terms(s, pieces, p):
 
 def acceleration(torque, own, cross):
     """Solve own_k ddq_k + cross_k ddq_j = torque_k; with two joints j is the other one."""
-    if len(torque) != 2:
-        return torque / own
-    other = torque[::-1]
-    return (own[::-1] * torque - cross * other) / (own * own[::-1] - cross * cross[::-1])
+    own, cross = inverse_mass(own, cross)
+    return own * torque + cross * torque[::-1] if len(torque) == 2 else own * torque
 
 
 def _at(pieces, port):
