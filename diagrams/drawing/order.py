@@ -100,7 +100,7 @@ class Arrangement:
         if a.is_terminal != b.is_terminal:
             return 0.0
         if a.is_terminal:
-            return 0.3
+            return 0.8
         return self.weight.get(upper, 0.1) * self.weight.get(lower, 0.1)
 
     def column_cost(self, c):
@@ -254,7 +254,8 @@ def _leads(nodes, channels):
         for net in nets.values():
             side, start = net.entry
             followers = [pin for pin in net.right if nodes[pin[0]].is_plain]
-            if side == "left" and not nodes[start[0]].is_bend and followers:
+            starts = nodes[start[0]].is_plain or nodes[start[0]].main is not None
+            if side == "left" and starts and followers:
                 found[c].append((start, min(followers, key=lambda pin: rank[pin[0]])))
     return found
 
