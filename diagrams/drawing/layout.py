@@ -9,7 +9,7 @@ from clie_blocks.diagrams.drawing import layers, shapes
 from clie_blocks.diagrams.drawing.channels import channels_of, take_drops
 from clie_blocks.diagrams.drawing.graph import Block, read_graph
 from clie_blocks.diagrams.drawing.heights import heights
-from clie_blocks.diagrams.drawing.order import Arrangement, arrange
+from clie_blocks.diagrams.drawing.order import Arrangement, arrange, swap_ports
 from clie_blocks.diagrams.drawing.routing import lanes_of, pin_heights
 from clie_blocks.diagrams.drawing.shapes import GRID
 from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
@@ -128,10 +128,14 @@ def _best_heights(arrangement):
     least = float("inf")
     for snapshot in arrange(arrangement)[:CANDIDATES]:
         arrangement.restore(snapshot)
-        arrangement.y, bent = heights(arrangement)
-        cost = arrangement.cost() + BENT * bent
-        if cost < least - 1e-9:
-            least, best = cost, (snapshot, dict(arrangement.y))
+        for _ in range(2):
+            arrangement.y, bent = heights(arrangement)
+            cost = arrangement.cost() + BENT * bent
+            if cost < least - 1e-9:
+                least, best = cost, (arrangement.snapshot(), dict(arrangement.y))
+            if cost > least + 1e-9:
+                break
+            swap_ports(arrangement)
     arrangement.restore(best[0])
     return best[1]
 

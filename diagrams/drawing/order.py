@@ -227,6 +227,18 @@ def _swap_in(arrangement, c, items):
     return better
 
 
+def swap_ports(arrangement):
+    """Swap neighbouring ports where that removes crossings at the present heights."""
+    for c, keys in enumerate(arrangement.columns):
+        for node in (arrangement.nodes[key] for key in keys):
+            for ports in (node.left, node.right) if node.sortable and node.main is None else ():
+                for k in range(len(ports) - 1):
+                    before = arrangement.column_cost(c)
+                    ports[k], ports[k + 1] = ports[k + 1], ports[k]
+                    if arrangement.column_cost(c) >= before - 1e-9:
+                        ports[k], ports[k + 1] = ports[k + 1], ports[k]
+
+
 def _swap(arrangement, c, items, k):
     items[k], items[k + 1] = items[k + 1], items[k]
     for key in arrangement.columns[c]:
