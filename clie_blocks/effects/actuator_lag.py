@@ -32,6 +32,6 @@ ACTUATOR_LAG = Effect(
     },
     wrong="First order and linear: a current loop overshoots and runs into its voltage limit. "
           "Starts at zero torque. Lags below the step need a smaller step.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol=r"$\frac{1}{1+Ts}$",
     sampled=Dynamic(lag_step, lagging_torque, inputs=("u",), outputs=("u",)),
 )

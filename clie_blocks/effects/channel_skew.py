@@ -33,5 +33,5 @@ CHANNEL_SKEW = Effect(
     simulators={"mujoco": "sensor delay in the log alone", "isaac": "none", "gazebo": "none",
                 "simscape": "Transport Delay in front of the scope"},
     wrong="As time_delay; the command before the start is zero.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol="$e^{-sT}$",
 )

@@ -90,6 +90,8 @@ class Effect:
     curve : tuple of (str, float) or None
         Input signal and its largest value, for the drawn characteristic.
 
+    symbol : str
+        What its block shows in a picture where there is no such curve, as mathtext.
     sampled : callable or None
         ``sampled(values, n, name, period)`` makes its form for a sampled controller; None for one
         that has a state in continuous time alone, or no state.
@@ -113,6 +115,7 @@ class Effect:
     stiff: bool = False
     side: str = "motor"
     curve: tuple[str, float] | None = None
+    symbol: str = ""
     sampled: Callable | None = None
 
     def __repr__(self):
@@ -205,14 +208,20 @@ class Setting:
         if self.joints is not None and not all(k < n for k in self.joints):
             raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
                                f"has {n}; joints count from 0")
+        block = self._built(n, period)
+        if self.effect.curve is not None:
+            block.icon = ("curve", Curve(self))
+        elif self.effect.symbol:
+            block.icon = ("text", self.effect.symbol)
+        return block
+
+    def _built(self, n, period):
         if period and self.effect.sampled:
             return self.effect.sampled(self.vectors(n), n, self.name, period)
         block = self.effect.build(self.vectors(n), n, self.name)
         if period and block.nstates:
             raise DiagramError(f"{self.name}: its state moves in continuous time, but the diagram "
                                f"is sampled every {period:g} s; insert it into the plant")
-        if self.effect.curve is not None:
-            block.icon = ("curve", Curve(self))
         return block
 
     def vectors(self, n):

@@ -28,5 +28,5 @@ ENCODER_QUANTIZATION = Effect(
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "Quantizer"},
     wrong="Even steps; the velocity of the block stays smooth, so take it from q with a filter "
           "in the diagram to see the spikes.",
-    symmetry="none", stiff=True, curve=("q", 0.01),
+    symmetry="none", stiff=True, curve=("q", 5e-3),
 )

@@ -46,6 +46,6 @@ HIDDEN_INTEGRAL = Effect(
         "simscape": "PID Controller",
     },
     wrong="Conditional integration at the clamp; other drives wind back in other ways.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol=r"$\frac{1}{s}$",
     sampled=Dynamic(error_sum, integral_torque, inputs=("q_d", "q", "u"), outputs=("u",)),
 )

@@ -45,6 +45,6 @@ IN_LOOP_DELAY = Effect(
         "simscape": "Transport Delay",
     },
     wrong="As time_delay; at rest before the start, but at zero in a sampled controller.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol="$e^{-sT}$",
     sampled=DelayLine(("q", "dq"), lambda t, delay: delay, longest="delay"),
 )

@@ -48,6 +48,6 @@ PACKET_HOLD = Effect(
                 "simscape": "Sample and Hold with an enable signal"},
     wrong="Regular losses: blocks draw no random numbers. The first hold begins at t = 0 with "
           "zero torque.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol="hold",
     sampled=Dynamic(last_torque, held_torque, inputs=("t", "u"), outputs=("u",)),
 )

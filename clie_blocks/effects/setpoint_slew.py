@@ -50,6 +50,6 @@ SETPOINT_SLEW = Effect(
     },
     wrong="No limit of the acceleration; the limiter starts at q_d = 0 and lags by `follow` below "
           "its limit.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol=r"$|\dot{q}_d| \leq V$",
     sampled=Dynamic(slewed_step, slewed_step, inputs=("q_d",), outputs=("q_d",)),
 )

@@ -48,6 +48,6 @@ TICK_JITTER = Effect(
                 "simscape": "Variable Transport Delay"},
     wrong="A regular saw-tooth: blocks draw no random numbers, so random jitter must come as an "
           "input of the diagram. Below that, as time_delay.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol="$e^{-sT(t)}$",
     sampled=DelayLine(("u",), beating_delay, longest="spread"),
 )

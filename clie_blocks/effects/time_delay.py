@@ -35,6 +35,6 @@ TIME_DELAY = Effect(
     wrong="In a continuous diagram a Pade approximant [5/6]: right within 0.5 % up to "
           "2 pi f delay = 6, with steps below delay/4; exact in a sampled controller. The torque "
           "before the start is zero.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol="$e^{-sT}$",
     sampled=DelayLine(("u",), lambda t, delay: delay, longest="delay"),
 )

@@ -27,5 +27,5 @@ TORQUE_QUANTIZATION = Effect(
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "Quantizer"},
     wrong="Rounds half upwards, so that it is odd but for the edges of its steps.",
-    symmetry="none", stiff=True, curve=("u", 0.5),
+    symmetry="none", stiff=True, curve=("u", 0.15),
 )

@@ -28,6 +28,6 @@ VELOCITY_ESTIMATE_LAG = Effect(
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "Filtered derivative, time constant"},
     wrong="First order; observers and multi-tap differences have another phase.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol=r"$\frac{1}{1+Ts}$",
     sampled=Dynamic(lag_step, lagging_velocity, inputs=("dq",), outputs=("dq",)),
 )

@@ -45,6 +45,6 @@ VELOCITY_FILTER_MISMATCH = Effect(
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "Filtered derivative, time constant"},
     wrong="One of the two corners of (47); insert it twice for both. Starts at zero velocity.",
-    symmetry="odd", stiff=True,
+    symmetry="odd", stiff=True, symbol=r"$\frac{s+\omega_1}{s+\omega_2}$",
     sampled=Dynamic(corner_step, mismatched_velocity, inputs=("dq",), outputs=("dq",)),
 )

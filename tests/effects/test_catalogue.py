@@ -87,3 +87,10 @@ def test_every_effect_changes_the_gallery():
     for name in ("soft_stop", "step_fault", "torque_speed_limit", "supply_sag", "packet_hold"):
         _, without, with_it = responses(name)
         assert np.max(np.abs(with_it - without)) > 1e-4, name
+
+
+@pytest.mark.parametrize("name", [n for n in LIBRARY if LIBRARY[n].symbol])
+@pytest.mark.parametrize("period", [0, 1e-3])
+def test_a_block_without_a_curve_shows_its_symbol(name, period):
+    assert LIBRARY[name].curve is None
+    assert LIBRARY[name].typical().block(1, period).icon == ("text", LIBRARY[name].symbol)
