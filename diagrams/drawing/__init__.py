@@ -3,5 +3,5 @@
 A picture is made in this order: `graph` reads the diagram, `icons` finds what a block looks like,
 `shapes` sizes it, `layers` gives each block its column and breaks feedback, `channels` lists what
 meets between two columns, `order` sorts each column, `heights` aligns it, `routing` gives each
-wire its lane, `layout` puts these together, and `paint` draws the result.
+wire its lane, `labels` places the texts, `layout` puts these together, and `paint` draws it.
 """

@@ -31,7 +31,7 @@ def columns(graph):
             pulls.append((index[a], index[b], 1, FORWARD))
         elif a != b:
             pulls.append((index[b], index[a], 0, BACK))
-    inputs, outputs = _terminals(graph)
+    inputs, _ = _terminals(graph)
     gaps |= {(index[a], index[b], 1) for a in inputs for b in graph.blocks if b not in inputs}
     found = shortest(len(index), pulls, sorted(gaps))
     column = {key: int(found[k]) for key, k in index.items()}

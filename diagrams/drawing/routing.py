@@ -29,8 +29,8 @@ def lanes_of(arrangement, y):
         blocked = [(c, pin) for c, (_, pin) in enumerate(found) if pin is not None]
         if not blocked:
             break
-        for c, pin in blocked[:1]:
-            _lower(arrangement.columns[c], pin[0], y)
+        c, pin = blocked[0]
+        _lower(arrangement.columns[c], pin[0], y)
     return [lanes for lanes, _ in found]
 
 

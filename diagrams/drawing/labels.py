@@ -1,0 +1,95 @@
+"""Texts of a block, each with its place and the room it takes."""
+
+from dataclasses import dataclass
+
+from clie_blocks.diagrams.drawing import shapes
+from clie_blocks.diagrams.drawing.shapes import GRID
+from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text with its middle and the room it takes."""
+
+    text: str
+    x: float
+    y: float
+    width: float
+    height: float
+    size: float
+    bold: bool = False
+    owner: str = ""
+
+
+def labels_of(node, box):
+    """Texts of one block: its name, its ports and its formula.
+
+    Parameters
+    ----------
+    node : Node
+        Gives the order of the ports.
+    box : Box
+        Gives the place.
+
+    Returns
+    -------
+    list of Label
+        Each with the room it takes.
+
+    """
+    block = box.block
+    x, y = box.middle
+
+    def label(text, at, size, bold=False):
+        width, height = measure(text, size, bold)
+        return Label(text, *at, width, height, size, bold, block.key)
+
+    if block.kind in ("input", "output"):
+        return [label(symbol(block.name), (x, y), shapes.PORT)]
+    if box.is_frame:
+        text = plain(block.name)
+        at = box.x + 8 + measure(text, shapes.NAME, True)[0] / 2, box.y + 1.5 * GRID
+        return [label(text, at, shapes.NAME, True)]
+    found = []
+    if shapes.out_label(block):
+        text = shapes.out_label(block)
+        width, height = measure(text, shapes.PORT)
+        found.append(label(text, (box.x + box.width + 4 + width / 2, y - 3 - height / 2),
+                           shapes.PORT))
+    if shapes.below_name(block):
+        found.append(label(shapes.below_name(block), (x, box.y + box.height + 4 + shapes.NAME / 2),
+                           shapes.NAME))
+    if node.main is not None:
+        found += [label(sign, at, shapes.SIGN) for sign, at in _signs(node, box)]
+    elif block.kind != "gain":
+        found += _inside_labels(node, box, label)
+    if block.kind == "gain":
+        found.append(label(block.icon.content, (box.x + 0.4 * box.width, y), shapes.PORT))
+    return found
+
+
+def _signs(node, box):
+    """Signs of a sum, inside the circle next to where each wire enters."""
+    x, y = box.middle
+    reach = 0.58 * shapes.SUM_RADIUS
+    for port in node.left:
+        sign = box.block.signs[box.block.inputs.index(port)]
+        arm = node.offset("L", port)
+        yield sign, (x - reach, y) if arm == 0 else (x, y + (reach if arm > 0 else -reach))
+
+
+def _inside_labels(node, box, label):
+    block, found = box.block, []
+    x, y = box.middle
+    if block.icon is None:
+        found.append(label(shapes.inside_name(block), (x, y), shapes.NAME, True))
+    elif block.icon.kind != "curve":
+        found.append(label(block.icon.content or "$\\Sigma$", (x, y), shapes.FORMULA))
+    for side, ports, names in (("L", node.left, block.inputs), ("R", node.right, block.outputs)):
+        for port in ports:
+            text = shapes.port_text(block, side, names.index(port))
+            if text:
+                half = measure(text, shapes.PORT)[0] / 2 + shapes.inset(block)
+                at = box.x + half if side == "L" else box.x + box.width - half
+                found.append(label(text, (at, y + node.offset(side, port) * GRID), shapes.PORT))
+    return found
