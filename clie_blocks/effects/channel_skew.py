@@ -1,7 +1,7 @@
 """Recorder that writes command and position of different instants into one row."""
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.delay import ORDER, delayed, memory_rate
+from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
 
 
@@ -33,5 +33,6 @@ CHANNEL_SKEW = Effect(
     simulators={"mujoco": "sensor delay in the log alone", "isaac": "none", "gazebo": "none",
                 "simscape": "Transport Delay in front of the scope"},
     wrong="As time_delay; the command before the start is zero.",
+    sampled=DelayLine(("u",), lambda t, skew: skew, longest="skew"),
     symmetry="odd", stiff=True, symbol="$e^{-sT}$",
 )

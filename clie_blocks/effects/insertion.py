@@ -87,7 +87,7 @@ def _effective_loop(loop, effects, plant_name, measured):
     in_law = [s for s in effects if s.effect.port == "controller"]
     if in_law:
         law = controller_of(loop, plant_name)
-        replaced[law] = _effective_controller(blocks[law], in_law)
+        replaced[law] = _effective_controller(blocks[law], in_law, loop.dt)
     changed = with_blocks(loop, replaced) if replaced else loop
     in_log = [s for s in effects if s.effect.port == "log"]
     return _recorded_loop(changed, in_log) if in_log else changed
@@ -103,15 +103,15 @@ def _effective_plant(plant, settings, measured):
     bus.source.update({signal + end: f"{plant.name}.{signal}" for signal in ("q", "dq")
                        for end in ("", "_plant", "_motor", "_link")})
     for setting in _at(settings, "transmission"):
-        bus.insert_transmission(setting.block(n), plant)
+        bus.insert_transmission(setting.block(n, plant.dt), plant)
     bus.source.update({signal: bus.source[f"{signal}_{measured}"] for signal in ("q", "dq")})
     for setting in _at(settings, "drive"):
-        bus.insert(setting.block(n), reading=_seen_from("motor"))
+        bus.insert(setting.block(n, plant.dt), reading=_seen_from("motor"))
     for setting in _at(settings, "sensor"):
-        bus.insert(setting.block(n))
+        bus.insert(setting.block(n, plant.dt))
     for setting in (s for port in _LOAD_PORTS for s in _at(settings, port)):
         side = setting.effect.side
-        bus.insert(setting.block(n), reading=_seen_from(side), side=side)
+        bus.insert(setting.block(n, plant.dt), reading=_seen_from(side), side=side)
     bus.close_sums(plant)
     return bus.diagram(plant.name, outputs=("q", "dq"))
 
@@ -125,13 +125,14 @@ def _lone_controller(law, settings):
     if misplaced:
         raise DiagramError(f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which "
                            "a controller does not have; insert it into the plant")
-    return _effective_controller(law, [s for port in _LAW_PORTS for s in _at(settings, port)])
+    inserted = [s for port in _LAW_PORTS for s in _at(settings, port)]
+    return _effective_controller(law, inserted, law.dt)
 
 
-def _effective_controller(law, settings):
+def _effective_controller(law, settings, period):
     n = law.noutputs
     bus = Bus(external=list(ports(law.input_labels)), n=n)
-    blocks = [setting.block(n, period=law.dt) for setting in settings]
+    blocks = [setting.block(n, period) for setting in settings]
     for block in (b for b in blocks if "u" not in ports(b.output_labels)):
         bus.insert(block)
     bus.insert(law, replaces=True)
@@ -146,7 +147,7 @@ def _recorded_loop(loop, settings):
     bus = Bus(external=list(ports(loop.input_labels)), n=n)
     bus.insert(loop, replaces=True)
     for setting in settings:
-        bus.insert(setting.block(n))
+        bus.insert(setting.block(n, loop.dt))
     return bus.diagram(loop.name, outputs=shown)
 
 

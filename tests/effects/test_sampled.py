@@ -1,11 +1,13 @@
 """Effects in a sampled controller: exact registers, the same law as in continuous time."""
 
+import control as ct
 import numpy as np
 import pytest
 from effect_runs import block_response
 
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.filters import difference_filter
 from clie_blocks.signals import DiagramError, interconnect, ports
@@ -123,3 +125,34 @@ def test_a_controller_refuses_effects_of_the_plant(effect, text):
 def test_a_continuous_state_is_refused_in_a_sampled_diagram():
     with pytest.raises(DiagramError, match="presliding: its state moves in continuous time"):
         LIBRARY["presliding"](level=0.1).block(1, PERIOD)
+
+
+def sampled_loop():
+    """A joint whose torque is held, under the sampled law: a diagram in discrete time."""
+    def step(t, x, u, params):
+        q, dq = x
+        return np.array([q + PERIOD * dq, dq + PERIOD * 0.5 * u[0]])
+
+    plant = ct.nlsys(step, lambda t, x, u, params: x, dt=PERIOD, name="plant",
+                     states=["q[0]", "dq[0]"], inputs=["u[0]"], outputs=["q[0]", "dq[0]"])
+    return joint_loop(plant, [10.0], [5.0])
+
+
+def test_a_sampled_loop_takes_exact_delays():
+    def run(*effects):
+        return along(with_effects(sampled_loop(), effects), np.ones((30, 2)))
+
+    plain = run()
+    skewed = run(LIBRARY["channel_skew"](skew=2 * PERIOD))
+    np.testing.assert_array_equal(skewed[2:, 2], plain[:-2, 2])
+    np.testing.assert_array_equal(skewed[:, :2], plain[:, :2])
+    moves = np.argmax(plain[:, 0] > 0)
+    assert np.argmax(run(LIBRARY["time_delay"](delay=2 * PERIOD))[:, 0] > 0) == moves + 2
+    late = run(LIBRARY["in_loop_delay"](delay=2 * PERIOD))
+    first = np.argmax(plain[:, 2] != plain[0, 2])
+    assert np.argmax(late[:, 2] != late[0, 2]) == first + 2
+
+
+def test_a_sampled_plant_refuses_a_continuous_load():
+    with pytest.raises(DiagramError, match="presliding: its state moves in continuous time"):
+        with_effects(sampled_loop(), [LIBRARY["presliding"](level=0.1)])
