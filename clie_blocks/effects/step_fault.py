@@ -3,14 +3,17 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.chain import GEAR_RATIO
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.gravity import gravity_torque
 from clie_blocks.effects.smoothing import WIDTH, direction
 
 
-def step_fault_torque(t, q, dq, u, offset, weight, viscous, coulomb, gain_loss, time, width):
+def step_fault_torque(t, q, dq, u, offset, weight, viscous, coulomb, gain_loss, time, gear_ratio,
+                      width):
     """Torque that is there from `time` on [N m]: load, weight, friction or lost drive torque."""
-    change = (offset + weight * np.cos(q) + viscous * dq + coulomb * direction(dq, width)
-              + gain_loss * u)
+    change = (offset + gravity_torque(q, weight, gear_ratio) + viscous * dq
+              + coulomb * direction(dq, width) + gain_loss * u)
     return np.where(t >= time, 1.0, 0.0) * change
 
 
@@ -19,15 +22,16 @@ STEP_FAULT = Effect(
     build=Static(step_fault_torque, inputs=("t", "q", "dq", "u")),
     parameters=(
         Parameter("offset", "N m", -1e3, 1e3, 0.1, 0.0, "constant torque"),
-        Parameter("weight", "N m", -1e3, 1e3, 0.0, 0.0, "gravity torque at q = 0"),
+        Parameter("weight", "N m", -1e3, 1e3, 0.0, 0.0,
+                  "moment of a weight put on, as in gravity: at the tip, m g times each length"),
         Parameter("viscous", "N m s/rad", -100.0, 100.0, 0.0, 0.0, "viscous friction"),
         Parameter("coulomb", "N m", 0.0, 100.0, 0.0, 0.0, "Coulomb friction"),
         Parameter("gain_loss", "1", -1.0, 1.0, 0.0, 0.0, "share of the drive's torque lost"),
         Parameter("time", "s", 0.0, 1e6, 5.0, None, "when it happens"),
-        WIDTH,
+        GEAR_RATIO, WIDTH,
     ),
-    equation="tau = (t >= time) (offset + weight cos q + viscous dq + coulomb tanh(dq/width) + "
-             "gain_loss u)",
+    equation="tau = (t >= time) (offset + gravity(q, weight) + viscous dq + "
+             "coulomb tanh(dq/width) + gain_loss u)",
     reference="R. Isermann, Fault-Diagnosis Systems, Springer 2006 (abrupt faults)",
     signature="Two records in one: a good model before a moment, a biased one after.",
     confused_with={
@@ -44,5 +48,5 @@ STEP_FAULT = Effect(
     },
     wrong="One step that stays. A payload put on at that moment also adds inertia, which is left "
           "out.",
-    passive=False, symmetry="none", curve=("t", 10.0),
+    passive=False, symmetry="none", per_joint=False, curve=("t", 10.0),
 )

@@ -7,6 +7,7 @@ from effect_runs import one_joint, run_loop
 
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.effects.gravity import gravity_torque
 from clie_blocks.joints import decoupled_joints, inertial_joints
 
 
@@ -28,6 +29,14 @@ def test_a_fault_moves_the_rest_by_its_torque_over_kp():
     q = loop.outputs[0].ravel()
     assert np.all(q[loop.time < 3.0] == 0.0)
     assert q[-1] == pytest.approx(-0.4 / 10.0, rel=1e-6)
+
+
+def test_a_weight_put_on_is_gravity_from_then_on():
+    q, w, r = np.array([0.4, -1.0]), np.array([0.9, 0.4]), np.array([50.0, 80.0])
+    fault = LIBRARY["step_fault"](weight=w, gear_ratio=r, time=3.0).block(2)
+    for t, expected in ((2.999, np.zeros(2)), (3.0, gravity_torque(q, w, r))):
+        found = fault.output(t, [], np.concatenate((q, np.ones(2), np.ones(2))))
+        np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize(("name", "value", "changed"), [
