@@ -9,7 +9,14 @@ from clie_blocks.output import guarded
 
 VERBS = {
     "loop": ("clie_blocks.diagrams.clie_loop", "run the paper's identification, Fig. 2"),
-    "recorded": ("clie_blocks.diagrams.recorded_loop", "run Fig. 2 on a recorded machine"),
+    "bounds": ("clie_blocks.analysis.stability_report", "are these gains safe, and why"),
+    "reproduce": ("clie_blocks.analysis.paper_results", "every number of the paper beside ours"),
+    "check": ("clie_blocks.analysis.records.check_report",
+              "is this log sound, and what can be learned from it"),
+    "identify": ("clie_blocks.analysis.records.identify.command", "CLIE on a recorded robot"),
+    "diagnose": ("clie_blocks.analysis.gap.main",
+                 "where is the gap, which effect causes it, how far does it shrink"),
+    "effects": ("clie_blocks.analysis.effects_catalogue", "the catalogue of unmodelled effects"),
 }
 
 USAGE = """usage: clie VERB [options]

@@ -1,4 +1,4 @@
-"""``clie recorded``: CLIE on the log of a real machine, beside published values if known."""
+"""CLIE on the log of a real machine, beside its published values where they are known."""
 
 import argparse
 from pathlib import Path
@@ -117,7 +117,7 @@ def main(argv=None):
 
 def _parser():
     options = argparse.ArgumentParser(
-        prog="clie recorded", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        prog="recorded_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
         description="Run Fig. 2 with a recorded machine in the place of plant and PD.")
     options.add_argument("logs", help="folder of logs (the first is fitted, the others are held "
                                       "out), such as the unpacked EMPS benchmark")

@@ -11,6 +11,9 @@ from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.diagrams.picture import draw
 from clie_blocks.output import guarded, save_figure
 
+NAMES = {"pd": "PD controller", "plant": "robot", "pd_model": "PD controller",
+         "model": "estimated model", "update": "update law", "controller": "controller (50)"}
+
 
 def figures():
     """Return the paper's diagrams by file name."""
@@ -34,7 +37,9 @@ def main(argv=None):
                          metavar="DIR", help="folder for the pictures")
     folder = options.parse_args(argv).output
     for stem, diagram in figures().items():
-        print(*save_figure(draw(diagram), folder, stem, formats=("svg",)))
+        names = {key: text for key, text in NAMES.items()
+                 if key in {block.name for block in diagram.syslist}}
+        print(*save_figure(draw(diagram, names=names), folder, stem, formats=("svg",)))
 
 
 if __name__ == "__main__":
