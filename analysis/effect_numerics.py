@@ -81,7 +81,7 @@ def creep(setting, load, duration=10.0, step=1e-3):
 
     Parameters
     ----------
-    setting : clie_blocks.effects.effect.Setting
+    setting : clie_blocks.effects.setting.Setting
         A friction effect with its numbers.
     load : float
         Torque, ramped up slowly and held [N m].

@@ -21,7 +21,7 @@ def characteristic(setting):
 
     Parameters
     ----------
-    setting : clie_blocks.effects.effect.Setting
+    setting : clie_blocks.effects.setting.Setting
         The effect; its first joint is drawn.
 
     Returns

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.effects.characteristic import Curve
+from clie_blocks.effects.setting import Setting
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError, vector
 
@@ -89,7 +89,6 @@ class Effect:
         Where a load acts when a transmission has a motor and a link: ``'motor'`` or ``'link'``.
     curve : tuple of (str, float) or None
         Input signal and its largest value, for the drawn characteristic.
-
     symbol : str
         What its block shows in a picture where there is no such curve, as mathtext.
     sampled : callable or None
@@ -185,56 +184,6 @@ class Effect:
                               for other, experiment in self.confused_with.items()],
             "simulators": dict(self.simulators), "wrong": self.wrong, "passive": self.passive,
             "symmetry": self.symmetry, "per_joint": self.per_joint, "reference": self.reference}
-
-
-@dataclass(frozen=True, repr=False)
-class Setting:
-    """An effect with its numbers, made by calling an `Effect`; `with_effects` inserts it."""
-
-    effect: Effect
-    values: Mapping
-    joints: tuple[int, ...] | None
-    name: str
-
-    def __repr__(self):
-        numbers = ", ".join(f"{key}={value}" for key, value in self.values.items())
-        return f"{self.effect.name}({numbers})"
-
-    def block(self, n, period=0):
-        """Build the block for n joints: a `control.NonlinearIOSystem` named `name`.
-
-        With a period [s] it is the form for a sampled controller.
-        """
-        if self.joints is not None and not all(k < n for k in self.joints):
-            raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
-                               f"has {n}; joints count from 0")
-        block = self._built(n, period)
-        if self.effect.curve is not None:
-            block.icon = ("curve", Curve(self))
-        elif self.effect.symbol:
-            block.icon = ("text", self.effect.symbol)
-        return block
-
-    def _built(self, n, period):
-        if period and self.effect.sampled:
-            return self.effect.sampled(self.vectors(n), n, self.name, period)
-        block = self.effect.build(self.vectors(n), n, self.name)
-        if period and block.nstates:
-            raise DiagramError(f"{self.name}: its state moves in continuous time, but the diagram "
-                               f"is sampled every {period:g} s; insert it into the plant")
-        return block
-
-    def vectors(self, n):
-        """Every parameter as a vector, for n joints or for the robot as a whole."""
-        vectors = {}
-        for p in self.effect.parameters:
-            default = p.typical if p.neutral is None else p.neutral
-            value = vector(self.values.get(p.name, default), f"{self.name}: {p.name}",
-                           n=n if p.per_joint else 1, unit=p.unit)
-            if self.joints is not None and p.neutral is not None and p.per_joint:
-                value[[k for k in range(n) if k not in self.joints]] = p.neutral
-            vectors[p.name] = value
-        return vectors
 
 
 def _check_bounds(effect, parameter, value):
