@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from clie_blocks.analysis.effect_answer import ANSWERS, answer
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
@@ -14,27 +15,6 @@ DURATION, STEP, EVERY = 12.0, 5e-4, 40
 UNITS = {"q": "rad", "q_d": "rad", "dq": "rad/s", "u": "N m", "tau": "N m", "t": "s",
          "twist": "rad"}
 WITHOUT, WITH, GAP = "#888888", "#0b5fa5", "#b3261e"
-
-
-def _one(t):
-    return 1.0 + 0.0 * t
-
-
-# Effects whose characteristic is an answer in time: signals that go in, and for how long [s].
-ANSWERS = {
-    "actuator_lag": ({"u": _one}, 0.03),
-    "velocity_estimate_lag": ({"dq": _one}, 0.03),
-    "time_delay": ({"u": _one}, 0.03),
-    "channel_skew": ({"u": _one}, 0.03),
-    "in_loop_delay": ({"q": lambda t: t, "dq": _one}, 0.03),
-    "velocity_filter_mismatch": ({"dq": _one}, 0.03),
-    "control_law_form": ({"q_d": lambda t: t}, 0.05),
-    "setpoint_slew": ({"q_d": _one}, 2.0),
-    "hidden_integral": ({"q_d": _one}, 2.0),
-    "motor_heating": ({"u": lambda t: 10.0 * _one(t)}, 1800.0),
-    "tick_jitter": ({"u": lambda t: np.sin(60.0 * t)}, 0.4),
-    "packet_hold": ({"u": lambda t: np.sin(20.0 * t)}, 1.2),
-    "rest_time_breakaway": ({"dq": lambda t: np.where(t < 60.0, 0.0, 0.02)}, 80.0)}
 
 
 def responses(name):
@@ -121,7 +101,7 @@ def _draw_characteristic(axes, name):
         axes.plot(x, y, color=WITH, lw=1.2)
         axes.set(xlabel=_labelled(swept), ylabel=_result(effect, x, y))
     elif name in ANSWERS:
-        t, y, shown = _answer(name)
+        t, y, shown = answer(name)
         output = effect.build.outputs[0]
         signal = output if output in shown else next(iter(shown))
         axes.plot(t, shown[signal], color=WITHOUT, lw=1.0, label=f"{signal} in")
@@ -133,18 +113,6 @@ def _draw_characteristic(axes, name):
         through = "acts through the inertia" if "inertia" in effect.build.outputs else "a constant"
         axes.text(0.5, 0.5, through if effect.per_joint else "acts between the joints",
                   ha="center", va="center", transform=axes.transAxes)
-
-
-def _answer(name):
-    given, duration = ANSWERS[name]
-    block = LIBRARY[name].typical().block(1)
-    inputs = {label.partition("[")[0]: [0.0] for label in block.input_labels}
-    inputs |= {signal: (lambda t, f=f: np.array([f(t)])) for signal, f in given.items()}
-    step = min(duration / 1200, STEP)
-    run = compile_diagram(block).run(duration, duration / round(duration / step), "ode4", inputs,
-                                     every=max(1, round(duration / step) // 600))
-    t, y = np.asarray(run.time), np.atleast_2d(run.outputs)[0]
-    return t, y, {signal: f(t) for signal, f in given.items()}
 
 
 def _labelled(signal):

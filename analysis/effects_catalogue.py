@@ -4,6 +4,7 @@ import argparse
 import sys
 import textwrap
 
+from clie_blocks.analysis.effect_answer import ANSWERS, answer
 from clie_blocks.analysis.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.characteristic import characteristic
@@ -66,12 +67,16 @@ def _parameters(effect):
 
 
 def _drawing(effect):
-    if effect.curve is None:
-        return ""
-    swept = effect.curve[0]
-    given = "torque" if swept == "twist" else effect.build.outputs[0]
-    x, y = characteristic(effect.typical())
-    return text_curve(x, y, x_label=swept, y_label=given)
+    if effect.curve is not None:
+        swept = effect.curve[0]
+        given = "torque" if swept == "twist" else effect.build.outputs[0]
+        x, y = characteristic(effect.typical())
+        return text_curve(x, y, x_label=swept, y_label=given)
+    if effect.name in ANSWERS:
+        t, y, given = answer(effect.name)
+        return text_curve(t, y, x_label="t", y_label=f"{effect.build.outputs[0]}, answer to "
+                          f"{' and '.join(given)}")
+    return ""
 
 
 def _physics(effect):

@@ -28,7 +28,8 @@ BACKLASH = Effect(
     build=TwoBodies(contact_torque, has_gap),
     parameters=(
         Parameter("half_gap", "rad", 0.0, 0.5, 1e-3, 0.0, "half of the play, at the joint"),
-        Parameter("stiffness", "N m/rad", 1e-3, 1e7, 5e3, None, "stiffness in contact"),
+        Parameter("stiffness", "N m/rad", 1e-3, 1e7, 5e3, None,
+                  "in contact: the joint's stiffness over the gear ratio"),
         Parameter("damping", "N m s/rad", 0.0, 1e5, 10.0, None, "damping in contact"),
         *MOTOR,
     ),

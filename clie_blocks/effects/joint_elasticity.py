@@ -23,7 +23,7 @@ JOINT_ELASTICITY = Effect(
     build=TwoBodies(elastic_torque, is_elastic),
     parameters=(
         Parameter("compliance", "rad/(N m)", 0.0, 10.0, 2e-4, 0.0,
-                  "twist per torque, one over the stiffness"),
+                  "twist per torque of the motor: gear ratio over the joint's stiffness"),
         DAMPING, *MOTOR,
     ),
     equation="torque = twist / compliance + damping twist', twist = q_motor - q",

@@ -22,7 +22,8 @@ STIFFENING_ELASTICITY = Effect(
     name="stiffening_elasticity", family="transmission", port="transmission",
     build=TwoBodies(stiffening_torque, is_elastic),
     parameters=(
-        Parameter("compliance", "rad/(N m)", 0.0, 10.0, 3e-4, 0.0, "twist per torque when soft"),
+        Parameter("compliance", "rad/(N m)", 0.0, 10.0, 3e-4, 0.0,
+                  "twist per torque of the motor when soft"),
         Parameter("stiffening", "1", 0.0, 100.0, 1.0, None,
                   "relative gain of stiffness beyond the knee"),
         Parameter("knee", "N m", 1e-6, 1e4, 1.0, None, "torque at which the gear stiffens"),

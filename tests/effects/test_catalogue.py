@@ -1,11 +1,14 @@
 """The verb `clie effects`, the drawing in characters, and the gallery's pictures."""
 
+import importlib.util
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.effect_figure import ANSWERS, effect_figure, responses
+from clie_blocks.analysis.effect_answer import ANSWERS, answer
+from clie_blocks.analysis.effect_figure import effect_figure, responses
 from clie_blocks.analysis.effects_catalogue import catalogue, main, page
 from clie_blocks.analysis.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
@@ -67,8 +70,23 @@ def test_a_constant_can_be_drawn():
     assert text_curve([0.0, 1.0], [2.0, 2.0]).count("*") == 57
 
 
-def test_answers_belong_to_effects_without_a_curve():
-    assert all(LIBRARY[name].curve is None for name in ANSWERS)
+@pytest.mark.parametrize("name", ANSWERS)
+def test_an_answer_is_drawn_where_there_is_no_curve(name):
+    assert LIBRARY[name].curve is None
+    t, y, given = answer(name)
+    assert np.all(np.isfinite(y)) and np.ptp(y) > 0
+    assert all(values.shape == t.shape for values in given.values())
+    assert "*" in page(name)
+
+
+def test_the_gallery_is_that_of_the_catalogue():
+    root = Path(__file__).parents[2]
+    script = importlib.util.spec_from_file_location("gallery", root / "docs/effects_gallery.py")
+    module = importlib.util.module_from_spec(script)
+    script.loader.exec_module(module)
+    assert module.gallery() == (root / "docs/effects.md").read_text(), \
+        "an effect has changed: run python docs/effects_gallery.py"
+    assert {path.stem for path in (root / "docs/effects").glob("*.svg")} == set(LIBRARY)
 
 
 @pytest.mark.parametrize("name", ["time_delay", "inertia", "backlash", "channel_skew"])
