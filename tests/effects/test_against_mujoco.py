@@ -10,8 +10,8 @@ from clie_blocks.signals import DiagramError  # noqa: E402
 # Largest difference of q [rad] over 3 s; measured figures are in docs/effects_mujoco.md.
 AGREEMENT = {
     "viscous": 1e-11, "inertia": 1e-11, "joint_elasticity": 1e-11, "actuator_saturation": 1e-11,
-    "torque_gain_error": 1e-11, "coupling": 1e-9, "gravity": 1e-7, "payload": 1e-7,
-    "time_delay": 2e-6, "backlash": 5e-6, "coulomb": 2e-4}
+    "torque_gain_error": 1e-11, "actuator_lag": 1e-11, "coupling": 1e-9, "gravity": 1e-7,
+    "payload": 1e-7, "time_delay": 2e-6, "backlash": 5e-6, "coulomb": 2e-4}
 
 
 @pytest.mark.parametrize("name", ROBOTS)
