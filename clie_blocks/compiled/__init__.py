@@ -5,6 +5,7 @@ import importlib
 _HOME = {
     "compile_diagram": "program",
     "Program": "program",
+    "Batch": "batch",
     "held_normal": "inputs",
     "TraceError": "symbols",
     "InputError": "inputs",

@@ -60,12 +60,34 @@ def state_vector(states, initial_state, owner):
         return vector(initial_state, f"{owner}: initial_state", n=len(states))
     x = np.zeros(len(states))
     for block, value in initial_state.items():
-        where = [k for k, (name, _) in enumerate(states) if name == block]
-        if not where:
-            raise DiagramError(f"{owner}: no block with states is called {block!r}; "
-                               f"{nearest(block, dict(states))}")
+        where = block_states(states, block, owner)
         x[where] = vector(value, f"{owner}: initial_state of {block!r}", n=len(where))
     return x
+
+
+def block_states(states, block, owner):
+    """Return where the states of a block lie.
+
+    Parameters
+    ----------
+    states : list of (str, str)
+        Block and label of every state.
+    block : str
+        The block.
+    owner : str
+        Name of the diagram, for messages.
+
+    Raises
+    ------
+    DiagramError
+        If no block with states has that name, with the nearest valid one.
+
+    """
+    where = [k for k, (name, _) in enumerate(states) if name == block]
+    if not where:
+        raise DiagramError(f"{owner}: no block with states is called {block!r}; "
+                           f"{nearest(block, dict(states))}")
+    return where
 
 
 def select(signals, log, owner):

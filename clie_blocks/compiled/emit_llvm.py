@@ -3,6 +3,7 @@
 import struct
 from typing import NamedTuple
 
+from clie_blocks.compiled.memory import SINGLE
 from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.symbols import Symbol, topological
 
@@ -19,8 +20,7 @@ class Builder:
     """Writes instructions for `width` lanes.
 
     What does not depend on a lane, such as time and held inputs, stays scalar and is computed
-    once for all lanes.  Vectors in memory are lane-contiguous: entry k of lane j is at
-    ``k * width + j``.
+    once for all lanes.
 
     Parameters
     ----------
@@ -98,16 +98,16 @@ class Builder:
                               f"i32 {lane}")
         return Value(result, varying)
 
-    def load(self, pointer, index, varying):
-        """Write a load of entry `index` of a vector."""
+    def load(self, pointer, offset, varying):
+        """Write a load from so many numbers behind a pointer."""
         return Value(self.put(f"load {self.type(varying)}, ptr "
-                              f"{self._address(pointer, index, varying)}, align 8"), varying)
+                              f"{self._address(pointer, offset)}, align 8"), varying)
 
-    def store(self, value, pointer, index):
-        """Write a store to entry `index` of a vector of lanes."""
-        text = self._operand(value, True)
-        self.lines.append(f"  store {self.type(True)} {text}, ptr "
-                          f"{self._address(pointer, index, True)}, align 8")
+    def store(self, value, pointer, offset, varying):
+        """Write a store to so many numbers behind a pointer."""
+        text = self._operand(value, varying)
+        self.lines.append(f"  store {self.type(varying)} {text}, ptr "
+                          f"{self._address(pointer, offset)}, align 8")
 
     def type(self, varying, scalar="double"):
         """Return the LLVM type of a value."""
@@ -116,8 +116,7 @@ class Builder:
     def _scalar(self, varying):
         return self.width == 1 or not varying
 
-    def _address(self, pointer, index, varying):
-        offset = index * (self.width if varying else 1)
+    def _address(self, pointer, offset):
         return self.put(f"getelementptr double, ptr {pointer}, i64 {offset}")
 
     def _operand(self, value, varying):
@@ -175,7 +174,7 @@ def emit(builder, roots, variables):
     return [values[root] if isinstance(root, Symbol) else root for root in roots]
 
 
-def function(name, roots, attributes="", width=1):
+def function(name, roots, result, attributes="", memory=SINGLE):
     """Return the text and the declarations of ``name(t, x, u, p, result)``.
 
     Parameters
@@ -184,23 +183,26 @@ def function(name, roots, attributes="", width=1):
         Name of the function.
     roots : list of Symbol or float
         What it stores in `result`.
+    result : str
+        The vector whose entries lie in `memory` as the results do: ``'x'`` or ``'record'``.
     attributes : str
         LLVM attributes.
-    width : int
-        Number of lanes; t and u are common to all, x, p and result are per lane.
+    memory : Memory
+        What differs between lanes; time and inputs never do.
 
     """
-    builder, loaded = Builder(width), {}
+    builder, loaded = Builder(memory.width), {}
 
     def variable(kind, index):
         if kind == "t":
             return Value("%t", False)
         if (kind, index) not in loaded:
-            loaded[kind, index] = builder.load(f"%{kind}", index, kind != "u")
+            loaded[kind, index] = builder.load(
+                f"%{kind}", memory.offset(kind, index), memory.varies(kind, index))
         return loaded[kind, index]
 
     for k, value in enumerate(emit(builder, roots, variable)):
-        builder.store(value, "%result", k)
+        builder.store(value, "%result", memory.offset(result, k), memory.varies(result, k))
     body = "\n".join(builder.lines)
     text = (f"define void @{name}(double %t, ptr noalias %x, ptr noalias %u, ptr noalias %p, "
             f"ptr noalias %result) {attributes} {{\n{body}\n  ret void\n}}\n")

@@ -47,6 +47,17 @@ class Machine:
         return ctypes.CFUNCTYPE(None, *types)(self.address(name))
 
 
+def lane_width():
+    """Return how many runs this processor does best side by side.
+
+    Two registers of AVX-512, which has 32 of them, or one register of a smaller kind.
+    """
+    with _lock:
+        _target()
+    features = llvm.get_host_cpu_features()
+    return 16 if features.get("avx512f") else 4 if features.get("avx") else 2
+
+
 def _target():
     if "target" not in _state:
         llvm.initialize_native_target()

@@ -6,12 +6,13 @@ import numpy as np
 
 from clie_blocks.compiled.emit_llvm import function
 from clie_blocks.compiled.machine import Machine
+from clie_blocks.compiled.memory import SINGLE
 from clie_blocks.compiled.stepper import run_function
 
 _REAL, _COUNT, _ARRAY = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
 
 
-def module(layout, method):
+def module(layout, method, memory=SINGLE):
     """Return the LLVM text of a program: derivative, observe and the loop over steps.
 
     The derivative stays out of line: inlined into every stage it was 2 % quicker on the paper's
@@ -23,11 +24,13 @@ def module(layout, method):
         What to compute.
     method : Method
         The Butcher table.
+    memory : Memory
+        What differs between lanes.
 
     """
-    derivative, first = function("derivative", layout.derivatives, "noinline")
-    observe, second = function("observe", layout.record, "noinline")
-    loop = run_function(method, layout.nx, layout.nu, len(layout.record))
+    derivative, first = function("derivative", layout.derivatives, "x", "noinline", memory)
+    observe, second = function("observe", layout.record, "record", "noinline", memory)
+    loop = run_function(method, *_sizes(layout, memory), memory.width)
     return "\n".join([*sorted(first | second), derivative, observe, loop])
 
 
@@ -40,12 +43,14 @@ class NativeEngine:
         What to compute.
     method : Method
         The Butcher table.
+    memory : Memory
+        What differs between lanes; by default there is one lane.
 
     """
 
-    def __init__(self, layout, method):
-        self._machine = Machine(module(layout, method), ["derivative", "observe", "run"])
-        self.cached, self._sizes = self._machine.cached, (layout.nx, len(layout.record))
+    def __init__(self, layout, method, memory=SINGLE):
+        self._machine = Machine(module(layout, method, memory), ["derivative", "observe", "run"])
+        self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
         point = (_REAL, *[_ARRAY] * 4)
         self._derivative = self._machine.function("derivative", *point)
         self._observe = self._machine.function("observe", *point)
@@ -58,12 +63,16 @@ class NativeEngine:
 
     def observe(self, t, x, u, p):
         """Return the record."""
-        return _at_point(self._observe, self._sizes[1], t, x, u, p)
+        return _at_point(self._observe, self._sizes[2], t, x, u, p)
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
         """Take n steps in place; rows of `log` are filled every so many steps."""
         self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data, every,
                   len(slots), slots.ctypes.data, log.ctypes.data)
+
+
+def _sizes(layout, memory):
+    return (memory.size("x", layout.nx), layout.nu, memory.size("record", len(layout.record)))
 
 
 def _at_point(function, size, t, x, u, p):

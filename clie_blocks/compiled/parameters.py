@@ -77,6 +77,11 @@ class Parameters:
         start, shape = self.offset[key], self.shape[key]
         return values[start:start + int(np.prod(shape))].reshape(shape)
 
+    def slots(self, key, owner):
+        """Return the slots of one parameter as a slice; refuses unknown keys as `vector`."""
+        start = self.offset[self._known(key, owner)]
+        return slice(start, start + int(np.prod(self.shape[key])))
+
     def _known(self, key, owner):
         if key in self.frozen:
             raise DiagramError(

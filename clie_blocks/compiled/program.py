@@ -9,6 +9,7 @@ from clie_blocks.compiled.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.emit_python import PythonEngine, source
 from clie_blocks.compiled.inputs import bind
 from clie_blocks.compiled.layout import layout
+from clie_blocks.compiled.memory import SINGLE
 from clie_blocks.compiled.methods import SAMPLED, method_named
 from clie_blocks.compiled.selfcheck import POINTS, check
 from clie_blocks.compiled.simulate import Plan, simulate
@@ -165,8 +166,7 @@ class Program:
         """
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
-        rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
-        arranged = layout(self._trace, driven) if driven else self._layout
+        rows, arranged = self._drive(inputs, steps, step)
         engine = self._build(arranged, method)
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
         entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
@@ -190,6 +190,72 @@ class Program:
         return flat_system(self, self._default,
                            [self._layout.slots[name] for name in self.outputs],
                            lambda params: self._trace.parameters.vector(params, self.name))
+
+    def batch(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
+              params=None, log=None, every=1, reduce=None, threads=None):
+        """Simulate many parameter sets at once: side by side in each processor, on all of them.
+
+        Every run is the one that `run` gives for its parameters, to round-off.  A run that
+        leaves the numbers ends as NaN, is marked in ``diverged`` and disturbs no other.
+
+        Parameters
+        ----------
+        duration, step, method, inputs, every
+            As for `run`, the same for all runs.
+        initial_state : array_like or dict, optional
+            As for `run`, or one row per run: (N, states), or (N, n) by block.
+        params : dict
+            By key, run by run: N numbers, or (N, n) for a parameter of shape (n,).  One number
+            serves all runs; one vector for all runs is written ``[[...]]``.
+        log : str or list of str, optional
+            Signals of which every row is kept; by default the diagram's outputs, or none where
+            `reduce` is given.
+        reduce : dict, optional
+            By a name of one's choice, a reduction of `clie_blocks.compiled.reduce`: mean, mean
+            square of a signal or of a difference, extremum, integral, final value, one's own.
+            It is taken while the runs go on, so that nothing long is kept.
+        threads : int, optional
+            By default one per processor.
+
+        Returns
+        -------
+        Batch
+            With ``.time``, ``.outputs``, ``.final_state``, ``.diverged``; ``batch['name']``
+            is the reduction of that name.  The first axis counts runs.
+
+        Raises
+        ------
+        ClieError
+            For unknown names, with the nearest valid one, wrong shapes, and rows that would
+            not fit into memory.
+
+        Examples
+        --------
+        ::
+
+            gains = np.geomspace(1, 100, 1000)
+            done = program.batch(100.0, inputs=..., params={"update.gamma": gains}, reduce={
+                "error": reduce.mean_square("q", minus="model.q", start=50.0)})
+            best = gains[done["error"].sum(axis=1).argmin()]
+
+        """
+        from clie_blocks.compiled.batch import lanes_and_threads, run_batch
+        from clie_blocks.compiled.keeping import Keeper, Schedule
+        from clie_blocks.compiled.sets import parameter_sets
+        step = self._step_of(step)
+        steps = count_steps(duration, step, every)
+        rows, arranged = self._drive(inputs, steps, step)
+        sets = parameter_sets(self._trace.parameters, params, self.states, initial_state,
+                              self.name)
+        if log is None:
+            log = [] if reduce else self.outputs
+        schedule = Schedule(steps, int(every), float(step))
+        keeper = Keeper(self.signals, select(self.signals, log, self.name), reduce or {},
+                        schedule, len(sets), self.name)
+        width, threads = lanes_and_threads(len(sets), threads, self._widest())
+        return run_batch(lambda arranged, memory: self._build(arranged, method, memory),
+                         arranged, schedule, sets, rows, keeper, width, threads,
+                         f"running {self.name} {len(sets)} times")
 
     def source(self, language="python", method="ode5"):
         """Return the program as text.
@@ -216,6 +282,16 @@ class Program:
         raise ClieError(f"no source in {language!r}; "
                         f"{nearest(language, ['python', 'c', 'llvm'])}")
 
+    def _drive(self, inputs, steps, step):
+        rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
+        return rows, layout(self._trace, driven) if driven else self._layout
+
+    def _widest(self):
+        if self._engine == "python":
+            return 1
+        from clie_blocks.compiled.machine import lane_width
+        return lane_width()
+
     def _step_of(self, step):
         if self.period is None:
             return 1e-4 if step is None else step
@@ -227,14 +303,14 @@ class Program:
     def _method(self, name):
         return method_named(name) if self.period is None else SAMPLED
 
-    def _build(self, arranged, method):
+    def _build(self, arranged, method, memory=SINGLE):
         method = self._method(method)
         if self._engine == "python":
             return PythonEngine(arranged, method)
         from clie_blocks.compiled.native import NativeEngine
-        key = (method.name, tuple(arranged.derivatives), tuple(arranged.record))
+        key = (method.name, tuple(arranged.derivatives), tuple(arranged.record), memory.key)
         if key not in self._engines:
-            self._engines[key] = NativeEngine(arranged, method)
+            self._engines[key] = NativeEngine(arranged, method, memory)
         return self._engines[key]
 
     def _response(self, done, chosen):

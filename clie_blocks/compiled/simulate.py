@@ -82,7 +82,7 @@ def simulate(engine, plan, x, p, rows, label="simulating"):
     """
     log = np.empty((plan.steps // plan.every + 1, plan.slots.size))
     with contextlib.ExitStack() as stack:
-        advance = _patient_progress(stack, label, plan.steps)
+        advance = patient_progress(stack, label, plan.steps)
         for first in range(0, plan.steps, CHUNK):
             count = min(CHUNK, plan.steps - first)
             before, inputs = x.copy(), np.ascontiguousarray(rows(count))
@@ -110,7 +110,19 @@ def _stopped(engine, plan, x, p, inputs, first, log):
                stopped_at=(last + 1) * plan.step, culprit=int(np.argmin(np.isfinite(x))))
 
 
-def _patient_progress(stack, label, total):
+def patient_progress(stack, label, total):
+    """Return ``advance(done)``, which shows a progress line once the work takes long.
+
+    Parameters
+    ----------
+    stack : contextlib.ExitStack
+        Closes the line.
+    label : str
+        Its text.
+    total : int
+        The amount of work.
+
+    """
     begun, shown = time.monotonic(), {}
 
     def advance(done):

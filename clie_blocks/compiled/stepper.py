@@ -7,9 +7,12 @@ length, and become vector instructions.
 
 from clie_blocks.compiled.emit_llvm import constant
 
+WIDE = 8  # lanes that fill a register of 512 bits, which the compiler would halve in loops
+
 _LOOP = """\
 define void @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
-                 ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log) {{
+                 ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)
+                 {attributes} {{
 entry:
 {arrays}
   %any = icmp sgt i64 %n, 0
@@ -84,17 +87,20 @@ def run_function(method, nx, nu, nrecord, width=1):
     method : Method
         The Butcher table.
     nx, nu, nrecord : int
-        Number of states, inputs, and entries that ``observe`` writes.
+        Room that the states, one row of inputs and the record take in memory, all lanes
+        together.
     width : int
         Number of lanes.
 
     """
-    stages = _stages(method, nx * width) if nx else ["  br label %advance"]
-    arrays = [f"  %k{i} = alloca double, i64 {max(nx, 1) * width}, align 64"
+    attributes = '"prefer-vector-width"="512"' if width >= WIDE else ""
+    stages = _stages(method, nx) if nx else ["  br label %advance"]
+    arrays = [f"  %k{i} = alloca double, i64 {max(nx, 1)}, align 64"
               for i in range(len(method.b))]
-    arrays += [f"  %y = alloca double, i64 {max(nx, 1) * width}, align 64",
-               f"  %record = alloca double, i64 {max(nrecord, 1) * width}, align 64"]
-    loop = _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages))
+    arrays += [f"  %y = alloca double, i64 {max(nx, 1)}, align 64",
+               f"  %record = alloca double, i64 {max(nrecord, 1)}, align 64"]
+    loop = _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages),
+                        attributes=attributes)
     return (_COPY if method.is_map else "") + loop
 
 

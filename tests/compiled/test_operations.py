@@ -10,6 +10,7 @@ from clie_blocks.compiled.emit_llvm import function
 from clie_blocks.compiled.emit_python import PythonEngine
 from clie_blocks.compiled.layout import Layout
 from clie_blocks.compiled.machine import Machine
+from clie_blocks.compiled.memory import lanes
 from clie_blocks.compiled.methods import METHODS
 from clie_blocks.compiled.native import NativeEngine
 from clie_blocks.compiled.operations import OPERATIONS
@@ -66,16 +67,17 @@ def test_every_operation_equals_numpy(emitter):
 
 @pytest.mark.parametrize("width", [2, 4, 8])
 def test_lanes_compute_the_same_as_one_set(width):
-    text, declarations = function("derivative", roots(), width=width)
+    memory = lanes(width, len(OPERATIONS), 0, [])
+    text, declarations = function("derivative", roots(), "x", memory=memory)
     machine = Machine("\n".join([*sorted(declarations), text]), ["derivative"])
     call = machine.function("derivative", ctypes.c_double, *[ctypes.c_void_p] * 4)
     chosen = points()[::7]
     wanted = expected(chosen)
     for start in range(0, len(chosen) - width + 1, width):
-        lanes = np.array(chosen[start:start + width])
-        x, result = np.ascontiguousarray(lanes.T), np.zeros((len(OPERATIONS), width))
+        side_by_side = np.array(chosen[start:start + width])
+        x, result = np.ascontiguousarray(side_by_side.T), np.zeros((len(OPERATIONS), width))
         call(0.0, x.ctypes.data, 0, 0, result.ctypes.data)
-        for lane, point in enumerate(lanes):
+        for lane, point in enumerate(side_by_side):
             agree(result[:, lane], wanted[start + lane], point)
 
 

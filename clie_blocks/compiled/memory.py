@@ -1,0 +1,77 @@
+"""Where the entries of a vector lie when several lanes are computed at once."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What differs between lanes, and where it lies.
+
+    An entry that differs takes `width` neighbouring numbers, one per lane; an entry that all
+    lanes share takes one.
+
+    Parameters
+    ----------
+    width : int
+        Number of lanes; 1 gives plain scalar code.
+    varying : dict
+        By vector (``'x'`` states and their derivatives, ``'p'`` parameters, ``'record'``), one
+        truth value per entry: it differs between lanes.  Vectors not named are shared.
+
+    """
+
+    width: int = 1
+    varying: dict = field(default_factory=dict)
+
+    @property
+    def key(self):
+        """What tells this memory from others."""
+        return self.width, tuple(sorted((name, tuple(flags))
+                                        for name, flags in self.varying.items()))
+
+    def varies(self, vector, k):
+        """Return whether entry k differs between lanes."""
+        return bool(vector in self.varying and self.varying[vector][k])
+
+    def offset(self, vector, k):
+        """Return where entry k begins."""
+        return k + (self.width - 1) * sum(self.varying.get(vector, ())[:k])
+
+    def size(self, vector, entries):
+        """Return the room that a vector of so many entries takes."""
+        return self.offset(vector, entries)
+
+    def positions(self, vector, entries):
+        """Return where each entry lies in each lane, as an array of shape (entries, width)."""
+        flags = np.array(self.varying.get(vector, [False] * entries), bool)
+        room = np.where(flags, self.width, 1)
+        first = np.cumsum(room) - room
+        return first[:, None] + np.where(flags[:, None], np.arange(self.width), 0)
+
+    def pack(self, vector, values):
+        """Return the vector in memory of values per lane, shape (entries, width)."""
+        packed = np.empty(self.size(vector, len(values)))
+        packed[self.positions(vector, len(values))] = values
+        return packed
+
+
+SINGLE = Memory()
+
+
+def lanes(width, nx, nrecord, parameters):
+    """Return the memory of runs side by side: own states, own record, some own parameters.
+
+    Parameters
+    ----------
+    width : int
+        Runs side by side.
+    nx, nrecord : int
+        Number of states and of entries of the record.
+    parameters : sequence of bool
+        Which parameters differ.
+
+    """
+    return Memory(width, {"x": (True,) * nx, "record": (True,) * nrecord,
+                          "p": tuple(map(bool, parameters))})
