@@ -40,7 +40,7 @@ class Report:
         return f"not usable as it is: {count['error']} errors"
 
 
-def check_log(record, robot=None):
+def check_log(record, robot=None, others=()):
     """Check one record and judge what can be learned from it.
 
     Parameters
@@ -49,6 +49,8 @@ def check_log(record, robot=None):
         The log.
     robot : Robot, optional
         What is known of the robot; by default the record's own.
+    others : sequence of Record
+        Further runs of the same robot; repeats among them measure the noise.
 
     Returns
     -------
@@ -60,9 +62,9 @@ def check_log(record, robot=None):
     findings = check_record(record, robot)
     errors = [finding.check for finding in findings if finding.severity == "error"]
     if any(check in FATAL for check in errors):
-        return Report(record, findings, None, [], "Repair the clock first.", 1)
+        return Report(record, findings, None, [], findings[0].fix, 1)
     steady = even_clock(record)
-    known = facts(steady, robot)
+    known = facts(steady, robot, others)
     code = 0 if not errors else 4 if set(errors) <= set(NOT_IDENTIFIABLE) else 1
     return Report(steady, findings, known, capabilities(steady, robot, known),
                   best_experiment(steady, known), code)
@@ -84,7 +86,8 @@ def main(argv=None):
                                           time_unit=options.time_unit)]
     if options.fix_units:
         records = [fix_units(record, check_record(record, robot)) for record in records]
-    reports = [check_log(record, robot) for record in records]
+    reports = [check_log(record, robot, [other for other in records if other is not record])
+               for record in records]
     if options.json:
         print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
     else:

@@ -6,15 +6,16 @@ from clie_blocks.analysis.records.checks.completeness import check_alive, check_
 from clie_blocks.analysis.records.checks.excitation import check_excitation
 from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding, fix_units
 from clie_blocks.analysis.records.checks.law import check_law
+from clie_blocks.analysis.records.checks.reach import check_reach
 from clie_blocks.analysis.records.checks.reference import check_reference
 from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
 
-__all__ = ["CHECKS", "Finding", "check_record", "fix_units"]
+__all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
-CHECKS = (check_clock, check_missing, check_alive, check_reference, check_velocity, check_law,
-          check_gains, check_saturation, check_torque, check_excitation)
-FATAL = ("clock.stopped", "clock.backward", "clock.unit")
+CHECKS = (check_alive, check_reference, check_velocity, check_law,
+          check_gains, check_saturation, check_torque, check_reach, check_excitation)
+FATAL = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "signal.absurd")
 
 
 def check_record(record, robot=None):
@@ -34,8 +35,8 @@ def check_record(record, robot=None):
 
     """
     robot = robot or record.robot
-    found = check_clock(record, robot)
+    found = [*check_clock(record, robot), *check_missing(record, robot)]
     if not any(finding.check in FATAL for finding in found):
         steady = even_clock(record)
-        found = found + [finding for check in CHECKS[1:] for finding in check(steady, robot)]
+        found += [finding for check in CHECKS for finding in check(steady, robot)]
     return sorted(found, key=lambda finding: SEVERITIES.index(finding.severity))

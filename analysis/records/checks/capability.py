@@ -36,10 +36,21 @@ class Facts:
     alive: list
 
 
-def facts(record, robot):
-    """Gather motions, noise floor and the state of the control law."""
+def facts(record, robot, others=()):
+    """Gather motions, noise floor and the state of the control law.
+
+    Parameters
+    ----------
+    record : Record
+        The log.
+    robot : Robot or None
+        What is known of the robot.
+    others : sequence of Record
+        Further runs of the same robot, among which may be repeats.
+
+    """
     dead = dead_joints(record, robot)
-    return Facts(motions(record, robot), noise_floor(record), _law(record, robot),
+    return Facts(motions(record, robot), noise_floor(record, *others), _law(record, robot),
                  [k for k in range(record.n) if k not in dead])
 
 

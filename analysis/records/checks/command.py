@@ -8,6 +8,7 @@ from clie_blocks.analysis.records.checks.measures import (
     centres,
     half_width,
     lag,
+    moves,
     slope,
     smooth_motion,
 )
@@ -18,10 +19,13 @@ FLAT = 3  # equal samples at the largest value that make a flat top
 
 
 def check_saturation(record, robot):
-    """Findings on commands at their limit, stated or seen as a flat top."""
+    """Findings on commands that never change or are at their limit, stated or a flat top."""
     if record.u is None:
         return []
-    found = []
+    found = [Finding("warning", "command.dead", "Its command never changes.",
+                     "What moves the joint is then not in the log.",
+                     "Name the right column: --map u=COLUMN.", joint=record.joints[k])
+             for k in range(record.n) if not moves(record.u[record.valid, k])]
     for k in range(record.n):
         at_limit, limit = saturated(record, robot, k)
         share = at_limit[record.valid].mean() if record.valid.any() else 0.0
@@ -45,10 +49,12 @@ def saturated(record, robot, k):
     top = u >= limit * (1 - 1e-6) if limit > 0 else np.zeros(u.size, bool)
     if stated is not None:
         return top, limit
+    if not moves(u[np.isfinite(u)]):
+        return np.zeros(u.size, bool), limit
     flat = np.zeros(u.size, bool)
     for start, stop in ranges(top):
         flat[start:stop] = stop - start >= FLAT
-    return (flat if np.ptp(u[np.isfinite(u)]) > 0 else np.zeros(u.size, bool)), limit
+    return flat, limit
 
 
 def check_torque(record, robot):

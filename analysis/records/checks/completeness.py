@@ -5,9 +5,12 @@ import numpy as np
 from clie_blocks.analysis.records.checks.finding import Finding, ranges
 from clie_blocks.analysis.records.checks.measures import longest_flat, step_size
 from clie_blocks.analysis.records.repeatability import roughness
+from clie_blocks.analysis.records.runs import runs
 
 MOST_MASKED = 0.05
 SHORT_RUN = 5
+LEAST_RUN = 20
+ABSURD = 1e9
 LEAST_STEPS = 3  # a signal that moves by less is dead
 SELDOM = 0.3  # share of equal neighbours up to which standing still is no habit of the signal
 STUCK_STEPS = 30  # of travel by the velocity while the position stands
@@ -16,8 +19,8 @@ COARSE = 0.1  # share of the rms velocity that one step of the position per samp
 
 
 def check_missing(record, robot):
-    """Findings on masked samples and on signals that hold no numbers."""
-    found = []
+    """Findings on masked samples, on absurd values, and on signals that hold no numbers."""
+    found = [*_too_short(record), *_absurd(record)]
     share = 1 - record.valid.mean()
     if share > 0:
         where = ranges(~record.valid)
@@ -51,6 +54,24 @@ def dead_joints(record, robot):
     """Indices of the joints that hold no information on the joint's motion."""
     return [k for k in range(record.n)
             if _is_dead(record.q[record.valid, k], _step(record, robot, k))]
+
+
+def _too_short(record):
+    longest = max((stop - start for start, stop in runs(record, least=1)), default=0)
+    if longest >= LEAST_RUN:
+        return []
+    return [Finding("error", "missing.run", f"The longest run of usable samples has {longest}.",
+                    f"With fewer than {LEAST_RUN} nothing can be said of a motion.",
+                    "Log longer, or repair the export.")]
+
+
+def _absurd(record):
+    sizes = {name: np.nanmax(np.abs(x), initial=0.0) for name in record.signals
+             if np.isfinite(x := getattr(record, name)).any()}
+    return [Finding("error", "signal.absurd", f"{name} has values up to {size:.3g}.",
+                    "No robot has such values; the column is something else, or the file is "
+                    "damaged.", f"Name the right column: --map {name}=COLUMN.")
+            for name, size in sizes.items() if size > ABSURD]
 
 
 def _columns_with_holes(x, valid):
@@ -112,7 +133,7 @@ def _contradicted(record, k, flat, step):
         return False
     dq = np.nan_to_num(record.dq[flat[0]:flat[1], k])
     travel = abs(np.sum(dq)) * record.sample_time
-    usual = np.sqrt(np.nanmean(record.dq[:, k] ** 2))
+    usual = np.sqrt(np.mean(np.nan_to_num(record.dq[:, k]) ** 2))
     return travel > STUCK_STEPS * step and abs(dq.mean()) > STUCK_SPEED * usual
 
 

@@ -128,12 +128,12 @@ def _motion(record, k, views, noise, dead):
 
 
 def _least_hidden(views, k, noise):
-    found = []
+    """Answer of the first window that shows all, else of the widest, which has least noise."""
     for view in views:
-        found.append(_hidden(view, k, noise))
-        if not found[-1][0]:
+        hidden, reason = _hidden(view, k, noise)
+        if not hidden:
             break
-    return min(found, key=lambda answer: len(answer[0]))
+    return hidden, reason
 
 
 def _hidden(view, k, noise):

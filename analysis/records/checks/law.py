@@ -6,7 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.checks.command import saturated
 from clie_blocks.analysis.records.checks.finding import Finding
-from clie_blocks.analysis.records.checks.measures import correlations, permutation
+from clie_blocks.analysis.records.checks.measures import correlations, moves, permutation
 from clie_blocks.analysis.records.control_law import (
     replay,
     settled,
@@ -95,7 +95,7 @@ def _fit(record, controller, k, variant):
     for column in columns.values():
         used &= np.isfinite(column)
     used &= ~saturated(record, None, k)[0]
-    columns = {name: x[used] for name, x in columns.items() if x[used].size and np.ptp(x[used])}
+    columns = {name: x[used] for name, x in columns.items() if moves(x[used])}
     if np.count_nonzero(used) < 100 or "q" not in columns:
         return None
     matrix = np.stack([x - x.mean() for x in columns.values()], axis=1)
@@ -235,7 +235,8 @@ def _excitation(record, k, fit, tolerance):
 
 
 def _not_understood(record, result, k):
-    share = result.rms[k] / np.sqrt(np.mean(record.u[result.used, k] ** 2))
+    asked = max(np.sqrt(np.mean(x[result.used, k] ** 2)) for x in (record.u, result.u))
+    share = result.rms[k] / asked
     steps = f", {result.lsb[k]:.3g} steps of its resolution" if result.lsb[k] > 0 else ""
     return Finding("warning", "law.residual", f"The stated law leaves {share:.2%} of its command "
                    f"unexplained{steps} (best velocity: {result.variant}).",

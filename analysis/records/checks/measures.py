@@ -4,7 +4,13 @@ import numpy as np
 
 from clie_blocks.analysis.records.runs import runs
 
+TINY = 1e-100
 WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
+
+
+def moves(x):
+    """Whether a signal changes at all, by more than what squares to nothing."""
+    return x.size > 0 and np.ptp(x) > TINY
 
 
 def half_width(record, window=WINDOW):

@@ -182,7 +182,12 @@ WARNINGS = {
     "unknown filter": (law(highpass=80.0, lowpass=120.0), "law.residual", "unexplained"),
     "unsigned torque": (changed("tau", np.abs), "torque.unsigned", "never negative"),
     "torque is the command": (lambda r: r.replace(tau=r.u), "torque.copied", "equals its command"),
+    "dead command": (changed("u", column(1, lambda x: 0 * x)), "command.dead", "never changes"),
     "late torque": (late(12, "tau"), "torque.late", "Its torque trails its command by 12"),
+    "too short": (lambda r: r.part(0, 4000), "reach.short", "4 s long"),
+    "too slow": (lambda r: r.replace(**{name: getattr(r, name)[::20] for name in
+                                        ("time", "valid", *r.signals)}, segments=()),
+                 "reach.slow", "faster than 25 Hz"),
     "velocity with holes": (changed("dq", column(1, lambda x: np.where(x > 0.5, np.nan, x))),
                             "missing.dq", "not numbers"),
     "long run missing": (holes(0.01), "missing.samples", "longest of 120 samples"),

@@ -1,0 +1,38 @@
+"""Checks of length and rate: what a log is too short or too coarse in time to show."""
+
+import numpy as np
+
+from clie_blocks.analysis.records.checks.finding import Finding
+from clie_blocks.analysis.records.checks.stability import loop_gains, nominal_joints
+
+SHORT = 5.0  # s
+SLOW = 100.0  # Hz
+PER_PERIOD = 20  # samples per period of the loop, to simulate its controller from the log
+
+
+def check_reach(record, robot):
+    """Findings on logs that are short, or slow against the loop."""
+    found = []
+    if record.duration < SHORT:
+        found.append(Finding("warning", "reach.short", f"The log is {record.duration:.3g} s long.",
+                             "Drift, slow disturbances and faults are out of reach, and intervals "
+                             "rest on few independent samples.",
+                             "Take 20 s or more, or several logs."))
+    rate = 1 / record.sample_time
+    needed = PER_PERIOD * _loop_frequency(robot)
+    if rate < max(SLOW, needed):
+        loop = f"; the loop itself needs {needed:.3g} Hz" if rate < needed else ""
+        found.append(Finding("warning", "reach.slow", f"The log has {rate:.4g} Hz{loop}.",
+                             f"Effects faster than {rate / 2:.3g} Hz are out of reach: delays "
+                             f"below {1e3 / rate:.3g} ms, lags, elasticity, ripple at speed.",
+                             "Log every cycle of the controller."))
+    return found
+
+
+def _loop_frequency(robot):
+    """Natural frequency of the fastest nominal loop [Hz]; zero where it is not known."""
+    nominal = nominal_joints(robot)
+    if nominal is None or robot.controller.law not in ("pd", "cascade"):
+        return 0.0
+    return float(np.sqrt(np.max(nominal[1] * np.abs(loop_gains(robot.controller)[0])))
+                 / (2 * np.pi))
