@@ -92,7 +92,7 @@ class Group:
         """Take the row at the end."""
         record = engine.observe(schedule.steps * schedule.step, self.x, u, self.p)
         self._keep(keeper, schedule.steps // schedule.every,
-                   record)
+                   record[None])
 
     def final_state(self):
         """Return the states, runs first."""
@@ -105,8 +105,8 @@ class Group:
 
     def _keep(self, keeper, first, values):
         with np.errstate(all="ignore"):  # a run that has left the numbers goes on as NaN
-            keeper.keep(self.runs, first, values.reshape(-1, len(keeper.entries), self.width),
-                        self.remembered)
+            shaped = values.reshape(len(values), len(keeper.entries), self.width)
+            keeper.keep(self.runs, first, shaped, self.remembered)
 
 
 def run_batch(build, arranged, schedule, sets, rows, keeper, width, threads, label):

@@ -51,6 +51,13 @@ def test_any_number_of_runs_and_threads(program, runs, threads):
         np.testing.assert_allclose(batch.outputs[k], run.outputs, rtol=1e-12, atol=1e-13)
 
 
+def test_only_the_end_may_be_kept(program):
+    batch = program.batch(**CALL, params={"pd.gain": GAINS}, log=[], every=100)
+    assert batch.outputs.shape == (21, 0, 1) and batch.reduced == {}
+    last = program.run(**CALL, params={"pd.gain": GAINS[4]}).states[:, -1]
+    np.testing.assert_allclose(batch.final_state[4], last, rtol=1e-12, atol=1e-13)
+
+
 def test_initial_states_run_by_run(program):
     starts = np.random.default_rng(2).standard_normal((5, 4))
     both = (program.batch(**CALL, initial_state=starts),
