@@ -172,14 +172,17 @@ class Simulator:
         memory, p, _ = self._unpack(x, params)
         n = self.shape.n
         q = robot.measure(memory["q"][0], self.pieces, p)
-        torque, _ = robot.command(q, u[:n], u[n:], memory["law"], self.shape.clipped, p)
+        start = robot.measure(p["start"], self.pieces, p)
+        torque, _ = robot.command(q, u[:n], u[n:], memory["law"], start, self.shape.clipped, p)
         return np.concatenate((q, torque))
 
     def _step(self, t, x, u, params):
         memory, p, chain = self._unpack(x, params)
         n, h = self.shape.n, self.shape.period
         q = robot.measure(memory["q"][0], self.pieces, p)
-        torque, after = robot.command(q, u[:n], u[n:], memory["law"], self.shape.clipped, p)
+        start = robot.measure(p["start"], self.pieces, p)
+        torque, after = robot.command(q, u[:n], u[n:], memory["law"], start, self.shape.clipped,
+                                      p)
         torque, kept = robot.delivered(torque, memory, self.pieces, p, h)
         now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
         motion, remembered = (self._move_apart if self.loose else self._move)(now, memory, p)

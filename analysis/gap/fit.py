@@ -11,10 +11,12 @@ import functools
 
 import numpy as np
 
+from clie_blocks.analysis.gap.hypothesis import SOFTNESS
 from clie_blocks.analysis.gap.noise import decimated, white
 
 CONVERGED = 1e-3
 DAMPING = 1e-4
+TRIES = 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -109,21 +111,51 @@ def fit(start, bench, iterations=6):
     damping, kept, jacobian = DAMPING, 0, None
     for _ in range(iterations):
         jacobian = _jacobian(at, bench, residual)
-        proposal = _step(at, jacobian, residual, damping)
-        tried = _residual(proposal, bench)
-        before, after = residual @ residual, tried @ tried
-        if not after < before:
-            damping = max(damping, 1e-3) * 30
-            proposal = _step(at, jacobian, residual, damping)
-            tried = _residual(proposal, bench)
-            after = tried @ tried
-            if not after < before:
-                break
-        at, residual, kept = proposal, tried, kept + 1
-        damping = max(damping / 10, DAMPING)
-        if before - after < CONVERGED * len(residual) + 1e-4 * after:
+        found = _better(at, bench, jacobian, residual, damping)
+        if found is None:
+            break
+        gained = residual @ residual - found[1] @ found[1]
+        at, residual, damping = found
+        kept += 1
+        if gained < CONVERGED * len(residual) + 1e-4 * (residual @ residual):
             break
     return judged(at, bench, jacobian, kept)
+
+
+def _better(at, bench, jacobian, residual, damping):
+    """First damped step that improves: ``hypothesis, residual, next damping``; None if none."""
+    for _ in range(TRIES):
+        proposal = _step(at, jacobian, residual, damping)
+        tried = _residual(proposal, bench)
+        if tried @ tried < residual @ residual:
+            return proposal, tried, max(damping / 10, DAMPING)
+        damping = 30 * max(damping, 1e-3)
+    return None
+
+
+def shrunk(start, bench, reference):
+    """Return a start with smaller amplitudes, if as it is it does worse than a reference.
+
+    Parameters
+    ----------
+    start : Hypothesis
+        With numbers from a linear regression, which may reach too far.
+    bench : Bench
+        Whitening.
+    reference : float
+        Cost on the fit logs of the hypothesis without the causes.
+
+    """
+    amplitudes = [f"{member.name}.{number.name}" for member in start.members
+                  for number in member.cause.numbers
+                  if number.neutral == 0.0 and not number.fixed]
+    for _ in range(TRIES):
+        residual = _residual(start, bench)
+        if residual @ residual < reference:
+            break
+        start = start.with_values({key: 0.3 * value if key in amplitudes else value
+                                   for key, value in start.values.items()})
+    return start
 
 
 def judged(at, bench, jacobian=None, kept=0):
@@ -169,7 +201,7 @@ def _jacobian(at, bench, residual):
                         columns[row, i] = (moved[j * n + k] - parts[j * n + k]) / width
     for i, entry in enumerate(at.open):
         if entry.tolerance is not None and entry.stray(at.get(entry)) != 0.0:
-            columns[bounds[-1] + i, i] = entry.size / entry.tolerance / 0.25
+            columns[bounds[-1] + i, i] = entry.size / entry.tolerance / SOFTNESS
     return columns
 
 

@@ -1,4 +1,4 @@
-"""A hypothesis: the joint model with some causes at some joints, and the numbers it leaves open."""
+"""A hypothesis: the joint model with some causes at some joints, and its open numbers."""
 
 import dataclasses
 import functools

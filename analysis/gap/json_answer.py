@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.verdict import NONE, UNKNOWN, marginals, set_90
+from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
 
 SCHEMA_VERSION = 1
 LEAST = 1e-4  # probabilities below are left out
@@ -66,7 +66,7 @@ def _effects(diagnosis, given):
         if probability < LEAST and name != NONE:
             continue
         row = {"effect": name, "joint": None, "probability": probability}
-        if name not in (NONE, UNKNOWN):
+        if name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_numbers(name, first[name]))
         rows.append(row)
     return rows

@@ -67,7 +67,7 @@ def _names(text):
 def _parser():
     parser = argparse.ArgumentParser(prog="clie diagnose", description=__doc__)
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH",
-                        help="a folder with robot.toml and logs, a folder of such folders, or logs")
+                        help="folder with robot.toml and logs, folder of such folders, or logs")
     parser.add_argument("--robot", type=Path, help="robot.toml of the logs")
     parser.add_argument("--holdout", help="log that only judges, by name or number (the last)")
     parser.add_argument("--effects", help="look for these effects only, separated by commas")
@@ -75,7 +75,7 @@ def _parser():
     parser.add_argument("--jobs", type=int, default=1, help="trials side by side")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--json", type=Path, help="write the answer; of many trials by name")
-    parser.add_argument("--all", action="store_true", help="name the trial in the JSON even of one")
+    parser.add_argument("--all", action="store_true", help="JSON by trial name, even of one trial")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR",
                         help="keep each result there; a later run continues")

@@ -7,7 +7,7 @@ from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import extended, pairs, singles
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
-from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.fit import fit, shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
@@ -224,8 +224,10 @@ def explore(bench, base, causes=CAUSES):
 
 def race(bench, base, candidates, finalists):
     """Fit candidates for a few steps, then the best of them to the end."""
-    started = [fit(hypothesis(bench.problem, candidate.members, base.hypothesis), bench, 2)
-               for candidate in candidates]
+    started = []
+    for candidate in candidates:
+        start = hypothesis(bench.problem, candidate.members, base.hypothesis)
+        started.append(fit(shrunk(start, bench, base.cost), bench, 2))
     order = sorted(started, key=lambda f: f.total)
     return [fit(f.hypothesis, bench, 8) for f in order[:finalists]] + order[finalists:]
 

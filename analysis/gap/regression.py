@@ -46,8 +46,8 @@ class Regression:
         theta = np.zeros(0)
         if scaled:
             right = self.right[at] - self.gram[np.ix_(at, pinned)].sum(axis=1)
-            lower = np.concatenate([self.columns[i].lower for i in scaled])
-            more, theta = bounded(self.gram[np.ix_(at, at)], right, lower)
+            limits = np.concatenate([self.columns[i].limits for i in scaled], axis=1)
+            more, theta = bounded(self.gram[np.ix_(at, at)], right, *limits)
             drop += more
         parts, taken = [], 0
         for i in sets:
@@ -65,15 +65,15 @@ def regression(columns, target):
                       [slice(a, b) for a, b in zip(ends, ends[1:])])
 
 
-def bounded(gram, right, lower):
-    """Least squares with some coefficients at least zero: the best of all active sets.
+def bounded(gram, right, lower, upper):
+    """Least squares with signs and bounds: the best of all active sets, drawn in to its bounds.
 
     Parameters
     ----------
     gram, right : ndarray
         Normal equations.
-    lower : ndarray
-        0 where a coefficient must not be negative, -inf elsewhere.
+    lower, upper : ndarray
+        Bounds of the coefficients; a lower bound of zero is a sign, the others are drawn in to.
 
     Returns
     -------
@@ -94,10 +94,20 @@ def bounded(gram, right, lower):
                 continue
             part = gram[np.ix_(used, used)]
             found = np.linalg.solve(part + RIDGE * np.eye(len(used)), right[used])
+            if (found[lower[used] == 0.0] < 0.0).any():
+                continue
+            found = found * _within(found / norm[used], lower[used], upper[used])
             drop = float(2 * found @ right[used] - found @ part @ found)
-            if drop > best and (found[lower[used] == 0.0] >= 0.0).all():
+            if drop > best:
                 best, theta = drop, np.zeros(len(norm))
                 theta[used] = found / norm[used]
         if best > 0.0 and count == 0:
             break
     return best, theta
+
+
+def _within(theta, lower, upper):
+    """Factor that brings coefficients inside their bounds."""
+    bound = np.where(theta > 0, upper, -lower)
+    over = np.abs(theta) / np.maximum(bound, 1e-300)
+    return 1.0 / max(over[np.isfinite(bound)].max(initial=0.0), 1.0)

@@ -54,10 +54,13 @@ class Column:
         return max(len(self.amplitudes), free)
 
     @functools.cached_property
-    def lower(self):
-        """Lower bounds of the amplitudes: 0 or none."""
-        bounds = {number.name: number.lower for number in self.cause.numbers}
-        return np.array([0.0 if bounds[name] >= 0.0 else -np.inf for name in self.amplitudes])
+    def limits(self):
+        """Bounds of the coefficients, shape (2, amplitudes): the cause's over the probe's."""
+        numbers = {number.name: number for number in self.cause.numbers}
+        sizes = [np.ravel(self.member.values[name])[self.joint] for name in self.amplitudes]
+        return np.array([[bound(numbers[name]) / size
+                          for name, size in zip(self.amplitudes, sizes)]
+                         for bound in (lambda x: x.lower, lambda x: x.upper)])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.links import coriolis_torque, gravity_torque, mass_entries
 
-SUBSTEPS = 4
+SUBSTEPS = 5
 SWEEPS = 4  # for the friction impulses of coupled joints
 
 
@@ -67,9 +67,9 @@ def measure(q, pieces, p):
     return q
 
 
-def command(q, q_d, pe, memory, clipped, p):
-    """Command of the sampled law, and its memory one sample later."""
-    b, a, x = p["b"], p["a"], q - p["start"]
+def command(q, q_d, pe, memory, start, clipped, p):
+    """Command of the sampled law, started at rest at a measured position, and its memory after."""
+    b, a, x = p["b"], p["a"], q - start
     rate = b[0] * x + memory[0]
     after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
     u = p["kp"] * (q_d - q) - p["kd"] * rate + pe

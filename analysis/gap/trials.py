@@ -1,4 +1,4 @@
-"""Many trials: found in folders, diagnosed side by side, each result on disk as soon as it is there.
+"""Many trials: found in folders, diagnosed side by side, each result kept on disk at once.
 
 A killed run continues where it stopped: a result is read back if logs, robot file, options and
 version are the ones it was made from.

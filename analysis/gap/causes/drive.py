@@ -64,7 +64,7 @@ def _gain(u, z, p, h):
 
 TORQUE_GAIN_ERROR = Cause(
     "torque_gain_error", (Piece("drive", _gain),),
-    (Number("error", "1", -0.9, 5.0),),
+    (Number("error", "1", -0.6, 1.5),),
     lambda scene: [Probe({"error": 0.05 + 0 * scene.torque}, ("error",))])
 
 
@@ -74,7 +74,7 @@ def _ripple(s, z, p):
 
 
 def _ripple_probes(scene):
-    """Orders from 3 per turn up, close enough for the travel, and multiples of the motor's turn."""
+    """Orders from 3 per turn up, close enough for the travel, and the motor's harmonics."""
     ratio = scene.problem.gear_ratio
     step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
     orders = [order + 0 * ratio for order in np.arange(3.0, 48.0, step)]
@@ -86,5 +86,5 @@ def _ripple_probes(scene):
 
 TORQUE_RIPPLE = Cause(
     "torque_ripple", (Piece("load", _ripple),),
-    (Number("sine", "N m"), Number("cosine", "N m"), Number("order", "1/turn", 2.0, 5000.0, neutral=None)),
-    _ripple_probes)
+    (Number("sine", "N m"), Number("cosine", "N m"),
+     Number("order", "1/turn", 2.0, 5000.0, neutral=None)), _ripple_probes)

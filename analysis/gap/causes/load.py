@@ -37,8 +37,8 @@ def _gravity_probes(scene):
 
 
 GRAVITY = Cause(
-    "gravity", (Piece("load", _gravity),), (Number("along", "1", scope="robot"),
-                                 Number("across", "1", scope="robot")), _gravity_probes)
+    "gravity", (Piece("load", _gravity),), (Number("along", "1", -2.0, 2.0, scope="robot"),
+                                 Number("across", "1", -2.0, 2.0, scope="robot")), _gravity_probes)
 
 
 def tip_mass(s):
@@ -85,4 +85,5 @@ def _coupling_probes(scene):
 
 
 COUPLING = Cause("coupling", (Piece("body", _coupling),),
-                 (Number("share", "1", scope="robot"),), _coupling_probes, needs_links=True)
+                 (Number("share", "1", -1.5, 1.5, scope="robot"),), _coupling_probes,
+                 needs_links=True)

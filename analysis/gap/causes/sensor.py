@@ -5,6 +5,8 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
+WORST = 0.02  # rad: a degree of eccentricity
+
 
 def _eccentric(q, p):
     phase = p["order"] * q
@@ -21,5 +23,5 @@ def _probes(scene):
 
 ENCODER_ECCENTRICITY = Cause(
     "encoder_eccentricity", (Piece("sensor", _eccentric),),
-    (Number("sine", "rad"), Number("cosine", "rad"), Number("order", "1/turn", fixed=True, neutral=None)),
-    _probes)
+    (Number("sine", "rad", -WORST, WORST), Number("cosine", "rad", -WORST, WORST),
+     Number("order", "1/turn", fixed=True, neutral=None)), _probes)

@@ -5,8 +5,8 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
-CONTACT = 300.0  # rad/s: stiffness of a closed gap, as the frequency of the link on it
-CONTACT_DAMPING = 0.5
+CONTACT = 600.0  # rad/s: stiffness of a closed gap, as the frequency of the link on it
+CONTACT_DAMPING = 1.0
 
 
 def _elastic(twist, rate, p, link):
