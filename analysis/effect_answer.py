@@ -17,6 +17,7 @@ ANSWERS = {
     "actuator_lag": ({"u": _one}, 0.03),
     "velocity_estimate_lag": ({"dq": _one}, 0.03),
     "time_delay": ({"u": _one}, 0.03),
+    "setpoint_delay": ({"q_d": _one}, 0.1),
     "channel_skew": ({"u": _one}, 0.03),
     "in_loop_delay": ({"q": lambda t: t, "dq": _one}, 0.03),
     "velocity_filter_mismatch": ({"dq": _one}, 0.03),

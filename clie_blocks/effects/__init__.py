@@ -54,6 +54,7 @@ _FILES = {
     "torque_quantization": "torque_quantization",
     "setpoint_slew": "setpoint_slew",
     "time_delay": "time_delay",
+    "setpoint_delay": "setpoint_delay",
     "in_loop_delay": "in_loop_delay",
     "tick_jitter": "tick_jitter",
     "packet_hold": "packet_hold",

@@ -11,7 +11,8 @@ from clie_blocks.signals import DiagramError
 DELAY = 0.01
 
 
-@pytest.mark.parametrize(("name", "key"), [("time_delay", "delay"), ("channel_skew", "skew")])
+@pytest.mark.parametrize(("name", "key"), [("time_delay", "delay"), ("channel_skew", "skew"),
+                                          ("setpoint_delay", "delay")])
 @pytest.mark.parametrize(("angle", "error"), [(1.0, 1e-9), (4.0, 1e-4), (5.0, 1e-3), (6.0, 5e-3)])
 def test_a_delay_has_its_phase_and_no_gain(name, key, angle, error):
     w = np.array([angle / DELAY])
