@@ -65,7 +65,7 @@ def noise_floor(record, *others):
     if period:
         count = (stop - start) // period - 1  # the first period holds the transient
         cut = record.q[start + period:start + (count + 1) * period]
-        return NoiseFloor(_spread(cut.reshape(count, period, record.n)), "periods", count)
+        return NoiseFloor(_change(cut.reshape(count, period, record.n)), "periods", count)
     std, whiteness = roughness(record)
     return NoiseFloor(std, "second difference", 0, _caveat(whiteness))
 
@@ -123,6 +123,12 @@ def _self_similar(drive, longest):
 def _spread(repeats):
     """Standard deviation over repeats, with the freedom of their mean given back."""
     return np.sqrt(np.nanmean(np.nanvar(repeats, axis=0, ddof=1), axis=0))
+
+
+def _change(periods):
+    """Standard deviation from neighbouring periods; the median forgives a slow transient."""
+    change = np.sqrt(np.nanmean(np.diff(periods, axis=0) ** 2, axis=1))
+    return np.median(change, axis=0) / np.sqrt(2)
 
 
 def _second_difference(record, width):

@@ -27,6 +27,13 @@ def test_periods_measure_the_noise_including_its_slow_part():
     assert noise_floor(periodic(slow=3e-3)).std[0] > 3 * NOISE
 
 
+def test_a_slow_transient_at_the_start_is_no_noise():
+    record = periodic(periods=8)
+    settling = 0.5 * np.exp(-np.arange(len(record)) / 400)
+    late = record.replace(q=record.q + settling[:, None])
+    assert noise_floor(late).std[0] == pytest.approx(NOISE, rel=0.05)
+
+
 def test_the_period_is_exact_and_none_is_seen_where_there_is_none():
     record = periodic()
     assert repeated_period(record, 0, len(record)) == 1500
