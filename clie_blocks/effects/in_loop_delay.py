@@ -44,7 +44,7 @@ IN_LOOP_DELAY = Effect(
         "gazebo": "none",
         "simscape": "Transport Delay",
     },
-    wrong="As time_delay; at rest before the start, but at zero in a sampled controller.",
+    wrong="As time_delay; the joint was at rest before the start.",
     symmetry="odd", stiff=True, symbol="$e^{-sT}$",
-    sampled=DelayLine(("q", "dq"), lambda t, delay: delay, longest="delay"),
+    sampled=DelayLine(("q", "dq"), lambda t, delay: delay, longest="delay", at_rest=True),
 )

@@ -36,7 +36,8 @@ SETPOINT_DELAY = Effect(
         "gazebo": "none",
         "simscape": "Transport Delay in front of the controller",
     },
-    wrong="As time_delay; the set-point before the start is zero.",
+    wrong="As time_delay; in a continuous diagram the set-point before the start is zero, in a "
+          "sampled controller it is the first one.",
     symmetry="odd", stiff=True, symbol=r"$e^{-sT}$",
-    sampled=DelayLine(("q_d",), lambda t, delay: delay, longest="delay"),
+    sampled=DelayLine(("q_d",), lambda t, delay: delay, longest="delay", at_rest=True),
 )

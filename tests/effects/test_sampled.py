@@ -82,7 +82,9 @@ def test_a_delay_of_whole_samples_is_exact_in_the_controller():
 def test_a_late_measurement_is_exact_in_the_controller():
     block = LIBRARY["in_loop_delay"](delay=0.002).block(1, PERIOD)
     rows = rows_for(block)
-    np.testing.assert_array_equal(along(block, rows)[2:], rows[:-2])
+    found = along(block, rows)
+    np.testing.assert_array_equal(found[2:], rows[:-2])
+    np.testing.assert_array_equal(found[:2], np.tile(rows[0], (2, 1)))  # at rest before
 
 
 def test_lost_packets_hold_the_last_command_bit_for_bit():

@@ -1,10 +1,12 @@
 """Timing: phase of the delays, the exact delay line, beats and holds."""
 
+import control as ct
 import numpy as np
 import pytest
-from effect_runs import block_response, frequency_response
+from effect_runs import block_response, frequency_response, one_joint
 
-from clie_blocks.effects import LIBRARY
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.delay import delay_line
 from clie_blocks.signals import DiagramError
 
@@ -38,6 +40,18 @@ def test_a_late_measurement_is_position_and_velocity_of_before():
 def test_a_late_measurement_at_rest_is_right_at_once():
     _, y = block_response(LIBRARY["in_loop_delay"](delay=0.02), {"q": 0.7, "dq": 0.0}, 0.1)
     assert np.all(y[0] == 0.7) and np.all(y[1] == 0.0)
+
+
+@pytest.mark.parametrize("name", ["time_delay", "in_loop_delay"])
+def test_a_delay_in_the_loop_takes_kp_times_itself_from_the_damping(name):
+    def damping(kd, *effects):
+        plain = joint_loop(one_joint(), [200.0], [kd])
+        loop = with_effects(plain, list(effects))
+        poles = ct.linearize(loop, np.zeros(loop.nstates), np.zeros(2)).poles()
+        return -poles[np.argmin(np.abs(poles))].real
+
+    lost = damping(5.0) - damping(5.0, LIBRARY[name](delay=0.002))
+    assert lost == pytest.approx(damping(5.0) - damping(5.0 - 200.0 * 0.002), rel=0.15)
 
 
 def sampled(line, rows):
