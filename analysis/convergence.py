@@ -14,7 +14,8 @@ from clie_blocks.analysis.opening import transfer
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.diagrams.clie_loop import clie_loop
-from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.errors import DivergedError, NotIdentifiableError
+from clie_blocks.identification import scaled_gain
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.signals import signal
 
@@ -22,6 +23,7 @@ PAPER_PERIOD = 2.0  # s, of the excitation (48)
 STEP = 1e-3  # s
 NUDGE = 1e-5
 NEWTON_STEPS = 4
+PAPER_RATE = 1 / 400  # 1/s, averaged rate of the paper's loop at Gamma = I
 RAMP_OVER = {"filtered_regressor.omega_f": 1e9}  # the start-up term of (36) is not periodic
 
 
@@ -41,6 +43,8 @@ class PeriodicLoop:
         Set-point [rad]; in exact arithmetic without influence on the rates.
     alpha : float
         Gain of the gradient method; zero gives (27).
+    shape : array_like, shape (3n,)
+        Diagonal of Gamma for a gain of one; all ones by default, as in the paper.
 
     """
 
@@ -49,14 +53,19 @@ class PeriodicLoop:
     period: float = PAPER_PERIOD
     q_d: object = 0.0
     alpha: float = 0.0
+    shape: object = 1.0
+
+    def diagonal(self, gamma):
+        """Diagonal of Gamma, shape (3n,), for a gain."""
+        return gamma * self.shape * np.ones(3 * self.joints.n)
 
     def diagram(self):
         """Return the identification loop with the true joints as plant; Gamma is a parameter."""
         robot = self.joints
         plant = decoupled_joints(robot.a, robot.b, robot.d)
         if self.alpha == 0:
-            return clie_loop(plant, robot.kp, robot.kd, 1.0)
-        return clie_composite(plant, robot.kp, robot.kd, 1.0, self.alpha)
+            return clie_loop(plant, robot.kp, robot.kd, self.diagonal(1.0))
+        return clie_composite(plant, robot.kp, robot.kd, self.diagonal(1.0), self.alpha)
 
     def inputs(self, diagram):
         """Return the periodic inputs of a run, without noise."""
@@ -117,7 +126,8 @@ class FloquetLoop:
         """State one period after the state x."""
         run = self.program.run(
             self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=["q"],
-            params={"update.gamma": gamma, **self.fixed}, every=round(self.loop.period / STEP))
+            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed},
+            every=round(self.loop.period / STEP))
         return run.states[:, -1]
 
     def monodromy(self, x, gamma):
@@ -155,9 +165,12 @@ class FloquetLoop:
             Per joint.
 
         """
-        _, matrix = self.orbit(gamma)
-        multipliers, vectors = np.linalg.eig(matrix)
         n = self.loop.joints.n
+        try:
+            _, matrix = self.orbit(gamma)
+        except DivergedError:  # within one period: as unstable as can be
+            return Rates(np.full(n, -np.inf), np.array([np.inf]))
+        multipliers, vectors = np.linalg.eig(matrix)
         joint = np.array([int(label[label.index("[") + 1:-1]) % n if "[" in label else -1
                           for _, label in self.program.states])
         share = np.array([np.sum(np.abs(vectors[joint == k]) ** 2, axis=0) for k in range(n)])
@@ -214,7 +227,7 @@ def averaged_matrix(loop):
     matrix = np.zeros((3 * n, 3 * n))
     for k in range(n):
         matrix[k::n, k::n] = blocks[k]
-    return matrix
+    return loop.diagonal(1.0)[:, None] * matrix
 
 
 def averaged_rates(loop, gammas):
@@ -245,9 +258,29 @@ def steady_regressor(loop):
     compiled = FloquetLoop(loop)
     x, _ = compiled.orbit(1.0)
     run = compiled.program.run(loop.period, step=STEP, inputs=compiled.inputs, initial_state=x,
-                               log=["dq", "u"], params={"update.gamma": 1.0, **compiled.fixed})
+                               log=["dq", "u"], params=compiled.fixed)
     dq, u = signal(run, "dq")[:, :-1].T, signal(run, "u")[:, :-1].T
     return np.array([dq, -u, np.ones_like(u)])
+
+
+def balanced_shape(loop):
+    """Diagonal of Gamma that lets all estimates converge alike, shape (3n,).
+
+    Times a gain g it gives an averaged rate of about g/400 per second, which is what Gamma = g I
+    gives on the paper's robot: there, and only there, all signals are near one.
+
+    Parameters
+    ----------
+    loop : PeriodicLoop
+        The loop.
+
+    """
+    robot, n = loop.joints, loop.joints.n
+    rows = steady_regressor(loop)  # (3, samples, n)
+    phi = np.zeros((rows.shape[1], 3 * n, n))
+    for k in range(n):
+        phi[:, k::n, k] = rows[:, :, k].T
+    return scaled_gain(phi, PAPER_RATE, robot.kp, robot.kd, robot.b)
 
 
 def _input_error_response(loop, omega):

@@ -14,6 +14,7 @@ from clie_blocks.signals import ports
 
 PAPER_TONES = (0.5, 1.0)  # Hz, the frequencies of the excitation (48)
 HOLD_POINTS = 20
+LARGEST_GAIN = 1e9  # a gain margin beyond it is round-off of an infinite one
 
 
 @dataclass(frozen=True)
@@ -244,7 +245,7 @@ def margins(plant, kp, kd, joint, *, filtered=False, q=0.0):
     if len(phases) == 0:
         raise NotIdentifiableError(f"joint {joint + 1}: the loop gain never crosses one; the "
                                    "gains are too small for margins to mean anything")
-    worst = np.argmin(np.abs(phases))
+    gains, worst = gains[gains < LARGEST_GAIN], np.argmin(np.abs(phases))
     omega = np.geomspace(crossovers[worst] / 100, crossovers[worst] * 1000, 4000)
     peak = np.max(np.abs(1 / (1 + np.squeeze(loop(1j * omega)))))
     return Margins(float(np.min(gains[gains > 1], initial=np.inf)),

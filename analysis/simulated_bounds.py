@@ -69,8 +69,10 @@ def identification_errors(plant, joints, q_d, pe, *, gamma, alpha, duration=400.
         Set-point [rad].
     pe : callable
         Excitation [N m].
-    gamma, alpha : float
-        Gains of (40); alpha zero gives (27).
+    gamma : float or array_like, shape (3n,)
+        Adaptation gain of (40), or its diagonal.
+    alpha : float
+        Gain of the gradient method; zero gives (27).
     duration : float
         Simulated time [s].
 

@@ -1,0 +1,247 @@
+"""Everything that a stability report says, as numbers; the document and the JSON both read it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clie_blocks.analysis.bounds import (
+    condition,
+    disturbance_norm,
+    theorem_2,
+    theorem_4,
+    ultimate_bound,
+)
+from clie_blocks.analysis.convergence import averaged_rates, floquet_rates
+from clie_blocks.analysis.excitation_design import Limits, design_multisine
+from clie_blocks.analysis.excitation_level import (
+    excitation,
+    filtered_regressor_of,
+    model_regressor,
+)
+from clie_blocks.analysis.frequency import (
+    PAPER_TONES,
+    closed_loop_poles,
+    filter_response,
+    margins,
+    noise_gain,
+)
+from clie_blocks.analysis.simulated_bounds import (
+    identification_errors,
+    pd_trajectory,
+    ultimate_radius,
+)
+from clie_blocks.analysis.worst_case import worst_case
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.errors import DivergedError
+from clie_blocks.filters import lowpass, velocity_filter
+from clie_blocks.signals import signal
+
+GAMMAS = np.geomspace(2.5, 640, 33)
+WINDOWS = ((0.0, 5.0), (5.0, 15.0), (15.0, 25.0), (25.0, 35.0), (35.0, 45.0), (45.0, 55.0))
+SETTLED = 5.0  # s, after which the modelling error counts
+NOISE_PERIOD = 1e-3  # s
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Conditions and bounds of a study, and what the loops really do.
+
+    Where a simulation diverged, `trajectory` or `errors` is None and its radii are infinite.
+    """
+
+    condition: object
+    eta_computed: float
+    eta_instant: float
+    ultimate: object
+    eps_bar: tuple
+    second: object
+    fourth: object
+    worst: object
+    trajectory: tuple
+    radius: float
+    errors: dict
+    measured: dict
+
+
+def bounds_of(study):
+    """Compute conditions and bounds, and simulate both loops beside them.
+
+    Parameters
+    ----------
+    study : Study
+        Robot, gains, excitation.
+
+    Returns
+    -------
+    Bounds
+        See there.
+
+    """
+    joints = study.joints
+    arguments = study.plant, joints, study.q_d, study.pe
+    errors = _unless_diverged(identification_errors, *arguments, gamma=study.gamma_diagonal,
+                              alpha=study.alpha)
+    measured = _radii(errors)
+    measured |= {"mu_1": theorem_2(joints, measured["eps"]).mu_1,
+                 "mu_2": theorem_4(joints, study.alpha, measured["eps"], measured["eps_f"]).mu_2}
+    eps = (measured["eps"],) * 2 if study.eps_bar is None else study.eps_bar
+    trajectory = _unless_diverged(pd_trajectory, *arguments)
+    eta, instant = disturbance_norm(joints, study.pe)
+    return Bounds(
+        condition(joints), eta, instant, ultimate_bound(joints, study.eta_norm or eta), eps,
+        theorem_2(joints, eps[0]), theorem_4(joints, study.alpha, eps[1]),
+        worst_case(study.box, joints.kp, joints.kd, study.pe, alpha=study.alpha, eps_bar=eps[0]),
+        trajectory, np.inf if trajectory is None else ultimate_radius(*trajectory), errors,
+        measured)
+
+
+def _unless_diverged(simulate, *arguments, **options):
+    try:
+        return simulate(*arguments, **options)
+    except DivergedError:
+        return None
+
+
+def _radii(errors):
+    """Largest norms after the start and at the end of a run."""
+    if errors is None:
+        return dict.fromkeys(("eps", "eps_f", "e_early", "e_late", "sigma_late"), np.inf)
+    time, end = errors["time"], errors["time"][-1] - 20.0
+
+    def radius(after, *names):
+        return ultimate_radius(time, *(errors[name] for name in names), after=after)
+
+    return {"eps": radius(SETTLED, "eps"), "eps_f": radius(SETTLED, "eps_f"),
+            "e_early": radius(SETTLED, "e", "de"), "e_late": radius(end, "e", "de"),
+            "sigma_late": radius(end, "e", "de", "e_f")}
+
+
+@dataclass(frozen=True)
+class LinearAnalysis:
+    """Filters, poles and margins of a study."""
+
+    filters: dict
+    noise: dict
+    poles: dict
+    margins: dict
+
+
+def linear_analysis_of(study):
+    """Linear analysis with exact velocity and with velocity through G1.
+
+    Parameters
+    ----------
+    study : Study
+        Robot and gains.
+
+    Returns
+    -------
+    LinearAnalysis
+        Poles and margins by ``'exact'`` and ``'G1'``; margins joint by joint.
+
+    """
+    blocks = {"G1": velocity_filter(1), "G2": lowpass(1)}
+    tones = 2 * np.pi * np.array(PAPER_TONES)
+    arguments = (study.plant, study.joints.kp, study.joints.kd)
+    kinds = {"exact": False, "G1": True}
+    return LinearAnalysis(
+        {name: filter_response(block, tones, name == "G1") for name, block in blocks.items()},
+        {name: noise_gain(block, NOISE_PERIOD) for name, block in blocks.items()},
+        {kind: closed_loop_poles(*arguments, filtered=filtered, q=study.q_d)
+         for kind, filtered in kinds.items()},
+        {kind: [margins(*arguments, k, filtered=filtered, q=study.q_d)
+                for k in range(study.joints.n)] for kind, filtered in kinds.items()})
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Predicted rates of the update law over Gamma."""
+
+    gammas: np.ndarray
+    rates: list
+    averaged: np.ndarray
+    here: object
+
+    @property
+    def best(self):
+        """Gain with the fastest slow mode, and its rates."""
+        k = int(np.argmax([rates.slowest for rates in self.rates]))
+        return float(self.gammas[k]), self.rates[k]
+
+    def gain_for(self, time, remaining=0.01):
+        """Smallest gain of the sweep that reaches a fraction in a time [s]; None if none."""
+        enough = [gamma for gamma, rates in zip(self.gammas, self.rates)
+                  if rates.time_to(remaining) <= time]
+        return float(enough[0]) if enough else None
+
+
+def convergence_of(study):
+    """Floquet rates of the update law around the true parameters, and their average.
+
+    Parameters
+    ----------
+    study : Study
+        Robot, gains, excitation.
+
+    Returns
+    -------
+    Convergence
+        Over `GAMMAS`.
+
+    """
+    *rates, here = floquet_rates(study.loop, [*GAMMAS, study.gamma])
+    return Convergence(GAMMAS, rates, averaged_rates(study.loop, GAMMAS), here)
+
+
+@dataclass(frozen=True)
+class ExcitationReport:
+    """Excitation per window, of the model (28), (49) and filtered (42), and a better one."""
+
+    model: list
+    filtered: list
+    limits: list
+    designs: list
+    per_second: np.ndarray
+
+
+def excitation_of(study):
+    """Excitation of a study along its identification, and a multisine within the same limits.
+
+    Parameters
+    ----------
+    study : Study
+        Robot, gains, excitation.
+
+    Returns
+    -------
+    ExcitationReport or None
+        The designs reach at most the position, velocity and torque of the present excitation;
+        None if the simulation diverged.
+
+    """
+    joints = study.joints
+    loop = clie_composite(study.plant, joints.kp, joints.kd, study.gamma_diagonal, study.alpha)
+    run = _unless_diverged(
+        compile_diagram(loop).run, WINDOWS[-1][1], step=1e-3, every=2,
+        inputs={"q_d": study.q_d, "pe": study.pe, "noise": 0.0},
+        log=["q", "dq", "u", "dq_model", "u_model", "filtered_regressor.phi_f"])
+    if run is None:
+        return None
+    model, filtered = model_regressor(run), filtered_regressor_of(run)
+    limits, per_second = _reached(run, joints.n)
+    designs = [design_multisine(joints, k, limits[k]) for k in range(joints.n)]
+    return ExcitationReport(
+        [excitation(model, run.time, window) for window in WINDOWS],
+        [excitation(filtered, run.time, window) for window in WINDOWS],
+        limits, designs, per_second)
+
+
+def _reached(run, n):
+    """Limits that the robot reached about its mean, and its smallest eigenvalue per second."""
+    late = run.time > WINDOWS[-1][0]
+    q, dq, u = (signal(run, name)[:, late] for name in ("q", "dq", "u"))
+    limits = [Limits(*(float(np.max(np.abs(x[k] - np.mean(x[k])))) for x in (q, dq, u)))
+              for k in range(n)]
+    phi = [np.array([dq[k], -u[k], np.ones_like(u[k])]) for k in range(n)]
+    return limits, np.array([np.linalg.eigvalsh(p @ p.T / p.shape[1])[0] for p in phi])
