@@ -7,12 +7,11 @@ than a chunk is kept unless it is logged.
 import contextlib
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from clie_blocks.compiled.layout import Layout
 from clie_blocks.compiled.memory import lanes
 from clie_blocks.compiled.simulate import CHUNK, patient_progress
 from clie_blocks.errors import ClieError
@@ -68,31 +67,35 @@ class Group:
         What differs between lanes.
     first : int
         The first run of the group.
+    entries : int
+        Entries of the record.
 
     """
 
-    def __init__(self, sets, memory, first):
+    def __init__(self, sets, memory, first, entries):
         self.runs = slice(first, min(first + memory.width, len(sets)))
         lane = np.minimum(first + np.arange(memory.width), len(sets) - 1)
         self.p = memory.pack("p", sets.p[lane].T)
         self.x = memory.pack("x", sets.x[lane].T)
         self.width, self.remembered = memory.width, {}
+        self.slots = np.arange(memory.size("record", entries))
 
     def advance(self, engine, schedule, first, inputs, keeper):
         """Take the steps of one chunk."""
         begin = -(-first // schedule.every)
         rows = -(-(first + len(inputs)) // schedule.every) - begin
-        slots = np.arange(len(keeper.entries) * self.width)
-        values = np.empty((rows, slots.size))
-        engine.run(len(inputs), schedule.step, 0.0, first, self.x, inputs, self.p,
-                   schedule.every, slots, values)
-        self._keep(keeper, begin, values)
+        self._keep(keeper, begin, self._run(engine, schedule, first, self.x, inputs, rows))
 
-    def end(self, engine, schedule, u, keeper):
-        """Take the row at the end."""
-        record = engine.observe(schedule.steps * schedule.step, self.x, u, self.p)
-        self._keep(keeper, schedule.steps // schedule.every,
-                   record[None])
+    def end(self, engine, schedule, inputs, keeper):
+        """Take the row at the end: the first row of one step more, taken on a copy."""
+        rows = self._run(engine, schedule, schedule.steps, self.x.copy(), inputs, 1)
+        self._keep(keeper, schedule.steps // schedule.every, rows)
+
+    def _run(self, engine, schedule, first, x, inputs, rows):
+        values = np.empty((rows, self.slots.size))
+        engine.run(len(inputs), schedule.step, 0.0, first, x, inputs, self.p, schedule.every,
+                   self.slots, values)
+        return values
 
     def final_state(self):
         """Return the states, runs first."""
@@ -139,8 +142,8 @@ def run_batch(build, arranged, schedule, sets, rows, keeper, width, threads, lab
     """
     record = [arranged.record[arranged.slots[name]] for name in keeper.entries]
     memory = lanes(width, arranged.nx, len(record), sets.own)
-    engine = build(Layout(arranged.derivatives, record, {}, arranged.nu), memory)
-    groups = [Group(sets, memory, first) for first in range(0, len(sets), width)]
+    engine = build(replace(arranged, record=record, slots={}), memory)
+    groups = [Group(sets, memory, first, len(record)) for first in range(0, len(sets), width)]
     _march(engine, schedule, groups, rows, keeper, threads, label)
     reduced = [group.results(keeper) for group in groups]
     return Batch(schedule.time, keeper.outputs, keeper.log,
@@ -189,6 +192,6 @@ def _march(engine, schedule, groups, rows, keeper, threads, label):
             list(pool.map(advance, groups))
             progress(first + len(inputs))
     if schedule.steps % schedule.every == 0:
-        u = rows(1)[0]
+        inputs = np.ascontiguousarray(rows(1))
         for group in groups:
-            group.end(engine, schedule, u, keeper)
+            group.end(engine, schedule, inputs, keeper)

@@ -9,7 +9,7 @@ from clie_blocks.compiled.symbols import Symbol, topological
 
 
 def source(layout, names=None, title="", number=""):
-    """Return the Python text of ``derivative`` and ``observe``.
+    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``.
 
     Parameters
     ----------
@@ -23,13 +23,16 @@ def source(layout, names=None, title="", number=""):
         Function that is called on every constant; by default none.
 
     """
-    used = {node.op for node in topological([*layout.derivatives, *layout.record])} & set(_LIBM)
+    parts = {"derivative": layout.derivatives, "observe": layout.record}
+    if layout.watch:
+        parts["watch"] = layout.watch
+    roots = [root for part in parts.values() for root in part]
+    used = {node.op for node in topological(roots)} & set(_LIBM)
     header = [title] if title else []
     imports = ", ".join("power as pow" if name == "pow" else name for name in sorted(used))
     header += [f"from numpy import {imports}"] * bool(used and not number)
     header += ["one, zero, inf, nan = 1.0, 0.0, float('inf'), float('nan')"] * (not number)
-    functions = [_function("derivative", layout.derivatives, names or {}, number),
-                 _function("observe", layout.record, names or {}, number)]
+    functions = [_function(name, part, names or {}, number) for name, part in parts.items()]
     return "\n\n".join(["\n".join(header), *functions]).lstrip() + "\n"
 
 
@@ -76,7 +79,7 @@ class PythonEngine:
     cached = False
 
     def __init__(self, layout, method):
-        self.method = method
+        self.method, self._watched = method, bool(layout.watch)
         self._plain, self._careful = {}, _CAREFUL | {}
         exec(compile(source(layout), "<program>", "exec"), self._plain)
         self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
@@ -91,16 +94,20 @@ class PythonEngine:
         return self._at_point("observe", t, x, u, p)
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
-        """Take n steps in place; rows of `log` are filled every so many steps."""
+        """Take n steps in place and return how many; fills rows of `log` every so many steps."""
         state, p, row = x.tolist(), p.tolist(), 0
         for s in range(n):
             t, u = t0 + (first + s) * h, inputs[s].tolist()
+            if self._watched and self._call("watch", t, state, u, p)[0]:
+                x[:] = state
+                return s
             if (first + s) % every == 0:
                 record = self._call("observe", t, state, u, p)
                 log[row] = [record[slot] for slot in slots]
                 row += 1
             state = self._step(t, h, state, u, p)
         x[:] = state
+        return n
 
     def _at_point(self, name, t, *vectors):
         return np.array(self._call(name, float(t), *(np.asarray(value, float).tolist()

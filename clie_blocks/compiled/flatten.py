@@ -37,8 +37,8 @@ class Leaf:
 class Flat:
     """A diagram without nesting.
 
-    A wire sum is a dict from ``('y', k)``, a leaf output, or ``('u', k)``, a diagram input, to
-    its gain.
+    A wire sum is a dict from ``('y', k)``, a leaf output, ``('u', k)``, a diagram input, or
+    ``('h', k)``, a held output of the diagram's blocks, to its gain.
 
     Parameters
     ----------
@@ -59,13 +59,16 @@ class Flat:
     signals: dict
 
 
-def flatten(diagram):
+def flatten(diagram, held=()):
     """Return the leaves and wires of a diagram.
 
     Parameters
     ----------
     diagram : control.NonlinearIOSystem
         A diagram, nested or not, or a single block.
+    held : iterable of int
+        Outputs of the diagram's blocks, counted through all of them, whose wires carry a held
+        value.
 
     Raises
     ------
@@ -75,7 +78,8 @@ def flatten(diagram):
     """
     flat = Flat([], [], [], {})
     top = [{("u", k): 1.0} for k in range(diagram.ninputs)]
-    show = _Visit(flat, diagram, lambda k: top[k], "", dict(diagram.params or {})).show
+    show = _Visit(flat, diagram, lambda k: top[k], "", dict(diagram.params or {}),
+                  frozenset(held)).show
     flat.wires = [wire() for wire in flat.wires]
     flat.outputs = [show(k) for k in range(diagram.noutputs)]
     flat.signals = {name: wire() for name, wire in flat.signals.items()}
@@ -85,8 +89,9 @@ def flatten(diagram):
 class _Visit:
     """One system at its place; `drive(k)` gives the wire sum of its input k."""
 
-    def __init__(self, flat, system, drive, path, params):
+    def __init__(self, flat, system, drive, path, params, held=frozenset()):
         self.system, self.drive, self.path, self.busy = system, drive, path, set()
+        self.held = held
         if isinstance(system, ct.InterconnectedSystem):
             self.parts = [
                 _Visit(flat, part, self._driver(k), f"{path}.{part.name}" if path else part.name,
@@ -131,6 +136,8 @@ class _Visit:
         return _sum(terms)
 
     def _output(self, column):
+        if column in self.held:
+            return {("h", column): 1.0}
         for k, part in enumerate(self.system.syslist):
             local = column - self.system.output_offset[k]
             if 0 <= local < part.noutputs:

@@ -1,6 +1,6 @@
 """What a program computes: derivatives, and the record of every signal that can be logged."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from clie_blocks.compiled.scalars import F
 from clie_blocks.compiled.symbols import Symbol, topological
@@ -20,6 +20,10 @@ class Layout:
         Entry of the record by signal name.
     nu : int
         Number of inputs.
+    maps : list of dict
+        Of every sampled part, what it stores at its ticks: an expression by state.
+    watch : list
+        At most one expression: where it is not zero, a run stops.
 
     """
 
@@ -27,6 +31,8 @@ class Layout:
     record: list
     slots: dict
     nu: int
+    maps: list = field(default_factory=list)
+    watch: list = field(default_factory=list)
 
     @property
     def nx(self):
@@ -48,7 +54,8 @@ def layout(trace, driven=None):
     graph, driven = trace.graph, driven or {}
     x = [graph.variable("x", k) for k in range(len(trace.derivatives))]
     u = [graph.variable("u", k) for k in range(len(trace.inputs))]
-    roots = [*trace.derivatives, *x, *u, *trace.signals.values()]
+    stored = [expression for map_ in trace.maps for expression in map_.values()]
+    roots = [*trace.derivatives, *x, *u, *trace.signals.values(), *stored]
     final = substitute(roots, {u[k]: expression for k, expression in driven.items()})
     record, slots = final[len(x):2 * len(x) + len(u)], {}
     entry = {expression: k for k, expression in enumerate(record)}
@@ -58,7 +65,9 @@ def layout(trace, driven=None):
             entry[expression] = len(record)
             record.append(expression)
         slots[name] = entry[expression]
-    return Layout(final[:len(x)], record, slots, len(u))
+    rest = iter(final[len(roots) - len(stored):])
+    maps = [{state: next(rest) for state in map_} for map_ in trace.maps]
+    return Layout(final[:len(x)], record, slots, len(u), maps)
 
 
 def substitute(roots, replacement):

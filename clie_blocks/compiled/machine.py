@@ -42,9 +42,9 @@ class Machine:
         """Return the address of a function."""
         return self._tracker[name]
 
-    def function(self, name, *types):
+    def function(self, name, *types, result=None):
         """Return a function as a callable that frees the interpreter lock while it runs."""
-        return ctypes.CFUNCTYPE(None, *types)(self.address(name))
+        return ctypes.CFUNCTYPE(result, *types)(self.address(name))
 
 
 def lane_width():

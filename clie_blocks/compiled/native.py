@@ -30,8 +30,10 @@ def module(layout, method, memory=SINGLE):
     """
     derivative, first = function("derivative", layout.derivatives, "x", "noinline", memory)
     observe, second = function("observe", layout.record, "record", "noinline", memory)
-    loop = run_function(method, *_sizes(layout, memory), memory.width)
-    return "\n".join([*sorted(first | second), derivative, observe, loop])
+    watch, third = function("watch", [*layout.derivatives, *layout.watch], "x", "noinline",
+                            memory) if layout.watch else ("", set())
+    loop = run_function(method, *_sizes(layout, memory), memory.width, bool(layout.watch))
+    return "\n".join([*sorted(first | second | third), derivative, observe, watch, loop])
 
 
 class NativeEngine:
@@ -45,17 +47,20 @@ class NativeEngine:
         The Butcher table.
     memory : Memory
         What differs between lanes; by default there is one lane.
+    text : callable
+        Gives the LLVM text of the three, as `module` does.
 
     """
 
-    def __init__(self, layout, method, memory=SINGLE):
-        self._machine = Machine(module(layout, method, memory), ["derivative", "observe", "run"])
+    def __init__(self, layout, method, memory=SINGLE, text=module):
+        self._machine = Machine(text(layout, method, memory), ["derivative", "observe", "run"])
         self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
         point = (_REAL, *[_ARRAY] * 4)
         self._derivative = self._machine.function("derivative", *point)
         self._observe = self._machine.function("observe", *point)
         self._run = self._machine.function(
-            "run", _COUNT, _REAL, _REAL, _COUNT, *[_ARRAY] * 3, _COUNT, _COUNT, *[_ARRAY] * 2)
+            "run", _COUNT, _REAL, _REAL, _COUNT, *[_ARRAY] * 3, _COUNT, _COUNT, *[_ARRAY] * 2,
+            result=_COUNT)
 
     def derivative(self, t, x, u, p):
         """Return the derivatives of the states."""
@@ -66,9 +71,9 @@ class NativeEngine:
         return _at_point(self._observe, self._sizes[2], t, x, u, p)
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
-        """Take n steps in place; rows of `log` are filled every so many steps."""
-        self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data, every,
-                  len(slots), slots.ctypes.data, log.ctypes.data)
+        """Take n steps in place and return how many; fills rows of `log` every so many steps."""
+        return self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data,
+                         every, len(slots), slots.ctypes.data, log.ctypes.data)
 
 
 def _sizes(layout, memory):

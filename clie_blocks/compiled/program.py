@@ -1,12 +1,14 @@
 """A compiled diagram: run it, read it, hand it back."""
 
 import sys
+from dataclasses import replace
 
 import control as ct
 import numpy as np
 
 from clie_blocks.compiled.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.emit_python import PythonEngine, source
+from clie_blocks.compiled.events import Bounds
 from clie_blocks.compiled.inputs import bind
 from clie_blocks.compiled.layout import layout
 from clie_blocks.compiled.memory import SINGLE
@@ -87,7 +89,7 @@ class Program:
 
     def __init__(self, diagram, engine="llvm"):
         self.name = diagram.name
-        self._trace, self._engines, self._engine = trace(diagram), {}, _available(engine)
+        self._trace, self._engines, self._engine = trace(diagram), {}, available_engine(engine)
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
@@ -116,7 +118,7 @@ class Program:
         return record[[self._layout.slots[name] for name in self.outputs]]
 
     def run(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
-            params=None, log=None, every=1):
+            params=None, log=None, every=1, stop=None):
         """Simulate with a fixed step.
 
         Parameters
@@ -149,11 +151,17 @@ class Program:
             patterns (``'pd*.u'``) among `signals`; by default the diagram's outputs.
         every : int
             Every so many steps one row is kept.
+        stop : dict, optional
+            Bounds ``(low, high)`` by name or pattern among `signals`, None for an open side:
+            ``{'q': (-2.0, 2.0), 'pd.u[0]': (None, 30.0)}``.  The run ends at the first step at
+            which one of them is outside, or is not a number; that step is the last row.  Fixed
+            steps do not search for the crossing: it lies within the step before.
 
         Returns
         -------
         control.TimeResponseData
-            With ``.time``, ``.outputs``, ``.states``, ``.inputs`` and ``.plot()``.
+            With ``.time``, ``.outputs``, ``.states``, ``.inputs`` and ``.plot()``; its
+            attribute ``stopped`` is None, or a `Stop` that says when, where and why.
 
         Raises
         ------
@@ -167,14 +175,21 @@ class Program:
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
         rows, arranged = self._drive(inputs, steps, step)
+        bounds = Bounds(stop or {}, self.signals, self.name)
+        watched = [arranged.slots[name] for name in bounds.labels]
+        arranged = replace(arranged, watch=bounds.watch(
+            self._trace.graph, [arranged.record[slot] for slot in watched],
+            self._trace.parameters.defaults.size))
         engine = self._build(arranged, method)
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
         entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
         plan = Plan(steps, int(every), float(step), np.array(entries, np.int64))
-        p = self._trace.parameters.vector(params, self.name)
-        x = state_vector(self.states, initial_state, self.name)
-        done = simulate(engine, plan, x, p, rows, f"running {self.name}")
+        p = np.append(self._trace.parameters.vector(params, self.name), bounds.values)
+        x = self._start(initial_state)
+        done = simulate(engine, plan, x, p, rows, f"running {self.name}",
+                        lambda time, record: bounds.stop(time, record[watched]))
         response = self._response(done, chosen)
+        response.stopped = done.stop
         if done.stopped_at is not None:
             raise self._diverged(done, response)
         return response
@@ -308,18 +323,25 @@ class Program:
         if self._engine == "python":
             return PythonEngine(arranged, method)
         from clie_blocks.compiled.native import NativeEngine
-        key = (method.name, tuple(arranged.derivatives), tuple(arranged.record), memory.key)
+        key = (method.name, tuple(arranged.derivatives), tuple(arranged.record),
+               tuple(arranged.watch), memory.key)
         if key not in self._engines:
             self._engines[key] = NativeEngine(arranged, method, memory)
         return self._engines[key]
 
+    def _start(self, initial_state):
+        return state_vector(self.states, initial_state, self.name)
+
+    def _shown(self):
+        return list(range(len(self.states)))
+
     def _response(self, done, chosen):
-        nx, nu = len(self.states), len(self.inputs)
+        nx, nu, shown = len(self.states), len(self.inputs), self._shown()
         columns = done.values.T
         return ct.TimeResponseData(
-            done.time, columns[nx + nu:], columns[:nx], columns[nx:nx + nu], issiso=False,
+            done.time, columns[nx + nu:], columns[shown], columns[nx:nx + nu], issiso=False,
             output_labels=chosen, input_labels=self.inputs, sysname=self.name,
-            state_labels=[f"{block}.{label}" for block, label in self.states],
+            state_labels=[".".join(self.states[k]) for k in shown],
             title=f"Response of {self.name}", plot_inputs=False)
 
     def _diverged(self, done, response):
@@ -354,7 +376,20 @@ class Program:
         return "\n".join([*lines, '"""'])
 
 
-def _available(engine):
+def available_engine(engine):
+    """Return the engine that can run here: ``'python'`` where llvmlite is missing.
+
+    Parameters
+    ----------
+    engine : str
+        ``'llvm'`` or ``'python'``.
+
+    Raises
+    ------
+    ClieError
+        If there is no such engine.
+
+    """
     if engine not in ("llvm", "python"):
         raise ClieError(f"no engine {engine!r}; {nearest(engine, ['llvm', 'python'])}")
     if engine == "llvm":

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clie_blocks.compiled.events import Stop
 from clie_blocks.output import progress
 
 CHUNK = 16384
@@ -47,6 +48,8 @@ class Log:
         Time of the first step that gave a state which is not finite.
     culprit : int or None
         That state.
+    stop : Stop or None
+        The stop condition that ended the run.
 
     """
 
@@ -54,9 +57,10 @@ class Log:
     values: np.ndarray
     stopped_at: float | None = None
     culprit: int | None = None
+    stop: Stop | None = None
 
 
-def simulate(engine, plan, x, p, rows, label="simulating"):
+def simulate(engine, plan, x, p, rows, label="simulating", stopper=lambda time, record: None):
     """Run a program from time 0.
 
     Parameters
@@ -73,31 +77,47 @@ def simulate(engine, plan, x, p, rows, label="simulating"):
         ``rows(count)`` gives the next input rows.
     label : str
         Text of the progress line.
+    stopper : callable
+        ``stopper(time, record)`` returns a `Stop` or None.
 
     Returns
     -------
     Log
-        Complete, or up to the step that gave a state which is not finite.
+        Complete, or up to the step that gave a state which is not finite, or up to the step
+        that the program itself refused, as the last row.
 
     """
-    log = np.empty((plan.steps // plan.every + 1, plan.slots.size))
+    log = np.empty((plan.steps // plan.every + 2, plan.slots.size))
     with contextlib.ExitStack() as stack:
         advance = patient_progress(stack, label, plan.steps)
         for first in range(0, plan.steps, CHUNK):
             count = min(CHUNK, plan.steps - first)
             before, inputs = x.copy(), np.ascontiguousarray(rows(count))
-            engine.run(count, plan.step, 0.0, first, x, inputs, p, plan.every, plan.slots,
-                       log[-(-first // plan.every):])
+            taken = engine.run(count, plan.step, 0.0, first, x, inputs, p, plan.every,
+                               plan.slots, log[-(-first // plan.every):])
             if not np.all(np.isfinite(x)):
-                return _stopped(engine, plan, before, p, inputs, first, log)
+                return _diverged(engine, plan, before, p, inputs, first, log)
+            if taken < count:
+                return _stopped(engine, plan, x, p, inputs[taken], first + taken, log, stopper)
             advance(first + count)
-    if plan.steps % plan.every == 0:
-        record = engine.observe(plan.steps * plan.step, x, rows(1)[0], p)
-        log[-1] = record[plan.slots]
-    return Log(np.arange(len(log)) * plan.every * plan.step, log)
+    # the row at the end is the first row of one step more, taken on a copy
+    y, inputs = x.copy(), np.ascontiguousarray(rows(1))
+    if not engine.run(1, plan.step, 0.0, plan.steps, y, inputs, p, plan.every, plan.slots,
+                      log[-(-plan.steps // plan.every):]):
+        return _stopped(engine, plan, y, p, inputs[0], plan.steps, log, stopper)
+    kept = plan.steps // plan.every + 1
+    return Log(np.arange(kept) * plan.every * plan.step, log[:kept])
 
 
-def _stopped(engine, plan, x, p, inputs, first, log):
+def _stopped(engine, plan, x, p, u, steps, log, stopper):
+    rows, end = -(-steps // plan.every), steps * plan.step
+    record = engine.observe(end, x, u, p)
+    log[rows] = record[plan.slots]
+    return Log(np.append(np.arange(rows) * plan.every * plan.step, end), log[:rows + 1],
+               stop=stopper(end, record))
+
+
+def _diverged(engine, plan, x, p, inputs, first, log):
     scratch = np.empty((1, plan.slots.size))
     for k in range(len(inputs)):
         engine.run(1, plan.step, 0.0, first + k, x, inputs[k:k + 1], p, plan.steps + 1,

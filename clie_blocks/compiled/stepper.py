@@ -10,9 +10,9 @@ from clie_blocks.compiled.emit_llvm import constant
 WIDE = 8  # lanes that fill a register of 512 bits, which the compiler would halve in loops
 
 _LOOP = """\
-define void @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
-                 ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)
-                 {attributes} {{
+define i64 @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
+                ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)
+                {attributes} {{
 entry:
 {arrays}
   %any = icmp sgt i64 %n, 0
@@ -56,9 +56,18 @@ advance:
   %more = icmp slt i64 %s.next, %n
   br i1 %more, label %step, label %done
 done:
-  ret void
+  %taken = phi i64 [ 0, %entry ], [ %s.next, %advance ]{stopped}
+  ret i64 %taken
 }}
 """
+
+_WATCH = """\
+  call void @watch(double %t, ptr %x, ptr %u, ptr %p, ptr %k0)
+  %verdict.at = getelementptr double, ptr %k0, i64 {size}
+  %verdict = load double, ptr %verdict.at
+  %stop = fcmp une double %verdict, 0.0
+  br i1 %stop, label %done, label %go
+go:"""
 
 _COPY = "declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)\n"
 
@@ -79,8 +88,8 @@ _SUM = """\
 {name}.end:"""
 
 
-def run_function(method, nx, nu, nrecord, width=1):
-    """Return the text of ``run``, which takes n steps and logs some of them.
+def run_function(method, nx, nu, nrecord, width=1, watched=False):
+    """Return the text of ``run``, which takes n steps, logs some of them and returns their number.
 
     Parameters
     ----------
@@ -91,21 +100,26 @@ def run_function(method, nx, nu, nrecord, width=1):
         together.
     width : int
         Number of lanes.
+    watched : bool
+        ``watch`` takes the place of the first derivative; behind the derivatives it gives a
+        number that is not zero where the run is to stop.
 
     """
     attributes = '"prefer-vector-width"="512"' if width >= WIDE else ""
-    stages = _stages(method, nx) if nx else ["  br label %advance"]
-    arrays = [f"  %k{i} = alloca double, i64 {max(nx, 1)}, align 64"
+    stages = _stages(method, nx, watched)
+    arrays = [f"  %k{i} = alloca double, i64 {nx + 1}, align 64"
               for i in range(len(method.b))]
     arrays += [f"  %y = alloca double, i64 {max(nx, 1)}, align 64",
                f"  %record = alloca double, i64 {max(nrecord, 1)}, align 64"]
     loop = _LOOP.format(arrays="\n".join(arrays), nu=nu, stages="\n".join(stages),
-                        attributes=attributes)
+                        attributes=attributes, stopped=", [ %s, %stages ]" * watched)
     return (_COPY if method.is_map else "") + loop
 
 
-def _stages(method, size):
-    lines, before = [], "stages"
+def _stages(method, size, watched):
+    lines, before = [_WATCH.format(size=size)] * watched, "go" if watched else "stages"
+    if not size:
+        return [*lines, "  br label %advance"]
     for i, (weights, c) in enumerate(zip(method.a, method.c)):
         if weights:
             lines.append(_weighted_sum(f"stage{i}", before, weights, "%y", size))
@@ -114,7 +128,9 @@ def _stages(method, size):
         if weights:
             lines += [f"  %ch{i} = fmul double {constant(c)}, %h",
                       f"  {t} = fadd double %t, %ch{i}"]
-        lines.append(f"  call void @derivative(double {t}, ptr {at}, ptr %u, ptr %p, ptr %k{i})")
+        if i or not watched:
+            lines.append(
+                f"  call void @derivative(double {t}, ptr {at}, ptr %u, ptr %p, ptr %k{i})")
     lines.append(_next_state(size) if method.is_map
                  else _weighted_sum("result", before, method.b, "%x", size))
     lines.append("  br label %advance")

@@ -1,6 +1,6 @@
 """From a diagram to one straight-line program: each block's own functions run once, on symbols."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import control as ct
 import numpy as np
@@ -43,6 +43,8 @@ class Trace:
         Block and label of every state.
     parameters : Parameters
         The run-time arguments of the program.
+    maps : list of dict
+        Of every sampled part, what it stores at its ticks: an expression by state.
 
     """
 
@@ -53,15 +55,18 @@ class Trace:
     inputs: list
     states: list
     parameters: Parameters
+    maps: list = field(default_factory=list)
 
 
-def trace(diagram):
+def trace(diagram, held=()):
     """Trace a diagram.
 
     Parameters
     ----------
     diagram : control.NonlinearIOSystem
         The diagram, left untouched.
+    held : iterable of int
+        As in `flatten`; such a wire is the variable ``('h', k)``.
 
     Returns
     -------
@@ -76,7 +81,7 @@ def trace(diagram):
         For an algebraic loop.
 
     """
-    flat, frozen = flatten(diagram), set()
+    flat, frozen = flatten(diagram, held), set()
     while True:
         try:
             return _Tracer(diagram, flat, frozen).trace()
@@ -176,7 +181,7 @@ class _Tracer:
     def _wire(self, wire):
         total = 0.0
         for (kind, index), gain in wire.items():
-            source = self.outputs[index] if kind == "y" else self.graph.variable("u", index)
+            source = self.outputs[index] if kind == "y" else self.graph.variable(kind, index)
             total = F.add(total, F.mul(gain, source))
         return total
 

@@ -179,7 +179,7 @@ def test_python_listing_is_the_program(loop):
 
 def test_sources_by_name(loop):
     program = compile_diagram(loop)
-    assert "define void @run" in program.source("llvm")
+    assert "define i64 @run" in program.source("llvm")
     with pytest.raises(ClieError, match=r"no source in 'pyhton'; did you mean 'python'"):
         program.source("pyhton")
     with pytest.raises(ClieError, match="no engine 'numba'"):
