@@ -81,16 +81,23 @@ def refuse_heavy_motor(plant, transmission):
     rows = ports(transmission.output_labels)["inertia"]
     at_rest = (np.zeros(transmission.nstates), np.zeros(transmission.ninputs))
     taken = transmission.output(0.0, *at_rest)[rows].reshape(n, n)
-    rest = np.zeros(2 * n)
-    response = np.stack([plant.dynamics(0.0, rest, unit) - plant.dynamics(0.0, rest, np.zeros(n))
-                         for unit in np.eye(n)], axis=1)[n:]
-    left = np.linalg.eigvals(np.eye(n) + response @ taken).real
-    if np.min(left) <= 0:
-        own = np.diag(np.linalg.inv(response))
-        raise DiagramError(
-            f"{transmission.name}: motor_inertia {-np.diag(taken)} kg m^2 leaves nothing to the "
-            f"link of {plant.name}, whose joints have {own} kg m^2 with their motors; give the "
-            "motor's share alone")
+    poses = np.random.default_rng(0).uniform(-np.pi, np.pi, (16, n))
+    for pose in (np.zeros(n), *poses):
+        response = _accelerations(plant, pose)
+        if np.min(np.linalg.eigvals(np.eye(n) + response @ taken).real) <= 0:
+            own = np.diag(np.linalg.inv(response))
+            raise DiagramError(
+                f"{transmission.name}: motor_inertia {-np.diag(taken)} kg m^2 leaves nothing to "
+                f"the link of {plant.name}, whose joints have {own} kg m^2 with their motors at "
+                f"q = {pose}; give the motor's share alone")
+
+
+def _accelerations(plant, pose):
+    """Acceleration of all joints [rad/s^2] by a unit torque on each, column by column."""
+    n = plant.ninputs
+    rest = np.concatenate((pose, np.zeros(n)))
+    free = plant.dynamics(0.0, rest, np.zeros(n))
+    return np.stack([plant.dynamics(0.0, rest, unit) - free for unit in np.eye(n)], axis=1)[n:]
 
 
 def _refuse_composed(plant):

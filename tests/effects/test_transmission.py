@@ -226,6 +226,24 @@ def test_a_motor_must_leave_inertia_to_the_link():
         joint(elasticity(motor_inertia=1.8))
 
 
+@pytest.mark.parametrize("zero", [0.0, 2.5])
+def test_the_links_inertia_is_checked_in_many_poses(zero):
+    """The outer joint is lightest outstretched, wherever its angle counts from."""
+    arm = two_link_arm([1.5, 0.8], [0.6, 0.5], [2, 2], [4e-4, 3e-4], [1e-3, 2e-3])
+    turned = ct.nlsys(
+        lambda t, x, u, params: arm.updfcn(t, x + [0, zero, 0, 0], u, arm.params), None,
+        inputs=arm.input_labels, outputs=arm.output_labels, states=arm.state_labels, name="arm")
+    assert 0.06 < np.max([inertia_of_the_outer_joint(arm, q) for q in (0.0, 1.5)])
+    assert 0.06 > inertia_of_the_outer_joint(arm, 0.0)
+    with pytest.raises(DiagramError, match="leaves nothing to the link of arm"):
+        with_effects(turned, [elasticity(motor_inertia=0.06, joints=[1])])
+
+
+def inertia_of_the_outer_joint(arm, q):
+    x = np.array([0.0, q, 0.0, 0.0])
+    return 1 / (arm.dynamics(0, x, [0.0, 1.0]) - arm.dynamics(0, x, [0.0, 0.0]))[3]
+
+
 def test_one_transmission_can_give_the_motor_its_motion():
     with pytest.raises(DiagramError, match="joint_elasticity and backlash each give the motor"):
         joint(elasticity(), LIBRARY["backlash"](half_gap=1e-3))
