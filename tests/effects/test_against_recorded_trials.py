@@ -2,19 +2,23 @@
 
 The practice trials come with the true numbers of robot and effect.  The command that was logged
 drives our plant with our effect, with no feedback and nothing fitted, for 20 s to 30 s: the motion
-differs from the logged one by the noise of the sensor, and by far more without the effect.
+differs from the logged one by the noise of the sensor, and by far more without the effect.  An arm
+that would fall over without its controller runs under the sampled controller of its data sheet.
 """
 
 import json
 
+import control as ct
 import numpy as np
 import pytest
 
 from clie_blocks.analysis.records import read_trial
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import compile_diagram, sampled
+from clie_blocks.controllers import pd_controller
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.joints import inertial_joints
 from clie_blocks.manipulator import two_link_arm
+from clie_blocks.signals import interconnect, signals
 
 G = 9.81
 
@@ -113,3 +117,54 @@ def test_our_effect_moves_as_the_recorded_robot(shared, trial):
         affected = distance(with_effects(plant, [*effects, *beside]), robot, record, parts)
         assert np.all(affected < 1.06 * floor), (record.source, affected / floor)
         assert np.max(without / floor) > 3.0, (record.source, without / floor)
+
+
+def sampled_controller(controller, n):
+    """PD law on the position and its velocity through G1, discretised by Tustin's rule."""
+    corners = (controller.highpass, controller.lowpass)
+    g1 = ct.ss(ct.sample_system(
+        ct.tf([np.prod(corners), 0.0], np.polymul([1.0, corners[0]], [1.0, corners[1]])),
+        controller.sample_time, "bilinear"))
+    stacked = [np.kron(np.eye(n), matrix) for matrix in (g1.A, g1.B, g1.C, g1.D)]
+    velocity = ct.ss(*stacked, controller.sample_time, name="g1", inputs=signals("q", n=n),
+                     outputs=signals("dq", n=n))
+    law = interconnect(
+        [pd_controller(controller.kp, controller.kd, name="pd"), velocity],
+        [("pd.dq", "g1.dq")], name="controller",
+        inputs={"q_d": "pd.q_d", "q": ["pd.q", "g1.q"], "pe": "pd.pe"}, outputs={"u": "pd.u"})
+    at_rest = np.linalg.solve(np.eye(2) - g1.A, g1.B).ravel()  # the filter's state at q = 1
+    return law, at_rest
+
+
+def closed_loop_distance(plant, robot, record, parts=4):
+    """As `distance`, with the sampled controller in the place of the recorded command."""
+    law, at_rest = sampled_controller(robot.controller, robot.n)
+    loop = sampled(plant, law, wires=[("plant.u", "controller.u"), ("controller.q", "plant.q")])
+    start = robot.experiments[record.source.rpartition("/")[2].partition(".")[0]].start
+    steps = len(record) - 1
+    run = loop.run(
+        steps * record.sample_time, record.sample_time / parts, "ode4", log="q", every=parts,
+        inputs={"q_d": np.repeat(record.qd[:-1], parts, axis=0),
+                "pe": np.repeat(record.pe[:-1], parts, axis=0)},
+        initial_state={"plant.plant": np.concatenate((start, np.zeros(robot.n))),
+                       "controller.g1": np.kron(start, at_rest)})
+    q = np.asarray(run.outputs).reshape(robot.n, -1).T
+    return np.sqrt(np.mean((q - record.q) ** 2, axis=0))
+
+
+def test_a_payload_put_on_moves_the_closed_loop_as_recorded(shared):
+    folder = shared / "blind" / "practice"
+    label = json.loads((folder / "labels.json").read_text())["trial-006"]
+    truth = {key: np.array(value) for key, value in label["true_robot"].items()}
+    (hidden,) = label["effects"]
+    robot, records = read_trial(folder / "trial-006")
+    plant, beside = true_plant(robot, truth)
+    floor = np.array(label["noise"]["floor_rad"])
+    for record, onset in zip(records, hidden["onset_s"].values()):
+        fault = LIBRARY["step_fault"](
+            weight=hidden["parameters"]["mass_kg"] * G * robot.links.length, time=onset,
+            gear_ratio=robot.motor.gear_ratio)  # 1.5 g: its inertia does not show
+        without = closed_loop_distance(with_effects(plant, beside), robot, record)
+        affected = closed_loop_distance(with_effects(plant, [fault, *beside]), robot, record)
+        assert np.all(affected < 1.06 * floor), (record.source, affected / floor)
+        assert np.max(without / floor) > 1.7, (record.source, without / floor)
