@@ -185,7 +185,7 @@ class Program:
         entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
         plan = Plan(steps, int(every), float(step), np.array(entries, np.int64))
         p = np.append(self._trace.parameters.vector(params, self.name), bounds.values)
-        x = self._start(initial_state)
+        x = self._spread(state_vector(self._shown_states(), initial_state, self.name))
         done = simulate(engine, plan, x, p, rows, f"running {self.name}",
                         lambda time, record: bounds.stop(time, record[watched]))
         response = self._response(done, chosen)
@@ -260,17 +260,82 @@ class Program:
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
         rows, arranged = self._drive(inputs, steps, step)
-        sets = parameter_sets(self._trace.parameters, params, self.states, initial_state,
-                              self.name)
+        sets = parameter_sets(self._trace.parameters, params, self._shown_states(),
+                              initial_state, self.name)
+        sets = replace(sets, x=self._spread(sets.x))
         if log is None:
             log = [] if reduce else self.outputs
         schedule = Schedule(steps, int(every), float(step))
         keeper = Keeper(self.signals, select(self.signals, log, self.name), reduce or {},
                         schedule, len(sets), self.name)
         width, threads = lanes_and_threads(len(sets), threads, self._widest())
-        return run_batch(lambda arranged, memory: self._build(arranged, method, memory),
+        done = run_batch(lambda arranged, memory: self._build(arranged, method, memory),
                          arranged, schedule, sets, rows, keeper, width, threads,
                          f"running {self.name} {len(sets)} times")
+        return replace(done, final_state=done.final_state[:, self._shown()])
+
+    def sensitivities(self, names, duration, step=None, method="ode5", inputs=None,
+                      initial_state=None, params=None, log=None, every=1, states=()):
+        """Simulate, with the derivatives of all that is logged.
+
+        They are those of the fixed-step run itself, exact to round-off: the program is
+        differentiated forward, one lane per column.  Where a function has a kink or a jump
+        (sign, abs, where, clip, floor, a comparison) the derivative is that of the branch that
+        is taken; that the instant of the switch moves with a parameter is not seen.
+
+        Parameters
+        ----------
+        names : str or list of str
+            Parameters: keys (all entries), entries (``'plant.damping[0]'``) or patterns.
+        duration, step, method, inputs, initial_state, params, log, every
+            As for `run`.
+        states : str or list of str, optional
+            Initial states, by label (``'plant.q[0]'``), base name or pattern.
+
+        Returns
+        -------
+        response : control.TimeResponseData
+            As from `run`.
+        derivatives : Derivatives
+            ``.outputs`` (signals, columns, rows), ``.states``, ``.columns``;
+            ``derivatives['pd.gain']`` is one column of the outputs.
+
+        Raises
+        ------
+        ClieError
+            As for `run`; also for a sampled loop, whose held values are not differentiated.
+        DivergedError
+            If a state or a derivative becomes infinite or NaN.
+
+        """
+        from clie_blocks.compiled import sensitivities
+        step = self._step_of(step)
+        steps = count_steps(duration, step, every)
+        _, arranged = self._drive(inputs, steps, step)
+        if arranged.maps:
+            raise ClieError(f"{self.name}: a sampled loop is not differentiated; take central "
+                            "differences of batch() with the parameter a little up and down")
+        chosen = self.outputs if log is None else select(self.signals, log, self.name)
+        found = sensitivities.columns(self._trace.parameters, names,
+                                      [".".join(state) for state in self.states], states,
+                                      self.name)
+        twin = sensitivities.Differentiated(
+            arranged, self._trace.graph, [arranged.slots[name] for name in chosen],
+            self._trace.parameters.defaults.size, list(found.values()), self._columns(found))
+        engine = self._build(twin.layout, method, twin.memory)
+        p = self._trace.parameters.vector(params, self.name)
+        x = state_vector(self.states, initial_state, self.name)
+
+        def run_pass(places):
+            plan = Plan(steps, int(every), float(step), twin.entries(len(places)))
+            return simulate(engine, plan, twin.start(x, places), twin.parameters(p, places),
+                            self._drive(inputs, steps, step)[0], f"differentiating {self.name}")
+
+        done, derivatives = sensitivities.run_passes(twin, found, run_pass)
+        response = self._response(done, chosen)
+        if done.stopped_at is not None:
+            raise self._diverged(done, response)
+        return response, derivatives
 
     def source(self, language="python", method="ode5"):
         """Return the program as text.
@@ -307,6 +372,12 @@ class Program:
         from clie_blocks.compiled.machine import lane_width
         return lane_width()
 
+    def _columns(self, found):
+        if self._engine == "python":
+            return 1
+        from clie_blocks.compiled.sensitivities import WIDEST
+        return min(WIDEST, 1 << (len(found) - 1).bit_length())
+
     def _step_of(self, step):
         if self.period is None:
             return 1e-4 if step is None else step
@@ -329,11 +400,16 @@ class Program:
             self._engines[key] = NativeEngine(arranged, method, memory)
         return self._engines[key]
 
-    def _start(self, initial_state):
-        return state_vector(self.states, initial_state, self.name)
-
     def _shown(self):
+        """States that the user knows; a sampled loop has others."""
         return list(range(len(self.states)))
+
+    def _shown_states(self):
+        return [self.states[k] for k in self._shown()]
+
+    def _spread(self, shown):
+        """All states of vectors of the shown ones."""
+        return shown
 
     def _response(self, done, chosen):
         nx, nu, shown = len(self.states), len(self.inputs), self._shown()
@@ -341,7 +417,7 @@ class Program:
         return ct.TimeResponseData(
             done.time, columns[nx + nu:], columns[shown], columns[nx:nx + nu], issiso=False,
             output_labels=chosen, input_labels=self.inputs, sysname=self.name,
-            state_labels=[".".join(self.states[k]) for k in shown],
+            state_labels=list(map(".".join, self._shown_states())),
             title=f"Response of {self.name}", plot_inputs=False)
 
     def _diverged(self, done, response):

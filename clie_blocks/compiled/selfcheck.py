@@ -38,15 +38,15 @@ def check(program, diagram, points=POINTS):
     for k in range(points):
         t, x = generator.uniform(0.0, 10.0), generator.standard_normal(diagram.nstates)
         u = generator.standard_normal(diagram.ninputs)
-        params = _varied(program, diagram, generator) if k % 2 else {}
+        params = varied(program, diagram, generator) if k % 2 else {}
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             for name, labels in (("dynamics", [f"{b}.{s}" for b, s in program.states]),
                                  ("output", program.outputs)):
-                expected = _reference(getattr(diagram, name), t, x, u, params)
+                expected = reference(getattr(diagram, name), t, x, u, params)
                 if expected is not None and labels:
                     compared += 1
-                    _compare(name, labels, expected, getattr(program, name)(t, x, u, params), t)
+                    compare(name, labels, expected, getattr(program, name)(t, x, u, params), t)
     if not compared and (diagram.nstates or diagram.noutputs):
         raise CompiledDifferenceError(
             f"{diagram.name}: python-control could evaluate the diagram at none of {points} "
@@ -55,19 +55,60 @@ def check(program, diagram, points=POINTS):
             "diagram.output(0, x, u) to see what it says")
 
 
-def _varied(program, diagram, generator):
+def varied(program, diagram, generator):
+    """Return the parameters of a diagram, each changed by up to a tenth.
+
+    Parameters
+    ----------
+    program : Program
+        The compiled diagram.
+    diagram : control.NonlinearIOSystem
+        Where they are known.
+    generator : numpy.random.Generator
+        By how much.
+
+    """
     return {key: np.asarray(value) * (1 + 0.1 * generator.uniform(-1, 1))
             for key, value in program.params.items() if key in diagram.params}
 
 
-def _reference(function, t, x, u, params):
+def reference(function, t, x, u, params):
+    """Return what python-control computes, or None where it cannot.
+
+    Parameters
+    ----------
+    function : callable
+        ``diagram.dynamics`` or ``diagram.output``.
+    t, x, u, params
+        Its arguments.
+
+    """
     try:
         return np.asarray(function(t, x, u, params=params), float).reshape(-1)
     except Exception:  # a NaN is called an algebraic loop, a random matrix may be singular, ...
         return None
 
 
-def _compare(name, labels, expected, got, t):
+def compare(name, labels, expected, got, t):
+    """Refuse a difference.
+
+    Parameters
+    ----------
+    name : str
+        What is compared.
+    labels : list of str
+        The name of every entry.
+    expected, got : ndarray
+        From python-control and from the program.
+    t : float
+        Time [s].
+
+    Raises
+    ------
+    CompiledDifferenceError
+        Names the first entry that differs, with both values.
+
+    """
     scale = 1.0 + np.max(np.abs(expected[np.isfinite(expected)]), initial=0.0)
     close = np.isclose(got, expected, rtol=TOLERANCE, atol=TOLERANCE * scale, equal_nan=True)
     if not np.all(close):

@@ -1,0 +1,118 @@
+"""Plant and sampled parts joined by name, and the time base of each."""
+
+import copy
+from dataclasses import dataclass
+
+import control as ct
+import numpy as np
+
+from clie_blocks.errors import nearest
+from clie_blocks.signals import DiagramError, interconnect, ports
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a loop that runs at its ticks.
+
+    Parameters
+    ----------
+    name : str
+        Name of the block or diagram.
+    period : float
+        Time between ticks [s].
+    late : bool
+        Its ticks come late by an input of the loop.
+
+    """
+
+    name: str
+    period: float
+    late: bool
+
+
+def join(plant, controllers, period, wires, inputs, jitter, name):
+    """Join a continuous plant and sampled parts by their port names.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        The continuous part.
+    controllers : list of control.NonlinearIOSystem
+        The sampled parts.
+    period : float, dict or None
+        Time between ticks [s] of parts that have none of their own.
+    wires : list of (str, str, ...)
+        As the connections of `clie_blocks.signals.interconnect`.
+    inputs : dict or None
+        As in `clie_blocks.signals.interconnect`; by default every port without a wire.
+    jitter : iterable of str
+        Parts whose ticks come late.
+    name : str
+        Name of the loop.
+
+    Returns
+    -------
+    diagram : clie_blocks.signals.Diagram
+        All wires; its first block is the plant.  Its time base means nothing.
+    parts : list of Part
+        The sampled ones.
+
+    """
+    if plant.dt not in (0, None):
+        raise DiagramError(f"{name}: the plant {plant.name!r} is in discrete time; a loop that is "
+                           "sampled everywhere needs no hold: interconnect it, compile_diagram it")
+    names = [part.name for part in controllers]
+    for key in [*jitter, *(period if isinstance(period, dict) else ())]:
+        if key not in names:
+            raise DiagramError(f"{name}: no sampled part {key!r}; {nearest(key, names)}")
+    parts = [Part(part.name, _period(part, period, name), part.name in jitter)
+             for part in controllers]
+    blocks = [_timeless(part) for part in (plant, *controllers)]
+    inputs = _free_ports(blocks, {wire[0] for wire in wires}) if inputs is None else inputs
+    shown = _by_name([(block.name, base) for block in blocks
+                      for base in ports(block.output_labels)])
+    return interconnect(blocks, wires, inputs=inputs, outputs=shown, name=name), parts
+
+
+def _period(part, period, name):
+    given = period.get(part.name) if isinstance(period, dict) else period
+    timed = part.nstates > 0 and part.dt is not None
+    if timed and part.dt == 0:
+        raise DiagramError(f"{name}: {part.name!r} has states in continuous time; sample it, such "
+                           "as control.sample_system(block, period, 'tustin', copy_names=True)")
+    own = part.dt if timed and part.dt is not True else None
+    if own is None and given is None:
+        raise DiagramError(f"{name}: {part.name!r} has no sample time of its own; "
+                           "give period= [s]")
+    if own is not None and given is not None and not np.isclose(own, given, rtol=1e-9, atol=0):
+        raise DiagramError(f"{name}: {part.name!r} has the sample time {own:g} s, not "
+                           f"{given:g} s; leave period out, or build the part for that period")
+    found = given if own is None else own
+    if not (np.isfinite(found) and found > 0):
+        raise DiagramError(f"{name}: the period of {part.name!r} must be positive, got {found}")
+    return float(found)
+
+
+def _timeless(part):
+    """Return the part without its time base, which python-control would not join."""
+    part = ct.ss(part) if isinstance(part, ct.TransferFunction) else copy.copy(part)
+    part.dt = None
+    return part
+
+
+def _free_ports(blocks, driven):
+    free = []
+    for block in blocks:
+        for base, where in ports(block.input_labels).items():
+            labels = [block.input_labels[k] for k in where]
+            open_ = [label for label in labels if f"{block.name}.{label}" not in driven]
+            if f"{block.name}.{base}" not in driven:
+                free += [(block.name, port) for port in ([base] if open_ == labels else open_)]
+    return _by_name(free)
+
+
+def _by_name(found):
+    """Return 'block.port' by port name, or by 'block_port' where two blocks have the port."""
+    names = [port for _, port in found]
+    return {port if names.count(port) == 1 else f"{block}_{port}": f"{block}.{port}"
+            for block, port in found}
