@@ -98,7 +98,8 @@ def _joint(record, robot, k):
         return [Finding("warning", "signal.dead", f"Its position moves by only {np.ptp(q):.3g}.",
                         "A joint at rest tells nothing of its model.",
                         "It is left out; move it, or name its column with --map.", joint=name)]
-    return [*_stuck(record, k, step), *_quantised(record, k, step)]
+    return [*_stuck(record, k, step), *_coarser(record, robot, k, step),
+            *_quantised(record, k, step)]
 
 
 def _stuck(record, k, step):
@@ -135,6 +136,16 @@ def _contradicted(record, k, flat, step):
     travel = abs(np.sum(dq)) * record.sample_time
     usual = np.sqrt(np.mean(np.nan_to_num(record.dq[:, k]) ** 2))
     return travel > STUCK_STEPS * step and abs(dq.mean()) > STUCK_SPEED * usual
+
+
+def _coarser(record, robot, k, step):
+    stated = robot.encoder.resolution if robot else None
+    if stated is None or not step > 1.5 * stated[k] > 0:
+        return []
+    return [Finding("warning", "signal.resolution", f"Its position comes in steps of {step:.4g}, "
+                    f"robot.toml states {stated[k]:.4g}.", "The encoder, its gear or the export "
+                    "is coarser than known.", "Correct [encoder], or export more digits; the "
+                    "diagnosis takes it as a candidate.", joint=record.joints[k])]
 
 
 def _quantised(record, k, step):

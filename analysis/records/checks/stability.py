@@ -42,7 +42,7 @@ def loop_gains(controller):
 
 
 def smallest_kd(a, b, kp):
-    """Smallest Kd with ``K-bar = Kd/Kp (A + B Kd) - 1 > 0``, which Theorem 2 needs."""
+    """Smallest Kd with ``K-bar = Kd/Kp (A + B Kd) - 1 > 0``, which Theorems 1 to 4 need."""
     return (np.sqrt(a**2 + 4 * b * kp) - a) / (2 * b)
 
 

@@ -21,8 +21,9 @@ from clie_blocks.signals import signal
 
 RATE = 0.1  # 1/s, of convergence; slower means less ripple and more passes
 SHARE = 1e-3  # of the composite law's convergence that its gradient part does, as in CASE 3
-MOST_PASSES = 200
+MOST_PASSES = 60
 SETTLED = 1e-4  # largest relative change of the means from pass to pass
+DRIFTING = 0.05  # change up to which estimates that still move are worth showing
 STEP = 1e-3  # relative, of the finite differences for the interval
 
 
@@ -63,13 +64,18 @@ def composite(runs, loads):
 def _identify(method, runs, loads, build, intervals):
     records = [_known_apart(run.record, load) for run, load in zip(runs, loads, strict=True)]
     programs = [build(record) for record in records]
-    theta, passes = _settled(records, programs)
-    n = records[0].n
-    widths = _intervals(records, programs, theta) if intervals else np.full((3, n), np.nan)
+    theta, passes, change = _settled(records, programs)
+    settled, n = change <= SETTLED, records[0].n
+    widths = (_intervals(records, programs, theta) if intervals and settled else
+              np.full((3, n), np.nan))
     a, b, d = theta.reshape(3, n)
     values = np.array([1 / b, a / b, d / b])
-    return [Estimate(method, BASE, values[:, k], widths[:, k], f"{passes} passes")
-            for k in range(n)]
+    kp, kd = pd_gains(records[0].robot.controller)
+    k_bar = kd / kp * (a + b * kd) - 1
+    said = f"{passes} passes" + ("" if settled else f", still changing by {change:.1%} in each")
+    return [Estimate(method, BASE, values[:, k], widths[:, k], said + (
+        "" if k_bar[k] > 0 else f"; K-bar {k_bar[k]:.2f} < 0, outside Theorems 1 to 4"))
+        for k in range(n)]
 
 
 def _known_apart(record, load):
@@ -78,22 +84,24 @@ def _known_apart(record, load):
 
 
 def _settled(records, programs):
-    """Pass over the records until the means of a pass no longer change."""
-    theta, means = np.zeros(3 * records[0].n), np.zeros(3 * records[0].n)
-    for passes in range(1, MOST_PASSES + 1):
-        before, history = means, []
+    """Means of a pass that no longer change, the passes, and the last relative change."""
+    n, theta = records[0].n, np.zeros(3 * records[0].n)
+    means, change, passes = theta, np.inf, 0
+    while passes < MOST_PASSES and not (change <= SETTLED and np.all(means[n:2 * n] > 0)):
+        before, history, passes = means, [], passes + 1
         for record, program in zip(records, programs, strict=True):
             estimates = signal(_run(record, program, theta), "theta_hat")
             theta = estimates[:, -1]
             history.append(estimates)
-        means = np.mean(np.concatenate(history, axis=1), axis=1)
-        if not np.isfinite(means).all() or np.any(means[records[0].n:2 * records[0].n] <= 0):
-            continue
-        if np.all(np.abs(means - before) <= SETTLED * np.abs(means)):
-            return means, passes
-    raise DivergedError(f"{records[0].source}: the estimates do not settle in {MOST_PASSES} "
-                        "passes; the motion excites too little, or K-bar is too far from positive "
-                        "('clie check' shows both)")
+        history = np.concatenate(history, axis=1)
+        means = np.mean(history, axis=1)
+        size = np.maximum(np.abs(means), np.std(history, axis=1))  # an offset may well be zero
+        change = float(np.max(np.abs(means - before) / size))
+    if not change < DRIFTING or np.any(means[n:2 * n] <= 0):
+        raise DivergedError(f"{records[0].source}: the estimates do not settle in {passes} "
+                            "passes; the motion excites too little, or K-bar is too far from "
+                            "positive ('clie check' shows both)")
+    return means, passes, change
 
 
 def _run(record, program, theta, frozen=False):

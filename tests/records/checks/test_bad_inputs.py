@@ -178,6 +178,8 @@ WARNINGS = {
                          "end stop"),
     "coarse position": (changed("q", lambda x: np.round(x / 0.02) * 0.02), "signal.quantised",
                         "steps of 0.02"),
+    "coarser than stated": (changed("q", column(0, lambda x: np.round(x / 5e-4) * 5e-4)),
+                            "signal.resolution", "steps of 0.0005, robot.toml states 0.0001"),
     "another filter": (law(discretisation="backward"), "law.variant", "'tustin', not backward"),
     "unknown filter": (law(highpass=80.0, lowpass=120.0), "law.residual", "unexplained"),
     "unsigned torque": (changed("tau", np.abs), "torque.unsigned", "never negative"),
