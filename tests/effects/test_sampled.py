@@ -3,9 +3,9 @@
 import control as ct
 import numpy as np
 import pytest
-from effect_runs import block_response
+from effect_runs import block_response, one_joint
 
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import compile_diagram, sampled
 from clie_blocks.controllers import pd_controller
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
@@ -158,3 +158,31 @@ def test_a_sampled_loop_takes_exact_delays():
 def test_a_sampled_plant_refuses_a_continuous_load():
     with pytest.raises(DiagramError, match="presliding: its state moves in continuous time"):
         with_effects(sampled_loop(), [LIBRARY["presliding"](level=0.1)])
+
+
+def hybrid(plant, law):
+    """Position of a continuous joint under the sampled law."""
+    loop = sampled(plant, law, wires=[("plant.u", "controller.u"), ("controller.q", "plant.q")])
+    run = loop.run(3.0, 1e-4, "ode4", every=10, log="plant.q",
+                   inputs={"q_d": lambda t: np.array([np.sin(2 * t)]), "pe": [0.0]})
+    return np.asarray(run.outputs).ravel()
+
+
+def test_the_register_and_the_memory_are_the_same_delay():
+    """Exact in the sampled half, approximant in the continuous one: two routes to one motion."""
+    late = LIBRARY["time_delay"](delay=8 * PERIOD)
+    in_law = hybrid(one_joint(), with_effects(controller(1), [late]))
+    in_plant = hybrid(one_joint(late), controller(1))
+    plain = hybrid(one_joint(), controller(1))
+    np.testing.assert_allclose(in_law, in_plant, atol=1e-8)
+    assert np.max(np.abs(in_law - plain)) > 3e-3
+
+
+def test_effects_of_both_halves_run_in_one_loop():
+    plant = one_joint(LIBRARY["backlash"](half_gap=2e-3), LIBRARY["coulomb"](level=0.1))
+    law = with_effects(controller(1), [
+        LIBRARY["encoder_quantization"](resolution=1e-3),
+        LIBRARY["packet_hold"](hold=0.01, interval=0.1),
+        LIBRARY["torque_quantization"](resolution=0.01)])
+    change = hybrid(plant, law) - hybrid(one_joint(), controller(1))
+    assert 1e-3 < np.max(np.abs(change)) < 0.1
