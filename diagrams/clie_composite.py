@@ -6,6 +6,19 @@ from clie_blocks.identification import composite_update, filtered_regressor, ide
 from clie_blocks.output import run_main
 from clie_blocks.signals import interconnect
 
+# The identification error (37), (38) and the composite law (40): the same beside a recorded robot.
+IDENTIFIER = (
+    ("filtered_regressor.dq_f", "lowpass_dq.dq_f"),
+    ("filtered_regressor.u_f", "lowpass_u.u_f"),
+    ("identification_error.phi_f", "filtered_regressor.phi_f"),
+    ("identification_error.theta_hat", "update.theta_hat"),
+    ("identification_error.y_f", "lowpass_dq.y_f"),
+    ("update.e_u", "input_error.e_u"),
+    ("update.phi", "regressor.phi"),
+    ("update.e_f", "identification_error.e_f"),
+    ("update.phi_f", "filtered_regressor.phi_f"),
+    ("model.theta_hat", "update.theta_hat"))
+
 
 def clie_composite(plant, kp, kd, gamma, alpha, *, omega_f=300.0, velocity="exact",
                    name="clie_composite"):
@@ -52,18 +65,7 @@ def clie_composite(plant, kp, kd, gamma, alpha, *, omega_f=300.0, velocity="exac
             # the robot filtered by G2, eqs. (34)-(36); no acceleration is measured
             ("lowpass_dq.dq", "velocity_filter.dq"),
             ("lowpass_u.u", "pd.u"),
-            ("filtered_regressor.dq_f", "lowpass_dq.dq_f"),
-            ("filtered_regressor.u_f", "lowpass_u.u_f"),
-            # the identification error, eqs. (37), (38)
-            ("identification_error.phi_f", "filtered_regressor.phi_f"),
-            ("identification_error.theta_hat", "update.theta_hat"),
-            ("identification_error.y_f", "lowpass_dq.y_f"),
-            # the composite update law, eq. (40)
-            ("update.e_u", "input_error.e_u"),
-            ("update.phi", "regressor.phi"),
-            ("update.e_f", "identification_error.e_f"),
-            ("update.phi_f", "filtered_regressor.phi_f"),
-            ("model.theta_hat", "update.theta_hat")],
+            *IDENTIFIER],
         inputs=loops.inputs,
         outputs={**loops.outputs, "theta_hat": "update.theta_hat",
                  "e_f": "identification_error.e_f"},

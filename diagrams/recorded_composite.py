@@ -2,6 +2,7 @@
 
 import control as ct
 
+from clie_blocks.diagrams.clie_composite import IDENTIFIER
 from clie_blocks.diagrams.recorded_loop import model_half
 from clie_blocks.filters import lowpass, lowpass_with_rate, velocity_filter
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
@@ -57,18 +58,7 @@ def recorded_composite(kp, kd, gamma, alpha, velocity, *, omega_f=300.0,
             *half["connections"],
             # the recorded robot filtered by G1 and G2, eqs. (34)-(36)
             ("lowpass_dq.dq", "measured_velocity.dq"),
-            ("filtered_regressor.dq_f", "lowpass_dq.dq_f"),
-            ("filtered_regressor.u_f", "lowpass_u.u_f"),
-            # the identification error, eqs. (37), (38)
-            ("identification_error.phi_f", "filtered_regressor.phi_f"),
-            ("identification_error.theta_hat", "update.theta_hat"),
-            ("identification_error.y_f", "lowpass_dq.y_f"),
-            # the composite update law, eq. (40)
-            ("update.e_u", "input_error.e_u"),
-            ("update.phi", "regressor.phi"),
-            ("update.e_f", "identification_error.e_f"),
-            ("update.phi_f", "filtered_regressor.phi_f"),
-            ("model.theta_hat", "update.theta_hat")],
+            *IDENTIFIER],
         inputs={**half["inputs"], "u": ["input_error.u", "lowpass_u.u"],
                 "q": "measured_velocity.q"},
         outputs={**half["outputs"], "theta_hat": "update.theta_hat",
