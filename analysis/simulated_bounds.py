@@ -8,7 +8,7 @@ from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.signals import signal
 
 STEP = 1e-3  # s; ode5 is exact to 8 digits here
-EVERY = 5
+EVERY, IDENTIFICATION_EVERY = 5, 20
 
 
 def pd_trajectory(plant, joints, q_d, pe, duration=40.0):
@@ -85,7 +85,8 @@ def identification_errors(plant, joints, q_d, pe, *, gamma, alpha, duration=400.
     """
     loop = clie_composite(plant, joints.kp, joints.kd, gamma, alpha)
     run = compile_diagram(loop).run(
-        duration, step=STEP, inputs={"q_d": q_d, "pe": pe, "noise": 0.0}, every=EVERY,
+        duration, step=STEP, inputs={"q_d": q_d, "pe": pe, "noise": 0.0},
+        every=IDENTIFICATION_EVERY,
         log=["q", "dq", "u", "q_model", "dq_model", "theta_hat", "e_f",
              "filtered_regressor.phi_f"])
     q, dq, u = (signal(run, name) for name in ("q", "dq", "u"))

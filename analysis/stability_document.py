@@ -199,8 +199,9 @@ def _identification(study, b):
         "so that E may exceed them while the estimates converge: no bound on E follows from them "
         f"alone. {said}",), (), (
         Table(("constant", "as it follows", "as printed", "difference"), rows),
-        Table(("simulated", "value", "its bound"), run,
-              f"Gamma = {study.gamma:g}, alpha = {study.alpha:g}")),
+        Table(("simulated", "value", "mu_1 or mu_2 with it"), run,
+              f"Gamma = {study.gamma:g}; update law (27), and (40) with alpha = {study.alpha:g} "
+              "for the last row")),
         () if b.errors is None else (
             Picture("identification_error", plots.errors_plot(b),
                     "Identification error against mu_1, and the modelling error that feeds it."),))
@@ -247,6 +248,7 @@ def _convergence(study, found):
     wanted = found.gain_for(100.0)
     reach = (f"the smallest gain that leaves 1 % after 100 s is about {wanted:.3g}"
              if wanted else "no gain leaves 1 % after 100 s")
+    slower = "; more is slower again" if best_gamma < found.gammas[-1] else ""
     rows = tuple((f"{gamma:.4g}", _number(rates.slowest), f"{rates.time_constant:.4g}",
                   f"{rates.time_to(0.01):.4g}", _number(float(np.min(averaged))))
                  for gamma, rates, averaged in list(zip(found.gammas, found.rates,
@@ -254,7 +256,7 @@ def _convergence(study, found):
     return Section("How fast the estimates converge", (
         f"Gamma = {study.gamma:g}: the slowest error has {found.here.time_constant:.3g} s and is "
         f"down to 1 % after {found.here.time_to(0.01):.3g} s. The fastest of the gains tried is "
-        f"{best_gamma:.3g} with {best.time_constant:.3g} s; more is slower again; {reach}. "
+        f"{best_gamma:.3g} with {best.time_constant:.3g} s{slower}; {reach}. "
         "Averaging is right for small gains only. Alphas of the size printed change nothing.",),
         (), (Table(("Gamma", "slowest rate [1/s]", "time constant [s]", "to 1 % [s]",
                     "averaged rate [1/s]"), rows),), (

@@ -8,6 +8,7 @@ from clie_blocks import paper
 from clie_blocks.analysis.bounds import ControlledJoints
 from clie_blocks.analysis.convergence import PeriodicLoop, balanced_shape
 from clie_blocks.analysis.worst_case import ParameterBox
+from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.errors import RecordError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints, motor_side, normalised
@@ -198,9 +199,6 @@ def _arm(robot, remarks):
     if not complete:
         remarks.append("Links are left out: the file does not state mass, length and centre of "
                        "mass of one or two links.")
-    elif robot.n == 1:
-        remarks.append("The simulated plant is the decoupled joint (9) with the load of the "
-                       "set-point; the box covers the load of all poses.")
     return _Arm(**given, g=robot.nominal.g)
 
 
@@ -254,9 +252,12 @@ def _box(arm, drives, inertia_tolerance=0.0, friction_tolerance=0.0, offset=0.0)
 
 
 def _plant(arm, drives, theta):
-    """The coupled arm where it is known; its block knows no torque gain but one."""
-    known = arm.mass.size == 2 and np.all(arm.mass > 0) and np.all(drives.torque_gain == 1)
-    if not known:
+    """The arm or pendulum where it is known; their blocks know no torque gain but one."""
+    n, gear_ratio = drives.gear_ratio.size, drives.gear_ratio
+    if not (np.any(arm.mass > 0) and np.all(drives.torque_gain == 1)):
         return decoupled_joints(*theta.reshape(3, -1))
-    return two_link_arm(arm.mass, arm.length, drives.gear_ratio, drives.inertia, drives.friction,
-                        com=arm.com, j_link=arm.inertia, h=arm.h, g=arm.g)
+    if n == 2:
+        return two_link_arm(arm.mass, arm.length, gear_ratio, drives.inertia, drives.friction,
+                            com=arm.com, j_link=arm.inertia, h=arm.h, g=arm.g)
+    weight = LIBRARY["gravity"](weight=arm.mass * arm.com * arm.g, gear_ratio=gear_ratio)
+    return with_effects(decoupled_joints(*theta[:2], 0.0), [weight])

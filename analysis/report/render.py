@@ -4,7 +4,7 @@ import io
 import re
 from pathlib import Path
 
-from clie_blocks.output import save_figure, write
+from clie_blocks.output import write
 
 TEMPLATES = Path(__file__).parent
 
@@ -27,16 +27,14 @@ def save_document(document, folder, stem):
         The paths, the HTML first.
 
     """
-    folder = Path(folder)
-    paths = [write(folder / f"{stem}.html", html(document)),
-             write(folder / f"{stem}.md", markdown(document))]
-    for picture in document.pictures():
-        paths += save_figure(picture.figure, folder, picture.stem, formats=("svg",))
-    return [str(path) for path in paths]
+    folder, drawn = Path(folder), drawings(document)
+    texts = {f"{stem}.html": html(document, drawn), f"{stem}.md": markdown(document),
+             **{f"{name}.svg": drawing for name, drawing in drawn.items()}}
+    return [str(write(folder / name, text)) for name, text in texts.items()]
 
 
-def html(document):
-    """Return a document as one HTML page: no script, no network, pictures inside.
+def drawings(document):
+    """Return the pictures of a document as SVG elements by stem.
 
     Parameters
     ----------
@@ -44,11 +42,25 @@ def html(document):
         The report.
 
     """
+    return {picture.stem: svg(picture) for picture in document.pictures()}
+
+
+def html(document, drawn):
+    """Return a document as one HTML page: no script, no network, pictures inside.
+
+    Parameters
+    ----------
+    document : Document
+        The report.
+    drawn : dict
+        Its `drawings`.
+
+    """
     from markupsafe import Markup
 
-    drawings = {picture.stem: Markup(svg(picture)) for picture in document.pictures()}
     return _template("document.html.j2").render(
-        document=document, drawings=drawings, style=Markup((TEMPLATES / "style.css").read_text()))
+        document=document, style=Markup((TEMPLATES / "style.css").read_text()),
+        drawings={stem: Markup(drawing) for stem, drawing in drawn.items()})
 
 
 def markdown(document):

@@ -3,12 +3,13 @@
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from matplotlib.figure import Figure
 
 from clie_blocks.analysis.report.document import Document, Picture, Section, Table
-from clie_blocks.analysis.report.render import html, markdown, save_document
+from clie_blocks.analysis.report.render import drawings, html, markdown, save_document
 
 NASTY = "<script>alert('x')</script> & \"q\""
 
@@ -45,12 +46,12 @@ def document():
 
 
 def test_text_is_escaped(document):
-    page = html(document)
+    page = html(document, drawings(document))
     assert "<script" not in page and page.count("&lt;script&gt;") >= 5
 
 
 def test_page_needs_no_network_and_forbids_it(document):
-    page = html(document)
+    page = html(document, drawings(document))
     assert "default-src 'none'" in page
     fetched = re.findall(r'(?:src|href)="(?!#)([^"]*)"', page)
     assert fetched == []
@@ -58,7 +59,7 @@ def test_page_needs_no_network_and_forbids_it(document):
 
 def test_ids_are_unique_and_every_reference_has_its_target(document):
     reader = Ids()
-    reader.feed(html(document))
+    reader.feed(html(document, drawings(document)))
     assert len(reader.ids) == len(set(reader.ids))
     assert set(reader.references) <= set(reader.ids)
     assert reader.tags.count("svg") == 2
@@ -80,4 +81,5 @@ def test_saved_files_are_the_same_twice(document, tmp_path):
 
     first = saved()
     assert set(first) == {"r.html", "r.md", "first.svg", "second.svg"}
+    assert ElementTree.fromstring(first["first.svg"]).tag == "{http://www.w3.org/2000/svg}svg"
     assert saved() == first
