@@ -6,6 +6,8 @@ _HOME = {
     "compile_diagram": "program",
     "Program": "program",
     "Batch": "batch",
+    "Derivatives": "sensitivities",
+    "Stop": "events",
     "sampled": "sampled_loop",
     "SampledProgram": "sampled_loop",
     "held_normal": "inputs",

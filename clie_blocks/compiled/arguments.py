@@ -90,7 +90,7 @@ def block_states(states, block, owner):
     return where
 
 
-def select(signals, log, owner):
+def select(signals, log, owner, kind="signal"):
     """Return the signals that a log asks for, each once, in the order asked for.
 
     Parameters
@@ -99,8 +99,8 @@ def select(signals, log, owner):
         All of them.
     log : str or list of str
         Labels, base names or patterns with ``*`` and ``?``.
-    owner : str
-        Name of the diagram, for messages.
+    owner, kind : str
+        Name of the diagram and what is selected, for messages.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def select(signals, log, owner):
         if not found and ("*" in name or "?" in name):
             found = _matching(name, signals)
         if not found:
-            raise DiagramError(f"{owner}: no signal {name!r} to log; {nearest(name, groups)}")
+            raise DiagramError(f"{owner}: no {kind} {name!r}; {nearest(name, groups)}")
         chosen |= dict.fromkeys(found)
     return list(chosen)
 

@@ -31,6 +31,9 @@ class Operation:
         as an attribute, `y` is the result.
     boolean : bool
         The result is a truth value.
+    tangent : callable, optional
+        ``tangent(f, y, operands, tangents)`` for an operation that chooses: the derivative of
+        the operand that is taken, whatever the other's is.
 
     """
 
@@ -42,6 +45,7 @@ class Operation:
     llvm: Callable
     partials: Callable
     boolean: bool = False
+    tangent: Callable | None = None
 
 
 def _infix(name, sign, function, instruction, partials):
@@ -84,7 +88,8 @@ def _extremum(name, function, sign, predicate):
         f"(({pick % '||'}) ? {{0}} : {{1}})",
         lambda ir, a, b: ir.select(
             ir.logic("or", ir.compare(predicate, a, b), ir.compare("uno", a, a)), a, b),
-        lambda f, y, a, b: (f.where(f.eq(y, a), 1.0, 0.0), f.where(f.eq(y, a), 0.0, 1.0)))
+        lambda f, y, a, b: (f.where(f.eq(y, a), 1.0, 0.0), f.where(f.eq(y, a), 0.0, 1.0)),
+        tangent=lambda f, y, operands, tangents: f.where(f.eq(y, operands[0]), *tangents))
 
 
 OPERATIONS = {operation.name: operation for operation in (
@@ -154,7 +159,8 @@ OPERATIONS = {operation.name: operation for operation in (
               lambda ir, a: ir.invert(a), _flat, boolean=True),
     Operation("where", 3, np.where, "({1} if {0} else {2})", "({0} ? {1} : {2})",
               lambda ir, c, a, b: ir.select(c, a, b),
-              lambda f, y, c, a, b: (0.0, f.where(c, 1.0, 0.0), f.where(c, 0.0, 1.0))),
+              lambda f, y, c, a, b: (0.0, f.where(c, 1.0, 0.0), f.where(c, 0.0, 1.0)),
+              tangent=lambda f, y, operands, tangents: f.where(operands[0], *tangents[1:])),
 )}
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from clie_blocks.compiled.emit_python import PythonEngine
 from clie_blocks.compiled.layout import Layout
+from clie_blocks.compiled.memory import lanes
 from clie_blocks.compiled.methods import METHODS
 from clie_blocks.compiled.native import NativeEngine
 from clie_blocks.compiled.operations import OPERATIONS
@@ -54,7 +55,22 @@ def numeric(instructions):
     return np.array([result.astype(float) for result in results])
 
 
-@pytest.mark.parametrize(("engine", "examples"), [(NativeEngine, 20), (PythonEngine, 30)])
+class Lanes:
+    """Eight points side by side; the one asked for in a lane of its own, among others."""
+
+    def __init__(self, layout, method):
+        self.engine = NativeEngine(layout, method, lanes(8, layout.nx, 0, []))
+        self.lane = 0
+
+    def derivative(self, t, x, u, p):
+        self.lane = (self.lane + 3) % 8
+        points = np.roll(POINTS[:, :8], self.lane, axis=1)
+        points[:, self.lane] = x
+        return self.engine.derivative(t, points, u, p).reshape(-1, 8)[:, self.lane]
+
+
+@pytest.mark.parametrize(("engine", "examples"), [
+    (NativeEngine, 20), (Lanes, 12), (PythonEngine, 30)])
 def test_random_programs_equal_numpy(engine, examples):
     @settings(max_examples=examples, deadline=None, database=None, derandomize=True,
               phases=[Phase.generate],  # shrinking would compile for minutes
