@@ -142,17 +142,44 @@ class Simulator:
         values : dict
             Parameters by key.
 
+        Raises
+        ------
+        DivergedError
+            If the model leaves every bound.
+
         """
         n = self.shape.n
-        start = np.zeros(self.block.nstates)
-        start[self.layout["q"][0]] = log.start
-        if self.loose:
-            start[self.layout["q_motor"][0]] = log.start
         response = self.program.run(
             len(log) * self.shape.period, inputs={"q_d": log.q_d, "pe": log.pe},
-            initial_state=start, params={**values, "start": log.start})
+            initial_state=self._start(log), params={**values, "start": log.start})
         outputs = np.asarray(response.outputs)[:, :len(log)]
         return outputs[:n].T.copy(), outputs[n:].T.copy()
+
+    def run_many(self, log, sets):
+        """Measured positions for many sets of parameters at once, shape (sets, N, n).
+
+        Parameters
+        ----------
+        log : Log
+            As for `run`.
+        sets : list of dict
+            Parameters by key; a run that diverges is NaN.
+
+        """
+        params = {key: np.stack([values[key] for values in sets])
+                  if any(values[key] is not sets[0][key] for values in sets)
+                  else sets[0][key][None] for key in sets[0]}
+        done = self.program.batch(
+            len(log) * self.shape.period, inputs={"q_d": log.q_d, "pe": log.pe},
+            initial_state=self._start(log), params={**params, "start": log.start[None]},
+            log=[f"q[{k}]" for k in range(self.shape.n)], threads=1)
+        return np.moveaxis(np.asarray(done.outputs), 1, 2)[:, :len(log)]
+
+    def _start(self, log):
+        state = np.zeros(self.block.nstates)
+        for name in ("q", "q_motor") if self.loose else ("q",):
+            state[self.layout[name][0]] = log.start
+        return state
 
     def _unpack(self, x, params):
         n, shape = self.shape.n, self.shape

@@ -172,12 +172,8 @@ def judged(at, bench, jacobian=None, kept=0):
                covariance * np.outer(scale, scale), kept)
 
 
-def _errors(at, bench, values=None):
-    parts = []
-    for j in range(len(at.problem.fit)):
-        chosen = at if values is None else at.with_values(values)
-        parts += bench.whitened(chosen.error(j), j)
-    return parts
+def _errors(at, bench):
+    return [part for j in range(len(at.problem.fit)) for part in bench.whitened(at.error(j), j)]
 
 
 def _residual(at, bench):
@@ -186,22 +182,23 @@ def _residual(at, bench):
 
 def _jacobian(at, bench, residual):
     """Columns d residual / d (value / size) of all open numbers."""
-    n, logs = at.problem.n, len(at.problem.fit)
-    parts = _errors(at, bench)
-    bounds = np.cumsum([0] + [len(part) for part in parts])
-    columns = np.zeros((len(residual), len(at.open)))
-    for group in _groups(at):
-        steps = [(at.open[i], *_difference(at, at.open[i])) for i in group]
-        moved = _errors(at, bench, at.moved([(entry, value) for entry, value, _ in steps]))
-        for i, (entry, _, width) in zip(group, steps):
-            for j in range(logs):
-                for k in range(n):
-                    if entry.joint in (None, k) and entry.log in (None, j):
-                        row = slice(bounds[j * n + k], bounds[j * n + k + 1])
-                        columns[row, i] = (moved[j * n + k] - parts[j * n + k]) / width
+    n = at.problem.n
+    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
+    sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
+                         for group in groups)]
+    columns, row = np.zeros((len(residual), len(at.open))), 0
+    for j in range(len(at.problem.fit)):
+        plain, *moved = [bench.whitened(error, j) for error in at.errors(j, sets)]
+        for k in range(n):
+            rows = slice(row, row + len(plain[k]))
+            row = rows.stop
+            for group, parts in zip(groups, moved):
+                for i, _, width in group:
+                    if at.open[i].joint in (None, k) and at.open[i].log in (None, j):
+                        columns[rows, i] = (parts[k] - plain[k]) / width
     for i, entry in enumerate(at.open):
         if entry.tolerance is not None and entry.stray(at.get(entry)) != 0.0:
-            columns[bounds[-1] + i, i] = entry.size / entry.tolerance / SOFTNESS
+            columns[row + i, i] = entry.size / entry.tolerance / SOFTNESS
     return columns
 
 

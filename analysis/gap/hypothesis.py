@@ -102,16 +102,23 @@ class Hypothesis:
         return simulator(structure(self.problem),
                          tuple(member.cause for member in self.members))
 
-    def of_log(self, j):
+    def of_log(self, j, values=None):
         """Parameters of log j."""
         return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value
-                for key, value in self.values.items()}
+                for key, value in (self.values if values is None else values).items()}
 
-    def error(self, j, values=None):
+    def errors(self, j, sets):
+        """Errors in log j for many sets of values, a list of arrays (N, n) [rad]."""
+        log = self.problem.logs[j]
+        runs = self.simulator.run_many(log, [self.of_log(j, values) for values in sets])
+        return [np.nan_to_num(np.clip(log.q - q, -DIVERGED, DIVERGED), nan=DIVERGED)
+                for q in runs]
+
+    def error(self, j):
         """Measured less simulated position in log j, shape (N, n) [rad]."""
         log = self.problem.logs[j]
         try:
-            q, _ = self.simulator.run(log, self.of_log(j) if values is None else values)
+            q, _ = self.simulator.run(log, self.of_log(j))
         except DivergedError:
             return np.full(log.q.shape, DIVERGED)
         return np.clip(log.q - q, -DIVERGED, DIVERGED)

@@ -26,8 +26,8 @@ def base_motion(centre):
     return found
 
 
-def response(centre, motion, cause, values):
-    """Change of the measured positions when a cause is switched on, (N, n) for each fit log.
+def responses(centre, motion, cause, sets):
+    """Changes of the measured positions when a cause is switched on, for many sets of numbers.
 
     Parameters
     ----------
@@ -37,24 +37,33 @@ def response(centre, motion, cause, values):
         Its `base_motion`.
     cause : Cause
         The cause.
-    values : dict
-        Its numbers at all joints.
+    sets : list of dict
+        Numbers of the cause at all joints.
+
+    Returns
+    -------
+    list of list of ndarray
+        For each set, one change (N, n) per fit log.
 
     """
-    simple = all(piece.port in FILTERED and not piece.states for piece in cause.pieces)
-    if not simple:
-        return _simulated(centre, motion, cause, values)
-    return [_filtered(centre, s, cause, _of_log(values, j)) for j, s in enumerate(motion)]
+    if all(piece.port in FILTERED and not piece.states for piece in cause.pieces):
+        return [[_filtered(centre, s, cause, _of_log(values, j)) for j, s in enumerate(motion)]
+                for values in sets]
+    return _simulated(centre, motion, cause, sets)
 
 
 def _of_log(values, j):
     return {name: value[j] if np.ndim(value) == 2 else value for name, value in values.items()}
 
 
-def _simulated(centre, motion, cause, values):
-    member = Member(cause, tuple(range(centre.problem.n)), values, values)
-    trial = hypothesis(centre.problem, (*centre.members, member), centre)
-    return [centre.problem.logs[j].q - trial.error(j) - s.q for j, s in enumerate(motion)]
+def _simulated(centre, motion, cause, sets):
+    joints = tuple(range(centre.problem.n))
+    trials = [hypothesis(centre.problem, (*centre.members, Member(cause, joints, values, values)),
+                         centre) for values in sets]
+    changes = [trials[0].errors(j, [trial.values for trial in trials])
+               for j in range(len(motion))]
+    return [[centre.problem.logs[j].q - changes[j][i] - s.q for j, s in enumerate(motion)]
+            for i in range(len(sets))]
 
 
 def _filtered(centre, s, cause, p):

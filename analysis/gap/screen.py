@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.causes.cause import Scene
 from clie_blocks.analysis.gap.fit import tangent
 from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.noise import decimated, white
-from clie_blocks.analysis.gap.response import base_motion, response
+from clie_blocks.analysis.gap.response import base_motion, responses
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -117,8 +117,12 @@ def screen(bench, base, causes=CAUSES):
     for cause in causes:
         if cause.needs_links and not problem.chain.known:
             continue
-        for number, probe in enumerate(cause.probes(look)):
-            changes = _changes(centre, motion, cause, probe)
+        probes = cause.probes(look)
+        sets = [_active(probe) for probe in probes]
+        found = iter(responses(centre, motion, cause, [one for own in sets for one in own])
+                     if probes else ())
+        for number, probe in enumerate(probes):
+            changes = [next(found) for _ in sets[number]]
             member = Member(cause, tuple(range(problem.n)), probe.values, probe.values)
             for k, basis in enumerate(bases):
                 data = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
@@ -128,14 +132,11 @@ def screen(bench, base, causes=CAUSES):
     return Screen(columns, target, len(target[0]))
 
 
-def _changes(centre, motion, cause, probe):
-    """Responses to a probe, one for each of its amplitudes (the others at zero)."""
-    found = []
-    for active in probe.amplitudes or (None,):
-        values = {name: value if active in (None, name) or name not in probe.amplitudes
-                  else 0.0 * value for name, value in probe.values.items()}
-        found.append(response(centre, motion, cause, values))
-    return found
+def _active(probe):
+    """Numbers of a probe with one of its amplitudes at a time, the others at zero."""
+    return [{name: value if active in (None, name) or name not in probe.amplitudes
+             else 0.0 * value for name, value in probe.values.items()}
+            for active in probe.amplitudes or (None,)]
 
 
 def _stacked(bench, errors, k):

@@ -13,8 +13,9 @@ from clie_blocks.analysis.gap.noise import RATE, decimated, white
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
 
 PADDED = 1 << 16
-SPACING = 0.5  # s between the moments that are tried first
-FINE = 0.02  # s, then
+SPACING = 1.0  # s between the moments that are tried first
+FINE = 0.04  # s, then, for the kinds of fault that do best
+LEADING = 0.3  # of the best kind's drop
 EDGE = 1.0  # s at both ends of a log where no fault is looked for
 NEVER = 1e9
 
@@ -80,32 +81,39 @@ def faults(bench, base, errors, causes):
 
     """
     problem = bench.problem
-    return [_fault(bench, base, errors, cause) for cause in STEP_FAULT
-            if cause in causes and (problem.chain.known or not cause.needs_links)]
+    found = []
+    for cause in STEP_FAULT:
+        if cause in causes and (problem.chain.known or not cause.needs_links):
+            courses = [_course(cause.variant, bench, base, j) for j in range(len(problem.logs))]
+            moments = [[np.arange(EDGE, len(log) * problem.period - EDGE, SPACING)
+                        for log in problem.logs] for _ in range(problem.n)]
+            found.append((courses, *_fault(bench, base, errors, cause, courses, moments)))
+    best = max((drop.sum() for _, _, drop in found), default=0.0)
+    return [_refined(bench, base, errors, *one) if one[2].sum() >= LEADING * best else one[1:]
+            for one in found]
 
 
-def _fault(bench, base, errors, cause):
+def _refined(bench, base, errors, courses, member, drop):
+    onset = member.values["onset"]
+    moments = [[np.arange(at - SPACING, at + SPACING, FINE) if at < NEVER else np.array([EDGE])
+                for at in onset[:, k]] for k in range(bench.problem.n)]
+    return _fault(bench, base, errors, member.cause, courses, moments)
+
+
+def _fault(bench, base, errors, cause, courses, moments):
+    """Best size and moments of one kind of fault among some moments, per joint and log."""
     problem, n = bench.problem, bench.problem.n
-    amount = cause.numbers[0].name
-    courses = [_course(cause.variant, bench, base, j) for j in range(len(problem.logs))]
     size, onset, drop = np.zeros(n), np.full((len(problem.logs), n), NEVER), np.zeros(n)
     for joints in ([list(range(n))] if cause.shared else [[k] for k in range(n)]):
-        moments = [np.arange(EDGE, len(log) * problem.period - EDGE, SPACING)
-                   for log in problem.logs]
-        best, at, _ = _common_size(_scans(bench, base, errors, courses, joints, moments),
-                                   len(problem.fit))
-        moments = [tried[:1] if i is None else
-                   np.arange(tried[i] - SPACING, tried[i] + SPACING, FINE)
-                   for tried, i in zip(moments, at)]
-        scans = _scans(bench, base, errors, courses, joints, moments)
-        best, at, gains = _common_size(scans, len(problem.fit))
-        size[joints] = best
-        drop[joints] = gains / len(joints)
+        tried = moments[joints[0]]
+        scans = _scans(bench, base, errors, courses, joints, tried)
+        best, at, gained = _common_size(scans, len(problem.fit))
+        size[joints], drop[joints] = best, gained / len(joints)
         for j, where in enumerate(at):
             if where is not None:
-                onset[j, joints] = moments[j][where]
-    return Member(cause, tuple(range(n)), {amount: size, "onset": onset},
-                  {amount: np.abs(size) + 1e-9}), drop
+                onset[j, joints] = tried[j][where]
+    return Member(cause, tuple(range(n)), {cause.numbers[0].name: size, "onset": onset},
+                  {cause.numbers[0].name: np.abs(size) + 1e-9}), drop
 
 
 def _scans(bench, base, errors, courses, joints, moments):

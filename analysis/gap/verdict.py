@@ -52,7 +52,7 @@ class Calibration:
     price: float = 2.0
     second: float = 1.5
     share: float = 0.01
-    slight: float = 2.0
+    slight: float = 4.0
     healthy: float = 0.5
     unexplained_share: float = 0.25
     unexplained_least: float = 2.0
