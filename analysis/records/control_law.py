@@ -123,6 +123,12 @@ def sample_time(record, controller):
     return stated if agrees else logged
 
 
+def in_steps(size, controller):
+    """Size in steps of the command's stated resolution, per joint; NaN where it is not stated."""
+    step = controller.command_resolution
+    return size * np.nan if step is None else size / np.where(step > 0, step, np.nan)
+
+
 def velocity(record, controller, variant):
     """Velocity as the controller forms it from the measured position, eq. (47).
 
@@ -215,9 +221,7 @@ def _replay(record, controller, variant):
         raise NotIdentifiableError(f"{record.source or 'the record'} has no run of valid samples "
                                    "long enough for the velocity filter to settle")
     rms = np.sqrt(np.mean(residual[used] ** 2, axis=0))
-    step = controller.command_resolution
-    step = np.full(record.n, np.nan) if step is None else np.where(step > 0, step, np.nan)
-    return Replay(u, residual, variant, rms, rms / step, used, {})
+    return Replay(u, residual, variant, rms, in_steps(rms, controller), used, {})
 
 
 def _best(tried, stated):

@@ -6,8 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.checks.completeness import dead_joints
 from clie_blocks.analysis.records.checks.excitation import ANY_REMEDY, motions, remedy
-from clie_blocks.analysis.records.checks.law import can_replay, fit_law, unexplained
-from clie_blocks.analysis.records.control_law import replay
+from clie_blocks.analysis.records.checks.law import can_replay, compared, fit_law, unexplained
 from clie_blocks.analysis.records.repeatability import noise_floor
 from clie_blocks.analysis.records.robot import Controller
 
@@ -149,7 +148,7 @@ def _turns(robot, moved):
 
 def _law(record, robot):
     if can_replay(record, robot):
-        strange = unexplained(record, replay(record, robot.controller))
+        strange = unexplained(record, compared(record, robot.controller))
         left = [record.joints[k] for k in np.flatnonzero(strange)]
         return f"not reproduced on {', '.join(left)}" if left else "understood"
     if record.u is None or record.qd is None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks.finding import Finding, ranges
+from clie_blocks.analysis.records.checks.finding import MOST_RANGES, Finding, ranges
 
 GAP = 3  # sample times
 COARSE = 0.01  # share of repeated stamps
@@ -45,7 +45,7 @@ def _order(step):
     backward = np.flatnonzero(step < 0)
     if backward.size == 0:
         return []
-    where = tuple((int(k), int(k) + 2) for k in backward[:20])
+    where = _around(backward)
     if backward.size == 1:
         return [Finding("repair", "clock.reset", f"The clock jumps back once, by "
                         f"{-step[backward[0]]:.6g} s.", "It was reset or the logs were joined.",
@@ -56,11 +56,16 @@ def _order(step):
                     "its arrival.", samples=where)]
 
 
+def _around(steps):
+    """Sample ranges around some steps of the clock."""
+    return tuple((int(k), int(k) + 2) for k in steps[:MOST_RANGES])
+
+
 def _repeats(step):
     share = np.mean(step == 0)
     if share == 0:
         return []
-    where = ranges(np.concatenate((step == 0, [False])))[:20]
+    where = ranges(np.concatenate((step == 0, [False])))[:MOST_RANGES]
     if share <= COARSE:
         return [Finding("repair", "clock.repeated", f"{np.count_nonzero(step == 0)} stamps repeat "
                         "the one before.", "A sample was logged twice.",
@@ -82,7 +87,7 @@ def _gaps(record, step):
                     f"{lost:.3g} s of {record.duration:.3g} s.", "What happened inside is not "
                     "known.", "The record is split there and nothing is filled in; if it is much, "
                     "log to memory first.",
-                    samples=tuple((int(k), int(k) + 2) for k in np.flatnonzero(gap)[:20]))]
+                    samples=_around(np.flatnonzero(gap)))]
 
 
 def _jitter(record, step):

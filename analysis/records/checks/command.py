@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks.finding import Finding, ranges
+from clie_blocks.analysis.records.checks.finding import MOST_RANGES, Finding, ranges
 from clie_blocks.analysis.records.checks.measures import (
     averaged,
     centres,
@@ -37,7 +37,7 @@ def check_saturation(record, robot):
         found.append(Finding(severity, "command.saturated", f"Its command is at its limit of "
                              f"{limit:.4g} for {share:.1%} of the samples.",
                              "At the limit the robot does not do what the law asks.", fix,
-                             joint=record.joints[k], samples=ranges(at_limit)[:20]))
+                             joint=record.joints[k], samples=ranges(at_limit)[:MOST_RANGES]))
     return found + _above_peak(record, robot)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks.finding import Finding, ranges
+from clie_blocks.analysis.records.checks.finding import MOST_RANGES, Finding, ranges
 from clie_blocks.analysis.records.checks.measures import longest_flat, step_size
 from clie_blocks.analysis.records.repeatability import roughness
 from clie_blocks.analysis.records.runs import runs
@@ -30,12 +30,12 @@ def check_missing(record, robot):
         if share > MOST_MASKED:
             found.append(Finding("error", "missing.share", said, "Too much is missing to trust "
                                  "what is left.", "Repair the logger; nothing is filled in.",
-                                 samples=where[:20]))
+                                 samples=where[:MOST_RANGES]))
         else:
             severity = "repair" if longest <= SHORT_RUN else "warning"
             found.append(Finding(severity, "missing.samples", said, "Nothing is interpolated "
                                  "across them.", "They are masked; nothing to do.",
-                                 samples=where[:20]))
+                                 samples=where[:MOST_RANGES]))
     for name in ("qd", "pe", "dq", "tau"):
         x = getattr(record, name)
         for k in _columns_with_holes(x, record.valid):

@@ -3,6 +3,7 @@
 import dataclasses
 
 SEVERITIES = ("error", "warning", "repair")
+MOST_RANGES = 200  # listed per finding
 
 
 @dataclasses.dataclass(frozen=True)

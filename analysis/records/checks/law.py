@@ -8,6 +8,7 @@ from clie_blocks.analysis.records.checks.command import saturated
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import correlations, moves, permutation
 from clie_blocks.analysis.records.control_law import (
+    in_steps,
     replay,
     settled,
     stated_variant,
@@ -20,6 +21,7 @@ DEGREE = 180 / np.pi
 ROUNDING = 0.6  # steps of the command's resolution; rounding alone leaves 0.29
 SMALL = 0.01  # share of the command's rms that clocks and float32 logs may leave
 EXPLAINED = 0.3  # share of the residual that another law may leave to be the better one
+LOOSE = 0.1  # share of the command beyond which a fitted law says nothing of its gains
 GROSS = 0.25  # error of a gain that no velocity filter can feign
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
@@ -40,11 +42,11 @@ def check_law(record, robot):
     controller = robot.controller
     stated = stated_variant(controller)
     known = stated in variants(record, controller)
-    result = replay(record, controller, stated if known else None)
+    result = compared(record, controller, stated if known else None)
     strange = unexplained(record, result)
     if not strange.any():
         return []
-    best = replay(record, controller)
+    best = compared(record, controller)
     if not unexplained(record, best).any():
         return [_variant(best, stated)]
     return (_swapped(record, result) or _shifted(record, result, strange)
@@ -55,6 +57,16 @@ def can_replay(record, robot):
     """Whether law, command and reference are there."""
     return (robot is not None and robot.controller.law != "unknown" and record.u is not None
             and record.qd is not None and len(record) > 10)
+
+
+def compared(record, controller, variant=None):
+    """Replay of the law, its residual judged apart from samples with the command at its limit."""
+    result = replay(record, controller, variant)
+    apart = np.stack([result.used & ~saturated(record, None, k)[0] for k in range(record.n)], 1)
+    if not apart.any(axis=0).all():
+        return result
+    rms = np.sqrt(np.mean(result.residual**2, axis=0, where=apart))
+    return dataclasses.replace(result, rms=rms, lsb=in_steps(rms, controller))
 
 
 def unexplained(record, result):
@@ -157,6 +169,8 @@ def _joint(record, robot, result, k):
     if fit is None or fit.rms > EXPLAINED * result.rms[k]:
         return _not_understood(record, result, k)
     exact = fit.rms < max(_tolerated(record, robot.controller, result, k), 1e-300)
+    if not exact and fit.rms > LOOSE * np.sqrt(np.mean(record.u[result.used, k] ** 2)):
+        return _not_understood(record, result, k)
     return (_sign(record, k, fit) or _gain(record, robot, k, fit, 0.01 if exact else GROSS)
             or _excitation(record, k, fit, 0.01 if exact else GROSS)
             or _not_understood(record, result, k))

@@ -5,6 +5,7 @@ import numpy as np
 from clie_blocks.analysis.records.runs import runs
 
 TINY = 1e-100
+ENOUGH = 10_000  # windows that settle a lag
 WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
 
 
@@ -131,6 +132,7 @@ def lag(record, early, late, at, width, reach=40):
     at = at[(at >= reach + width) & (at < len(record) - reach - width)]
     if at.size < 10:
         return np.nan
+    at = at[::max(1, at.size // ENOUGH)]
     change = increments(early, at, width)
     match = np.array([slope(change, increments(late, at + shift, width))[1]
                       for shift in range(-reach, reach + 1)])
