@@ -18,6 +18,16 @@ HEAD = """# Gallery of effects
 
 Made by `python docs/effects_gallery.py`; `clie effects NAME` shows one of them in a terminal.
 
+    from clie_blocks.effects import LIBRARY, with_effects
+
+    robot = with_effects(plant, [LIBRARY["coulomb"](level=0.3, joints=[1]),
+                                 LIBRARY["backlash"](half_gap=1e-3)], measured="motor")
+    loop = with_effects(joint_loop(plant, kp, kd), [LIBRARY["gain_error"](kp_error=0.1)])
+    law = with_effects(sampled_controller, [LIBRARY["time_delay"](delay=0.005)])
+
+The result has the ports of what went in.  Zero, or the neutral value, removes an effect bit for
+bit.  Torques are those of the motor, angles those of the joint.
+
 Each effect stands at its typical numbers.  Left: its characteristic, or its answer in time.
 Middle: the loop of Fig. 1 (A = 2, 2.4; B = 0.5, 0.6; Kp = 10, Kd = 5) with and without it under
 one excitation for all, the joint that changes most.  Right: the difference of the two.  For
