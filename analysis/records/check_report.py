@@ -31,13 +31,16 @@ class Report:
     @property
     def verdict(self):
         """One sentence."""
-        count = {name: sum(f.severity == name for f in self.findings) for name in SEVERITIES}
-        if self.exit_code == 0:
-            return ("sound" if not count["warning"] else
-                    f"usable, with {count['warning']} warnings")
         if self.exit_code == 4:
             return "sound, but the motion does not show the parameters"
-        return f"not usable as it is: {count['error']} errors"
+        if self.exit_code:
+            return f"not usable as it is: {self._count('error')}"
+        warned = self._count("warning")
+        return f"usable, with {warned}" if warned else "sound"
+
+    def _count(self, severity):
+        found = sum(finding.severity == severity for finding in self.findings)
+        return f"{found} {severity}{'s' if found > 1 else ''}" if found else ""
 
 
 def check_log(record, robot=None, others=()):
