@@ -4,6 +4,12 @@ import numpy as np
 
 from clie_blocks import paper
 from clie_blocks.analysis import stability_plots as plots
+from clie_blocks.analysis.bounds import (
+    ControlledJoints,
+    condition,
+    theorem_2,
+    ultimate_bound,
+)
 from clie_blocks.analysis.frequency import PAPER_TONES
 from clie_blocks.analysis.paper_results import errata_section
 from clie_blocks.analysis.report.document import (
@@ -127,12 +133,27 @@ def _condition(study, b):
         (f"{'abd'[p // joints.n]}{p % joints.n + 1}", _number(joints.theta[p]),
          _number(study.box.lower[p]), _number(study.box.upper[p]))
         for p in range(3 * joints.n)), "Parameters of eq. (9) and the box of the worst case")
+    estimates = (_with_estimates(joints, b.ultimate.eta_norm),) if study.is_paper else ()
     return Section("The condition Kp^-1 Kd A_bar - I > 0", (
         "It makes V (A.1) a Lyapunov function of the identification loop, Theorems 1 to 4. It "
         "rises with A and B, so that its worst case over the box is exact and lies at the corner "
-        "of the smallest A and B.",), (), (table, box), (
+        "of the smallest A and B.",), (), (table, box, *estimates), (
         Picture("gain_plane", plots.gain_plane(joints, study.box),
                 "Gain plane: green is safe for all parameters of the box."),))
+
+
+def _with_estimates(joints, eta_norm):
+    """What the paper's estimates would have said instead of its real values."""
+    rows = []
+    for name, theta in (("these parameters", joints.theta),
+                        *((f"estimates, CASE {case}", hat)
+                          for case, hat in paper.THETA_HAT.items())):
+        other = ControlledJoints.from_theta(theta, joints.kp, joints.kd)
+        rows.append((name, *map(_number, (
+            condition(other).margin, theorem_2(other, 0.0).k_1,
+            ultimate_bound(other, eta_norm).mu_0))))
+    return Table(("parameters", "smallest K_bar", "k_1", "mu_0"), tuple(rows),
+                 "With the estimates of Table 2 in the place of the real values")
 
 
 def _pd_bound(study, b):
@@ -245,9 +266,13 @@ def _poles(values):
 
 def _convergence(study, found):
     best_gamma, best = found.best
-    wanted = found.gain_for(100.0)
-    reach = (f"the smallest gain that leaves 1 % after 100 s is about {wanted:.3g}"
-             if wanted else "no gain leaves 1 % after 100 s")
+    wanted = found.gain_for(study.time)
+    reach = (f"the smallest gain tried that leaves 1 % after {study.time:g} s is {wanted:.3g}"
+             if wanted else f"no gain leaves 1 % after {study.time:g} s")
+    plain = found.over_alpha[0.0].slowest
+    alphas = tuple((f"{alpha:g}", *(_number(rate) for rate in rates.per_joint),
+                    f"{100 * (rates.slowest / plain - 1):+.2g} %")
+                   for alpha, rates in found.over_alpha.items())
     slower = "; more is slower again" if best_gamma < found.gammas[-1] else ""
     rows = tuple((f"{gamma:.4g}", _number(rates.slowest), f"{rates.time_constant:.4g}",
                   f"{rates.time_to(0.01):.4g}", _number(float(np.min(averaged))))
@@ -257,9 +282,11 @@ def _convergence(study, found):
         f"Gamma = {study.gamma:g}: the slowest error has {found.here.time_constant:.3g} s and is "
         f"down to 1 % after {found.here.time_to(0.01):.3g} s. The fastest of the gains tried is "
         f"{best_gamma:.3g} with {best.time_constant:.3g} s{slower}; {reach}. "
-        "Averaging is right for small gains only. Alphas of the size printed change nothing.",),
+        "Averaging is right for small gains only.",),
         (), (Table(("Gamma", "slowest rate [1/s]", "time constant [s]", "to 1 % [s]",
-                    "averaged rate [1/s]"), rows),), (
+                    "averaged rate [1/s]"), rows),
+             Table(("alpha", *(f"joint {k + 1} [1/s]" for k in range(study.joints.n)), "change"),
+                   alphas, f"Composite law (40) at Gamma = {study.gamma:g}")), (
             Picture("rates", plots.rates_plot(found, study.gamma),
                     "Predicted rate over the adaptation gain: Floquet exponents of the "
                     "linearised periodic loop, and averaging."),))

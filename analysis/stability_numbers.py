@@ -1,6 +1,6 @@
 """Everything that a stability report says, as numbers; the document and the JSON both read it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from clie_blocks.filters import lowpass, velocity_filter
 from clie_blocks.signals import signal
 
 GAMMAS = np.geomspace(2.5, 640, 33)
+ALPHAS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
 WINDOWS = ((0.0, 5.0), (5.0, 15.0), (15.0, 25.0), (25.0, 35.0), (35.0, 45.0), (45.0, 55.0))
 SETTLED = 5.0  # s, after which the modelling error counts
 LATE = 380.0  # s, of 400
@@ -157,12 +158,13 @@ def linear_analysis_of(study):
 
 @dataclass(frozen=True)
 class Convergence:
-    """Predicted rates of the update law over Gamma."""
+    """Predicted rates of the update law over Gamma, and over alpha at the chosen Gamma."""
 
     gammas: np.ndarray
     rates: list
     averaged: np.ndarray
     here: object
+    over_alpha: dict
 
     @property
     def best(self):
@@ -192,7 +194,9 @@ def convergence_of(study):
 
     """
     *rates, here = floquet_rates(study.loop, [*GAMMAS, study.gamma])
-    return Convergence(GAMMAS, rates, averaged_rates(study.loop, GAMMAS), here)
+    over_alpha = {alpha: floquet_rates(replace(study.loop, alpha=alpha), [study.gamma])[0]
+                  for alpha in ALPHAS}
+    return Convergence(GAMMAS, rates, averaged_rates(study.loop, GAMMAS), here, over_alpha)
 
 
 @dataclass(frozen=True)

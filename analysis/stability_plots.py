@@ -67,7 +67,7 @@ def filter_bode():
     axes[0, 0].set_ylabel("magnitude [1/s]")
     axes[0, 1].set_ylabel("magnitude [-]")
     for ax in axes.flat:
-        ax.grid(alpha=0.3, which="both")
+        ax.grid(alpha=0.3)
     return figure
 
 
@@ -100,7 +100,7 @@ def loop_plots(margins, joint=0):
     for ax, label in zip((magnitude, phase, sensitivity, complementary),
                          ("|L| [-]", "phase of L [deg]", "|S| [-]", "|T| [-]")):
         ax.set_ylabel(label)
-        ax.grid(alpha=0.3, which="both")
+        ax.grid(alpha=0.3)
     for ax in (phase, complementary):
         ax.set_xlabel("frequency [rad/s]")
     magnitude.legend(fontsize=8)
@@ -199,7 +199,7 @@ def rates_plot(convergence, gamma):
         ax.plot(gamma, convergence.here.slowest, "o", color="C3", label="chosen")
     ax.set(xlabel="adaptation gain Gamma", ylabel="rate of the slowest mode [1/s]",
            ylim=(np.nanmin(rates) / 2, 3 * np.nanmax(rates)))
-    ax.grid(alpha=0.3, which="both")
+    ax.grid(alpha=0.3)
     ax.legend(fontsize=8)
     return figure
 

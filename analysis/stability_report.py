@@ -67,7 +67,7 @@ def as_dict(study, found):
                        "k_1": b.worst.theorem_2.k_1, "lower": study.box.lower,
                        "upper": study.box.upper},
         "simulated": {"pd_radius": b.radius, **b.measured},
-        **_linear(found["linear"]), "convergence": _convergence(found["convergence"]),
+        **_linear(found["linear"]), "convergence": _convergence(study, found["convergence"]),
         "excitation": found["excitation"] and _excitation(found["excitation"].model)}
 
 
@@ -96,11 +96,13 @@ def _linear(linear):
                     for name, found in linear.filters.items()}}
 
 
-def _convergence(found):
+def _convergence(study, found):
     best_gamma, best = found.best
     return {"rate": found.here.per_joint, "time_constant_s": found.here.time_constant,
             "best_gamma": best_gamma, "best_time_constant_s": best.time_constant,
-            "gamma_for_100_s": found.gain_for(100.0), "gammas": found.gammas,
+            "wanted_time_s": study.time, "gamma_for_wanted_time": found.gain_for(study.time),
+            "over_alpha": {alpha: rates.slowest for alpha, rates in found.over_alpha.items()},
+            "gammas": found.gammas,
             "rates": [one.slowest for one in found.rates],
             "averaged": np.min(found.averaged, axis=1)}
 
@@ -127,14 +129,16 @@ def study_of(options):
         from clie_blocks.analysis.records import read_robot
 
         study = robot_study(read_robot(options.robot), options.kp, options.kd)
-    for name in ("gamma", "alpha"):
+    if options.theta is not None:
+        study = study.with_theta(options.theta)
+    for name in ("gamma", "alpha", "time"):
         if not getattr(options, name) > 0:
             raise ClieError(f"--{name} must be positive, got {getattr(options, name)}")
     if options.eps_bar is not None:
         if not options.eps_bar >= 0:
             raise ClieError(f"--eps-bar must not be negative, got {options.eps_bar}")
         study = replace(study, eps_bar=(options.eps_bar,) * 2)
-    return replace(study, gamma=options.gamma, alpha=options.alpha)
+    return replace(study, gamma=options.gamma, alpha=options.alpha, time=options.time)
 
 
 def parser():
@@ -148,6 +152,10 @@ def parser():
     add("--kp", type=float, nargs="+", metavar="KP",
         help="proportional gains [N m/rad], one for all joints or one each")
     add("--kd", type=float, nargs="+", metavar="KD", help="derivative gains [N m s/rad]")
+    add("--theta", type=float, nargs="+", metavar="T",
+        help="parameters a, b, d of eq. (9), such as estimates, instead of the robot's")
+    add("--time", type=float, default=100.0,
+        help="wanted time [s] for estimates within 1 %% (default: %(default)s)")
     add("--gamma", type=float, default=paper.GAMMA,
         help="adaptation gain (default: %(default)s)")
     add("--alpha", type=float, default=paper.ALPHA[2],

@@ -13,7 +13,7 @@ from clie_blocks.errors import RecordError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints, motor_side, normalised
 from clie_blocks.manipulator import gravity, mass_matrix, two_link_arm
-from clie_blocks.signals import vector
+from clie_blocks.signals import DiagramError, vector
 
 BALANCED = ("Gamma is diagonal and scaled to this robot's signals: the gain has the meaning that "
             "it has for the paper's robot.")
@@ -49,6 +49,8 @@ class Study:
     eps_bar : tuple of float, optional
         Bounds on the modelling error for Theorems 2 and 4 [rad/s^2]; by default what the
         simulation shows.
+    time : float
+        Wanted time [s] in which the estimates come within 1 %.
     remarks : tuple of str
         What was assumed.
     is_paper : bool
@@ -67,6 +69,7 @@ class Study:
     shape: object = 1.0
     eta_norm: float | None = None
     eps_bar: tuple | None = None
+    time: float = 100.0
     remarks: tuple = ()
     is_paper: bool = False
 
@@ -92,6 +95,15 @@ class Study:
         kp = old.kp if kp is None else vector(kp, "--kp", n=n, unit="N m/rad", above=0)
         kd = old.kd if kd is None else vector(kd, "--kd", n=n, unit="N m s/rad", above=0)
         return replace(self, joints=ControlledJoints(old.a, old.b, old.d, kp, kd))
+
+    def with_theta(self, theta):
+        """Return the study with other parameters ``[a, b, d]``, such as estimates."""
+        old = self.joints
+        if np.size(theta) == 1:
+            raise DiagramError(f"--theta needs {3 * old.n} numbers: a, b and d of {old.n} joints")
+        theta = vector(theta, "--theta", n=3 * old.n)
+        box = ParameterBox(np.minimum(self.box.lower, theta), np.maximum(self.box.upper, theta))
+        return replace(self, joints=ControlledJoints.from_theta(theta, old.kp, old.kd), box=box)
 
 
 def paper_study():

@@ -7,6 +7,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis import stability_plots, stability_report
+from clie_blocks.analysis.report import render
 from clie_blocks.analysis.stability_document import document, verdict
 from clie_blocks.analysis.stability_numbers import bounds_of
 from clie_blocks.analysis.study import paper_study
@@ -44,7 +45,9 @@ def test_json_has_the_agreed_keys_and_the_papers_numbers(found):
     assert numbers["simulated"]["pd_radius"] == pytest.approx(0.1468, abs=1e-4)
     assert numbers["convergence"]["time_constant_s"] == pytest.approx(45.4, abs=0.1)
     assert 50 < numbers["convergence"]["best_gamma"] < 80
-    assert 30 < numbers["convergence"]["gamma_for_100_s"] <= 40
+    assert 30 < numbers["convergence"]["gamma_for_wanted_time"] <= 40
+    over_alpha = numbers["convergence"]["over_alpha"]
+    assert over_alpha[1e-3] == pytest.approx(over_alpha[0.0], rel=3e-3)
 
 
 def test_verdict_of_the_papers_gains_is_good(found):
@@ -52,7 +55,9 @@ def test_verdict_of_the_papers_gains_is_good(found):
     assert mood == "good" and advice == () and "1.238" in sentence
 
 
-def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsys):
+def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(render, "drawings", lambda document: {})
+    monkeypatch.setattr(render, "html", lambda document, drawn: "")
     assert stability_report.main(["--kd", "2", "--json", "-o", str(tmp_path)]) == 1
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["condition"]["holds"] is False and numbers["mu_1"] is None
@@ -94,7 +99,8 @@ def test_diverging_simulation_is_reported_not_raised(found):
 
 @pytest.mark.parametrize("arguments, code", [
     (["--kp", "-1"], 2), (["--kp", "1", "2", "3"], 2), (["--gamma", "0"], 2),
-    (["--eps-bar", "-1"], 2), (["--robot", "nowhere.toml"], 3)])
+    (["--eps-bar", "-1"], 2), (["--theta", "1", "2"], 2),
+    (["--theta", "1"], 2), (["--robot", "nowhere.toml"], 3)])
 def test_wrong_options_are_refused_in_words(arguments, code, capsys):
     assert guarded(stability_report.main, arguments) == code
     assert capsys.readouterr().err.startswith("error:")

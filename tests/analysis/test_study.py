@@ -113,3 +113,10 @@ def test_practice_robots_can_be_studied(shared, trial):
     study = robot_study(read_robot(shared / "blind" / "practice" / trial / "robot.toml"))
     assert np.all(study.box.lower <= study.joints.theta)
     assert np.all(study.joints.theta <= study.box.upper)
+
+
+def test_estimates_may_stand_in_for_the_parameters():
+    study = paper_study().with_theta(paper.THETA_HAT[3])
+    np.testing.assert_array_equal(study.joints.theta, paper.THETA_HAT[3])
+    assert np.all(study.box.upper >= paper.THETA_HAT[3])
+    assert np.all(study.box.lower <= paper_study().box.lower)
