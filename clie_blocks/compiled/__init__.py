@@ -12,6 +12,7 @@ _HOME = {
     "SampledProgram": "sampled_loop",
     "held_normal": "inputs",
     "TraceError": "symbols",
+    "OpaqueBlockWarning": "callback_cost",
     "InputError": "inputs",
     "CompiledDifferenceError": "selfcheck",
     "METHODS": "methods",

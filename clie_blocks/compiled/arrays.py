@@ -210,7 +210,16 @@ def _interp(x, xp, fp, left=None, right=None, period=None):
                 for slope, start, width in zip(slopes, xp, np.diff(xp))), fp[0])
 
 
+def _nan_to_num(x, copy=True, nan=0.0, posinf=None, neginf=None):
+    limits = np.finfo(float)
+    posinf, neginf = (limits.max if posinf is None else posinf,
+                      limits.min if neginf is None else neginf)
+    bounded = np.where(x == np.inf, posinf, np.where(x == -np.inf, neginf, x))
+    return np.where(np.isnan(x), nan, bounded)
+
+
 _ARRAY_FUNCTIONS = {
+    np.nan_to_num: _nan_to_num,
     np.where: _where, np.clip: _clip_function, np.round: _round_function,
     np.around: _round_function, np.interp: _interp,
     np.isscalar: lambda value: True,

@@ -3,7 +3,7 @@
 import math
 import re
 
-from clie_blocks.compiled.operations import OPERATIONS
+from clie_blocks.compiled.callback_nodes import operation
 from clie_blocks.compiled.symbols import Symbol, topological
 
 _FILE = """\
@@ -119,11 +119,11 @@ def _assignments(roots, target, fields):
             text[node] = {"t": "t", "p": fields[index] if kind == "p" else ""}.get(
                 kind, f"{kind}[{index}]")
             continue
-        operation = OPERATIONS[node.op]
+        row = operation(node.op)
         text[node] = f"v{len(lines)}"
-        kind = "int" if operation.boolean else "double"
+        kind = "int" if row.boolean else "double"
         lines.append(f"    const {kind} {text[node]} = "
-                     f"{operation.c.format(*map(operand, node.args))};")
+                     f"{row.c.format(*map(operand, node.args))};")
     return "\n".join([*lines, *(f"    {target}[{k}] = {operand(root)};"
                                 for k, root in enumerate(roots))])
 

@@ -3,8 +3,8 @@
 import struct
 from typing import NamedTuple
 
+from clie_blocks.compiled.callback_nodes import operation
 from clie_blocks.compiled.memory import SINGLE
-from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.symbols import Symbol, topological
 
 
@@ -98,6 +98,16 @@ class Builder:
                               f"i32 {lane}")
         return Value(result, varying)
 
+    def call_back(self, index, size, operands):
+        """Write a call of a Python function and return the memory with its values; one lane."""
+        self.declarations.add("declare void @opaque(i64, ptr, ptr)")
+        memory = [self.put(f"alloca double, i64 {max(1, n)}") for n in (len(operands), size)]
+        for k, operand in enumerate(operands):
+            self.store(operand, memory[0], k, False)
+        self.lines.append(
+            f"  call void @opaque(i64 {int(index)}, ptr {memory[0]}, ptr {memory[1]})")
+        return Value(memory[1], False)
+
     def load(self, pointer, offset, varying):
         """Write a load from so many numbers behind a pointer."""
         return Value(self.put(f"load {self.type(varying)}, ptr "
@@ -170,7 +180,7 @@ def emit(builder, roots, variables):
             values[node] = variables(*node.args)
         else:
             operands = [values[a] if isinstance(a, Symbol) else a for a in node.args]
-            values[node] = OPERATIONS[node.op].llvm(builder, *operands)
+            values[node] = operation(node.op).llvm(builder, *operands)
     return [values[root] if isinstance(root, Symbol) else root for root in roots]
 
 

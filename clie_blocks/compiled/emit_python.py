@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from clie_blocks.compiled.callback_nodes import operation
 from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.symbols import Symbol, topological
 
@@ -47,7 +48,7 @@ def _function(name, roots, names, number):
             kind, index = node.args
             text[node] = "t" if kind == "t" else f"{kind}[{index}]"
             continue
-        code = OPERATIONS[node.op].python.format(*map(operand, node.args))
+        code = operation(node.op).python.format(*map(operand, node.args))
         text[node] = f"v{len(lines)}"
         comment = f"  # {names[node]}" if node in names else ""
         lines.append(f"    {text[node]} = {code}{comment}")
@@ -81,6 +82,8 @@ class PythonEngine:
     def __init__(self, layout, method):
         self.method, self._watched = method, bool(layout.watch)
         self._plain, self._careful = {}, _CAREFUL | {}
+        self._plain["opaque"] = self._careful["opaque"] = (
+            lambda index, size, *numbers: layout.opaque[int(index)](np.array(numbers)).tolist())
         exec(compile(source(layout), "<program>", "exec"), self._plain)
         self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
         exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)

@@ -24,6 +24,8 @@ class Layout:
         Of every sampled part, what it stores at its ticks: an expression by state.
     watch : list
         At most one expression: where it is not zero, a run stops.
+    opaque : list of Callback
+        Functions that are called back.
 
     """
 
@@ -33,6 +35,7 @@ class Layout:
     nu: int
     maps: list = field(default_factory=list)
     watch: list = field(default_factory=list)
+    opaque: list = field(default_factory=list)
 
     @property
     def nx(self):
@@ -67,7 +70,7 @@ def layout(trace, driven=None):
         slots[name] = entry[expression]
     rest = iter(final[len(roots) - len(stored):])
     maps = [{state: next(rest) for state in map_} for map_ in trace.maps]
-    return Layout(final[:len(x)], record, slots, len(u), maps)
+    return Layout(final[:len(x)], record, slots, len(u), maps, opaque=trace.opaque)
 
 
 def substitute(roots, replacement):

@@ -22,20 +22,22 @@ class Machine:
         LLVM module.
     names : list of str
         Functions that are called from Python.
+    imported : dict, optional
+        Address by name of the functions that the code calls, beside those of the C library.
 
     """
 
-    def __init__(self, text, names):
+    def __init__(self, text, names, imported=None):
         with _lock:
             target, jit = _target(), _jit()
             name = cache.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
                              target.triple, llvm.get_host_cpu_name(),
                              llvm.get_host_cpu_features().flatten())
-            self._tracker = _linked_from_cache(jit, name, names)
+            self._tracker = _linked_from_cache(jit, name, names, imported or {})
             self.cached = self._tracker is not None
             if not self.cached:
                 code = _compile(text, target)
-                self._tracker = _link(jit, code, names)
+                self._tracker = _link(jit, code, names, imported or {})
                 cache.save(name, code)
 
     def address(self, name):
@@ -84,16 +86,18 @@ def _compile(text, target):
     return target.emit_object(module)
 
 
-def _linked_from_cache(jit, name, names):
+def _linked_from_cache(jit, name, names, imported):
     stored = cache.load(name)
     try:
-        return _link(jit, stored, names) if stored else None
+        return _link(jit, stored, names, imported) if stored else None
     except RuntimeError:  # sound bytes, but not code that links here
         return None
 
 
-def _link(jit, code, names):
+def _link(jit, code, names, imported):
     library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
     for name in names:
         library.export_symbol(name)
+    for name, address in imported.items():
+        library.import_symbol(name, address)
     return library.link(jit, f"clie_blocks_{next(_library)}")

@@ -4,6 +4,7 @@ import ctypes
 
 import numpy as np
 
+from clie_blocks.compiled.callbacks import Switchboard
 from clie_blocks.compiled.emit_llvm import function
 from clie_blocks.compiled.machine import Machine
 from clie_blocks.compiled.memory import SINGLE
@@ -53,7 +54,9 @@ class NativeEngine:
     """
 
     def __init__(self, layout, method, memory=SINGLE, text=module):
-        self._machine = Machine(text(layout, method, memory), ["derivative", "observe", "run"])
+        self._board = Switchboard(layout.opaque)
+        self._machine = Machine(text(layout, method, memory), ["derivative", "observe", "run"],
+                                {"opaque": self._board.address} if layout.opaque else None)
         self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
         point = (_REAL, *[_ARRAY] * 4)
         self._derivative = self._machine.function("derivative", *point)
@@ -64,24 +67,26 @@ class NativeEngine:
 
     def derivative(self, t, x, u, p):
         """Return the derivatives of the states."""
-        return _at_point(self._derivative, self._sizes[0], t, x, u, p)
+        return self._at_point(self._derivative, self._sizes[0], t, x, u, p)
 
     def observe(self, t, x, u, p):
         """Return the record."""
-        return _at_point(self._observe, self._sizes[2], t, x, u, p)
+        return self._at_point(self._observe, self._sizes[2], t, x, u, p)
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
         """Take n steps in place and return how many; fills rows of `log` every so many steps."""
-        return self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data,
-                         every, len(slots), slots.ctypes.data, log.ctypes.data)
+        taken = self._run(n, h, t0, first, x.ctypes.data, inputs.ctypes.data, p.ctypes.data,
+                          every, len(slots), slots.ctypes.data, log.ctypes.data)
+        self._board.raise_failure()
+        return taken
+
+    def _at_point(self, function, size, t, x, u, p):
+        x, u, p = (np.ascontiguousarray(value, dtype=float) for value in (x, u, p))
+        result = np.zeros(size)
+        function(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, result.ctypes.data)
+        self._board.raise_failure()
+        return result
 
 
 def _sizes(layout, memory):
     return (memory.size("x", layout.nx), layout.nu, memory.size("record", len(layout.record)))
-
-
-def _at_point(function, size, t, x, u, p):
-    x, u, p = (np.ascontiguousarray(value, dtype=float) for value in (x, u, p))
-    result = np.zeros(size)
-    function(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, result.ctypes.data)
-    return result

@@ -7,6 +7,7 @@ import control as ct
 import numpy as np
 
 from clie_blocks.compiled.arguments import count_steps, select, state_vector
+from clie_blocks.compiled.callback_cost import warn_of_callbacks
 from clie_blocks.compiled.emit_python import PythonEngine, source
 from clie_blocks.compiled.events import Bounds
 from clie_blocks.compiled.inputs import bind
@@ -21,7 +22,7 @@ from clie_blocks.errors import ClieError, DivergedError, nearest
 QUICK_POINTS = 4
 
 
-def compile_diagram(diagram, engine="llvm"):
+def compile_diagram(diagram, engine="llvm", opaque=()):
     """Compile a diagram to machine code.
 
     Parameters
@@ -30,6 +31,9 @@ def compile_diagram(diagram, engine="llvm"):
         A diagram in continuous or discrete time, nested or not, or a single block.
     engine : str
         ``'llvm'``, or ``'python'`` for plain Python, slower, without llvmlite.
+    opaque : iterable of str
+        Names of blocks that are called back where they cannot be traced, slowly; a warning says
+        what that costs.  Without such a call they are traced like the others.
 
     Returns
     -------
@@ -55,8 +59,9 @@ def compile_diagram(diagram, engine="llvm"):
     """
     if isinstance(diagram, ct.TransferFunction):
         diagram = ct.ss(diagram)
-    program = Program(diagram, engine)
+    program = Program(diagram, engine, opaque)
     check(program, diagram, QUICK_POINTS if program.cached else POINTS)
+    warn_of_callbacks(program)
     return program
 
 
@@ -69,6 +74,8 @@ class Program:
         The diagram.
     engine : str
         ``'llvm'`` or ``'python'``.
+    opaque : iterable of str
+        Blocks that are called back where they cannot be traced.
 
     Attributes
     ----------
@@ -87,9 +94,9 @@ class Program:
 
     """
 
-    def __init__(self, diagram, engine="llvm"):
-        self.name = diagram.name
-        self._trace, self._engines, self._engine = trace(diagram), {}, available_engine(engine)
+    def __init__(self, diagram, engine="llvm", opaque=()):
+        self.name, self._engines, self._engine = diagram.name, {}, available_engine(engine)
+        self._trace = trace(diagram, opaque=opaque)
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
@@ -102,6 +109,11 @@ class Program:
         parameters = self._trace.parameters
         return {key: parameters.part(key, parameters.defaults).copy()[()]
                 for key in parameters.offset}
+
+    @property
+    def callbacks(self):
+        """Functions of opaque blocks that the program calls back."""
+        return self._trace.opaque
 
     @property
     def cached(self):
@@ -303,7 +315,8 @@ class Program:
         Raises
         ------
         ClieError
-            As for `run`; also for a sampled loop, whose held values are not differentiated.
+            As for `run`; also for a sampled loop or an opaque block, which are not
+            differentiated.
         DivergedError
             If a state or a derivative becomes infinite or NaN.
 
@@ -312,8 +325,9 @@ class Program:
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
         _, arranged = self._drive(inputs, steps, step)
-        if arranged.maps:
-            raise ClieError(f"{self.name}: a sampled loop is not differentiated; take central "
+        if arranged.maps or arranged.opaque:
+            kind = "a sampled loop" if arranged.maps else "an opaque block"
+            raise ClieError(f"{self.name}: {kind} is not differentiated; take central "
                             "differences of batch() with the parameter a little up and down")
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
         found = sensitivities.columns(self._trace.parameters, names,
@@ -367,7 +381,7 @@ class Program:
         return rows, layout(self._trace, driven) if driven else self._layout
 
     def _widest(self):
-        if self._engine == "python":
+        if self._engine == "python" or self._trace.opaque:
             return 1
         from clie_blocks.compiled.machine import lane_width
         return lane_width()

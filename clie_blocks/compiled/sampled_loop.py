@@ -6,6 +6,7 @@ sampled parts run at their ticks, and what they put out is held in between.
 
 import numpy as np
 
+from clie_blocks.compiled.callback_cost import warn_of_callbacks
 from clie_blocks.compiled.layout import layout
 from clie_blocks.compiled.memory import SINGLE
 from clie_blocks.compiled.program import Program, available_engine
@@ -62,11 +63,16 @@ def sampled(plant, controller, period=None, wires=(), *, inputs=None, jitter=(),
     -----
     At a tick a part reads the plant's outputs and the loop's inputs of this instant; an output of
     the plant that depends on its input at once shows the input held until then.  The signals of
-    a part are held from tick to tick, also in the log.
+    a part are held from tick to tick, also in the log.  A block with the attribute
+    ``opaque = True`` is called back where it cannot be traced.
 
     """
     parts = list(controller) if isinstance(controller, (list, tuple)) else [controller]
-    return SampledProgram(*join(plant, parts, period, wires, inputs, tuple(jitter), name), engine)
+    joined, parts = join(plant, parts, period, wires, inputs, tuple(jitter), name)
+    program = SampledProgram(joined, parts, engine)
+    check_sampled(program, joined)
+    warn_of_callbacks(program)
+    return program
 
 
 class SampledProgram(Program):
@@ -95,7 +101,6 @@ class SampledProgram(Program):
         self._layout = layout(self._trace)
         self._default = self._build(self._layout, "ode5")
         self._blocks = joined.syslist
-        check_sampled(self, joined)
 
     def source(self, language="python", method="ode5"):
         """Return the loop as text.
@@ -117,11 +122,6 @@ class SampledProgram(Program):
         """Refuse: python-control has no block with two time bases."""
         raise self._unable("become one python-control block, for that has one time base",
                            "use compile_diagram(part).as_nlsys() for each part")
-
-    def sensitivities(self, *args, **kwargs):
-        """Refuse: a tick has no derivative here."""
-        raise self._unable("be differentiated", "take differences of neighbours in a batch: "
-                           "batch(params={key: [value - step, value + step]})")
 
     def _unable(self, what, remedy):
         return ClieError(f"{self.name}: a loop with sampled parts cannot {what}; {remedy}")

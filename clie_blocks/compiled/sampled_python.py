@@ -34,8 +34,9 @@ class SampledPythonEngine(PythonEngine):
     def __init__(self, layout, method, sampling):
         super().__init__(layout, method)
         self._ticks = sampling.ticks
-        self._maps = [(list(stored), PythonEngine(Layout(list(stored.values()), [], {}, layout.nu),
-                                                  SAMPLED)) for stored in layout.maps]
+        self._maps = [(list(stored), PythonEngine(
+            Layout(list(stored.values()), [], {}, layout.nu, opaque=layout.opaque), SAMPLED))
+            for stored in layout.maps]
 
     def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
         """Take n steps in place, every part at its ticks; return their number."""

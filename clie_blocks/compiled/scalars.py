@@ -6,6 +6,7 @@ be infinite or NaN): block-diagonal regressors would otherwise cost their zeros 
 
 import numpy as np
 
+from clie_blocks.compiled.callback_nodes import CALLBACKS
 from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.symbols import Symbol
 
@@ -120,7 +121,7 @@ def _scalar(name):
     return function
 
 
-FUNCTIONS = {name: _scalar(name) for name in OPERATIONS}
+FUNCTIONS = {name: _scalar(name) for name in (*OPERATIONS, *CALLBACKS)}
 
 
 class _Functions:

@@ -4,7 +4,7 @@ Symbols are hash-consed: equal expressions are one object, so shared terms are c
 Their arithmetic is in `scalars`, arrays of them in `arrays`.
 """
 
-from clie_blocks.compiled.operations import OPERATIONS
+from clie_blocks.compiled.callback_nodes import operation
 from clie_blocks.errors import ClieError
 
 
@@ -40,7 +40,7 @@ class Graph:
     def make(self, name, args):
         """Return the node of an operation; operands are symbols or floats."""
         key = tuple(id(a) if isinstance(a, Symbol) else a.hex() for a in args)
-        return self._node(name, args, key, OPERATIONS[name].boolean)
+        return self._node(name, args, key, operation(name).boolean)
 
     def _node(self, name, args, key, boolean):
         node = self._known.get((name, key))

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import control as ct
 import numpy as np
 
-from clie_blocks.compiled.arrays import flat_scalars, symbol_array
+from clie_blocks.compiled.arrays import flat_scalars, has_symbols, symbol_array
+from clie_blocks.compiled.callbacks import Callback, call_nodes, reads_inputs
 from clie_blocks.compiled.flatten import flatten
 from clie_blocks.compiled.parameters import Parameters, is_numeric
 from clie_blocks.compiled.scalars import F
@@ -19,7 +20,7 @@ from clie_blocks.compiled.symbols import (
     variables,
 )
 from clie_blocks.compiled.twins import twin
-from clie_blocks.errors import ClieError
+from clie_blocks.errors import ClieError, nearest
 from clie_blocks.signals import DiagramError
 
 
@@ -45,6 +46,8 @@ class Trace:
         The run-time arguments of the program.
     maps : list of dict
         Of every sampled part, what it stores at its ticks: an expression by state.
+    opaque : list of Callback
+        Functions that are called back.
 
     """
 
@@ -56,9 +59,10 @@ class Trace:
     states: list
     parameters: Parameters
     maps: list = field(default_factory=list)
+    opaque: list = field(default_factory=list)
 
 
-def trace(diagram, held=()):
+def trace(diagram, held=(), opaque=()):
     """Trace a diagram.
 
     Parameters
@@ -67,6 +71,9 @@ def trace(diagram, held=()):
         The diagram, left untouched.
     held : iterable of int
         As in `flatten`; such a wire is the variable ``('h', k)``.
+    opaque : iterable of str
+        Blocks, or diagrams of blocks, whose functions are called back where they cannot be
+        traced; a block with the attribute ``opaque = True`` is one of them.
 
     Returns
     -------
@@ -78,15 +85,28 @@ def trace(diagram, held=()):
     TraceError
         If a block cannot be traced; names the block and the remedy.
     DiagramError
-        For an algebraic loop.
+        For an algebraic loop, or an opaque block that does not exist.
 
     """
     flat, frozen = flatten(diagram, held), set()
+    hidden = _opaque_leaves(diagram, flat, opaque)
     while True:
         try:
-            return _Tracer(diagram, flat, frozen).trace()
+            return _Tracer(diagram, flat, frozen, hidden).trace()
         except _FreezeError as need:
             frozen |= need.keys
+
+
+def _opaque_leaves(diagram, flat, opaque):
+    hidden = {leaf.name for leaf in flat.leaves if getattr(leaf.system, "opaque", False)}
+    for name in opaque:
+        found = {leaf.name for leaf in flat.leaves if f"{leaf.name}.".startswith(f"{name}.")}
+        if not found:
+            known = [leaf.name for leaf in flat.leaves]
+            raise DiagramError(f"{diagram.name}: no block {name!r} to be opaque; "
+                               f"{nearest(name, known)}")
+        hidden |= found
+    return hidden
 
 
 class _FreezeError(Exception):
@@ -96,8 +116,9 @@ class _FreezeError(Exception):
 
 
 class _Tracer:
-    def __init__(self, diagram, flat, frozen):
+    def __init__(self, diagram, flat, frozen, hidden):
         self.diagram, self.flat, self.graph = diagram, flat, Graph()
+        self.hidden, self.callbacks = hidden, []
         self.parameters = Parameters(frozen=frozen)
         self.outputs, self.final = {}, {}
 
@@ -113,7 +134,7 @@ class _Tracer:
             self.graph, [self._compose(expression) for _, dx in traced for expression in dx],
             signals, list(self.diagram.output_labels), list(self.diagram.input_labels),
             [(leaf.name, label) for leaf in self.flat.leaves
-             for label in leaf.system.state_labels], self.parameters)
+             for label in leaf.system.state_labels], self.parameters, opaque=self.callbacks)
 
     def _leaf(self, leaf):
         system = leaf.system
@@ -130,20 +151,42 @@ class _Tracer:
         return y, dx
 
     def _call(self, leaf, kind, function, x, u):
+        try:
+            return self._run_on_symbols(leaf, kind, function, x, u)
+        except TraceError:
+            if leaf.name not in self.hidden:
+                raise
+            return self._call_back(leaf, kind, function, x, u)
+
+    def _call_back(self, leaf, kind, function, x, u):
+        params = self._params(leaf)
+        shown = {key: value for key, value in params.items() if has_symbols(value)}
+        callback = Callback(
+            f"block {leaf.name!r}, {kind} function", function, len(x), len(u),
+            leaf.system.noutputs if kind == "output" else len(x),
+            {key: np.shape(leaf.params[key]) for key in shown},
+            {key: value for key, value in params.items() if key not in shown})
+        inputs = u if reads_inputs(function) else [0.0] * len(u)
+        return call_nodes(self.graph, self.callbacks, callback,
+                          [self.graph.variable("t"), *x, *inputs, *shown.values()])
+
+    def _run_on_symbols(self, leaf, kind, function, x, u):
         t, params = self.graph.variable("t"), self._params(leaf)
         try:
             return flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u), params))
         except FrozenParameterError as need:
             raise _FreezeError({self.parameters.key_of(k) for k in need.slots}) from None
         except TraceError as error:
-            raise TraceError(f"block {leaf.name!r}, {kind} function: {error}") from error
+            raise TraceError(f"block {leaf.name!r}, {kind} function: {error}; or have it called "
+                             f"back, slowly: opaque=[{leaf.name!r}]") from error
         except ClieError:
             raise
         except Exception as error:
             raise TraceError(
                 f"block {leaf.name!r}, {kind} function cannot be traced: "
                 f"{type(error).__name__}: {error}. Write it with numpy functions of (t, x, u, "
-                "params) that work element by element, without a branch on a signal") from error
+                "params) that work element by element, without a branch on a signal, or have it "
+                f"called back, slowly: opaque=[{leaf.name!r}]") from error
 
     def _params(self, leaf):
         seen = dict(leaf.params)

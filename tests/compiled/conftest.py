@@ -1,8 +1,15 @@
+"""Fixtures of this folder; its tests may import `foreign_diagrams`."""
+
+import sys
+from pathlib import Path
+
 import control as ct
 import numpy as np
 import pytest
 
 from clie_blocks.signals import interconnect, signals
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture(autouse=True)

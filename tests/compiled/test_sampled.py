@@ -318,9 +318,31 @@ def test_a_batch_equals_single_runs():
 
 @pytest.mark.parametrize("question", [
     lambda program: program.as_nlsys(), lambda program: program.source("c"),
-    lambda program: program.sensitivities(["kp"], 1.0)])
+    lambda program: program.source("python")])
 def test_questions_without_an_answer_name_the_remedy(question):
     program = sampled(PLANT, TIMED, None, WIRES)
     assert "define void @map0" in program.source("llvm")
     with pytest.raises(ClieError, match="a loop with sampled parts cannot .*; "):
         question(program)
+
+
+@pytest.mark.parametrize("engine", ["llvm", "python"])
+def test_an_opaque_law_is_called_back_at_its_ticks(engine):
+    calls = []
+
+    def relay(t, x, u, params):
+        calls.append(t)
+        return [-1.0 if float(u[0]) > 0 else 1.0]
+
+    law = ct.nlsys(None, relay, dt=0.1, name="controller", inputs=["q"], outputs=["u"])
+    law.opaque = True
+    with pytest.warns(UserWarning, match="calls back block 'controller', output function"):
+        program = sampled(PLANT, law, 0.1, WIRES, engine=engine)
+    calls.clear()
+    run = program.run(1.0, step=0.01, initial_state=[0.5], every=10)
+    np.testing.assert_allclose(sorted(set(calls)), np.arange(11) * 0.1)
+    expected = [0.5]
+    for _ in range(10):
+        u = -1.0 if expected[-1] > 0 else 1.0
+        expected.append(u + (expected[-1] - u) * np.exp(-0.1))
+    np.testing.assert_allclose(run.states[0], expected, rtol=1e-9)
