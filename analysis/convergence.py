@@ -2,28 +2,24 @@
 
 With a periodic excitation the loop settles on a periodic orbit.  The Floquet multipliers of the
 orbit tell how fast a small parametric error dies out; they come from the compiled diagram itself,
-differentiated over one period.  Averaging, which takes the estimates as frozen over a period,
-stands beside them: it is linear in Gamma, and right only while Gamma is small.
+differentiated over one period.  `clie_blocks.analysis.averaging` has the approximation beside
+them.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.analysis.opening import transfer
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.errors import DivergedError, NotIdentifiableError
-from clie_blocks.identification import scaled_gain
 from clie_blocks.joints import decoupled_joints
-from clie_blocks.signals import signal
 
 PAPER_PERIOD = 2.0  # s, of the excitation (48)
 STEP = 1e-3  # s
 NUDGE = 1e-5
 NEWTON_STEPS = 4
-PAPER_RATE = 1 / 400  # 1/s, averaged rate of the paper's loop at Gamma = I
 RAMP_OVER = {"filtered_regressor.omega_f": 1e9}  # the start-up term of (36) is not periodic
 
 
@@ -122,12 +118,15 @@ class FloquetLoop:
         self.start = np.zeros(len(self.owners))
         self.start[[block == "update" for block in self.owners]] = loop.joints.theta
 
+    def period_run(self, x, gamma, log, every=1):
+        """Response over one period from the state x."""
+        return self.program.run(
+            self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=log,
+            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed}, every=every)
+
     def after_period(self, x, gamma):
         """State one period after the state x."""
-        run = self.program.run(
-            self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=["q"],
-            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed},
-            every=round(self.loop.period / STEP))
+        run = self.period_run(x, gamma, ["q"], every=round(self.loop.period / STEP))
         return run.states[:, -1]
 
     def monodromy(self, x, gamma):
@@ -197,99 +196,6 @@ def floquet_rates(loop, gammas):
     """
     compiled = FloquetLoop(loop)
     return [compiled.rates(gamma) for gamma in np.atleast_1d(gammas)]
-
-
-def averaged_matrix(loop):
-    """Averaged dynamics of the parametric error, per unit of Gamma, shape (3n, 3n).
-
-    ``mean(Phi Kd Kp^-1 (G Phi^T))`` over a period, where G, the response of e_u to a slow change
-    of the estimates, is linearised from the diagram cut at ``model.theta_hat``.
-
-    Parameters
-    ----------
-    loop : PeriodicLoop
-        The loop; its term in alpha is left out, being far slower.
-
-    Returns
-    -------
-    ndarray
-        Parametric errors obey ``d theta_err/dt = -Gamma M theta_err`` on average.
-
-    """
-    robot = loop.joints
-    phi = steady_regressor(loop)
-    omega = 2 * np.pi * np.fft.rfftfreq(phi.shape[1], STEP)
-    filtered = np.fft.rfft(phi, axis=1) * _input_error_response(loop, omega)
-    answer = np.fft.irfft(filtered, phi.shape[1], axis=1)
-    weight = robot.kd / robot.kp
-    blocks = np.einsum("isk,jsk,k->kij", phi, answer, weight) / phi.shape[1]
-    n = robot.n
-    matrix = np.zeros((3 * n, 3 * n))
-    for k in range(n):
-        matrix[k::n, k::n] = blocks[k]
-    return loop.diagonal(1.0)[:, None] * matrix
-
-
-def averaged_rates(loop, gammas):
-    """Slowest rate of each joint by averaging, shape (m, n) [1/s].
-
-    Parameters
-    ----------
-    loop : PeriodicLoop
-        The loop.
-    gammas : array_like, shape (m,)
-        Adaptation gains.
-
-    """
-    matrix, n = averaged_matrix(loop), loop.joints.n
-    slowest = [np.min(np.linalg.eigvals(matrix[k::n, k::n]).real) for k in range(n)]
-    return np.outer(np.atleast_1d(gammas), slowest)
-
-
-def steady_regressor(loop):
-    """Regressor (13) of each joint on the periodic orbit of the true loop, shape (3, samples, n).
-
-    Parameters
-    ----------
-    loop : PeriodicLoop
-        The loop; its samples are 1 ms apart and cover one period.
-
-    """
-    compiled = FloquetLoop(loop)
-    x, _ = compiled.orbit(1.0)
-    run = compiled.program.run(loop.period, step=STEP, inputs=compiled.inputs, initial_state=x,
-                               log=["dq", "u"], params=compiled.fixed)
-    dq, u = signal(run, "dq")[:, :-1].T, signal(run, "u")[:, :-1].T
-    return np.array([dq, -u, np.ones_like(u)])
-
-
-def balanced_shape(loop):
-    """Diagonal of Gamma that lets all estimates converge alike, shape (3n,).
-
-    Times a gain g it gives an averaged rate of about g/400 per second, which is what Gamma = g I
-    gives on the paper's robot: there, and only there, all signals are near one.
-
-    Parameters
-    ----------
-    loop : PeriodicLoop
-        The loop.
-
-    """
-    robot, n = loop.joints, loop.joints.n
-    rows = steady_regressor(loop)  # (3, samples, n)
-    phi = np.zeros((rows.shape[1], 3 * n, n))
-    for k in range(n):
-        phi[:, k::n, k] = rows[:, :, k].T
-    return scaled_gain(phi, PAPER_RATE, robot.kp, robot.kd, robot.b)
-
-
-def _input_error_response(loop, omega):
-    """Response of e_u to an error of d_hat, joint by joint, shape (frequencies, n)."""
-    robot = loop.joints
-    diagram = PeriodicLoop(robot, loop.pe).diagram()
-    system = transfer(diagram, "model.theta_hat", cut=robot.theta, output="e_u")
-    response = system(1j * omega)
-    return np.array([response[k, 2 * robot.n + k] for k in range(robot.n)]).T
 
 
 def suggest_gamma(loop, time, remaining=0.01, gammas=None):

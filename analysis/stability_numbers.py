@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clie_blocks.analysis.averaging import averaged_rates
 from clie_blocks.analysis.bounds import (
     condition,
     disturbance_norm,
@@ -11,7 +12,7 @@ from clie_blocks.analysis.bounds import (
     theorem_4,
     ultimate_bound,
 )
-from clie_blocks.analysis.convergence import averaged_rates, floquet_rates
+from clie_blocks.analysis.convergence import floquet_rates
 from clie_blocks.analysis.excitation_design import Limits, design_multisine
 from clie_blocks.analysis.excitation_level import (
     excitation,

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clie_blocks import paper
+from clie_blocks.analysis.averaging import balanced_shape
 from clie_blocks.analysis.bounds import ControlledJoints
-from clie_blocks.analysis.convergence import PeriodicLoop, balanced_shape
+from clie_blocks.analysis.convergence import PeriodicLoop
 from clie_blocks.analysis.worst_case import ParameterBox
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.errors import RecordError

@@ -8,8 +8,6 @@ from clie_blocks.analysis.bounds import ControlledJoints
 from clie_blocks.analysis.convergence import (
     FloquetLoop,
     PeriodicLoop,
-    averaged_matrix,
-    averaged_rates,
     floquet_rates,
     suggest_gamma,
 )
@@ -63,18 +61,6 @@ def test_simulated_errors_fall_at_the_predicted_rate(gamma, found):
     late = slice(60, 121, 5)
     slope = -np.polyfit(run.time[late], np.log(error[late]), 1)[0]
     assert slope == pytest.approx(found[gamma].per_joint[0], rel=0.03)
-
-
-def test_averaging_is_right_for_small_gains_only(found):
-    small = floquet_rates(LOOP, [0.1])[0].per_joint
-    np.testing.assert_allclose(averaged_rates(LOOP, [0.1])[0], small, rtol=3e-3)
-    assert averaged_rates(LOOP, [20.0])[0, 0] > 2 * found[20].per_joint[0]
-
-
-def test_averaged_matrix_has_one_block_per_joint():
-    matrix = averaged_matrix(LOOP)
-    assert np.all(matrix[::2, 1::2] == 0) and np.all(matrix[1::2, ::2] == 0)
-    assert np.all(np.linalg.eigvals(matrix).real > 0)
 
 
 def test_orbit_of_the_true_loop_is_periodic_with_exact_estimates():

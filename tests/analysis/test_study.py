@@ -71,7 +71,7 @@ def test_box_holds_the_parameters_and_grows_with_tolerances(tmp_path):
 
 
 def test_balanced_gain_makes_the_robot_converge_like_the_papers(tmp_path):
-    from clie_blocks.analysis.convergence import averaged_rates
+    from clie_blocks.analysis.averaging import averaged_rates
 
     study = robot_study(robot(tmp_path))
     rate = averaged_rates(study.loop, [20.0])[0, 0]
