@@ -102,7 +102,7 @@ class Simulator:
 
     @functools.cached_property
     def block(self):
-        """The loop as a python-control block; Inputs: q_d, pe.  Outputs: q, u."""
+        """The loop as a python-control block; Inputs: q_d, pe, noise.  Outputs: q, u."""
         import control as ct
 
         from clie_blocks.signals import signals
@@ -119,12 +119,12 @@ class Simulator:
 
         return ct.nlsys(update, output, name="robot", params=self._samples(),
                         states=[f"x[{k}]" for k in range(size)], dt=self.shape.period,
-                        inputs=signals("q_d", "pe", n=n), outputs=signals("q", "u", n=n))
+                        inputs=signals("q_d", "pe", "noise", n=n), outputs=signals("q", "u", n=n))
 
     def _samples(self):
         """Parameters of the right shapes, harmless for a check of the compiled program."""
         n = self.shape.n
-        values = {key: np.ones(n) for key in (*PER_JOINT, "start")}
+        values = {key: np.ones(n) for key in (*PER_JOINT, "start", "first")}
         values.update({f"chain.{name}": np.ones(n) for name in PlanarChain.numbers})
         values.update({"b": np.ones((3, n)), "a": np.ones((3, n)), "chain.g": np.array(9.81)})
         values.update({f"{name}.{key}": np.ones(n)
@@ -132,8 +132,8 @@ class Simulator:
         values["inertia"] = 3.0 + values["inertia"]
         return values
 
-    def run(self, log, values):
-        """Measured positions and commands of the model, shape (N, n) each.
+    def run(self, log, values, dithered=True):
+        """Positions as the sensor sees them, and commands of the model, shape (N, n) each.
 
         Parameters
         ----------
@@ -141,6 +141,8 @@ class Simulator:
             Reference, excitation and start.
         values : dict
             Parameters by key.
+        dithered : bool
+            The measured noise of the log goes round the loop.
 
         Raises
         ------
@@ -149,9 +151,12 @@ class Simulator:
 
         """
         n = self.shape.n
+        noise = log.dither if dithered else 0.0 * log.dither
         response = self.program.run(
-            len(log) * self.shape.period, inputs={"q_d": log.q_d, "pe": log.pe},
-            initial_state=self._start(log), params={**values, "start": log.start})
+            len(log) * self.shape.period,
+            inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
+            initial_state=self._start(log),
+            params={**values, "start": log.start, "first": noise[0]})
         outputs = np.asarray(response.outputs)[:, :len(log)]
         return outputs[:n].T.copy(), outputs[n:].T.copy()
 
@@ -170,8 +175,10 @@ class Simulator:
                   if any(values[key] is not sets[0][key] for values in sets)
                   else sets[0][key][None] for key in sets[0]}
         done = self.program.batch(
-            len(log) * self.shape.period, inputs={"q_d": log.q_d, "pe": log.pe},
-            initial_state=self._start(log), params={**params, "start": log.start[None]},
+            len(log) * self.shape.period,
+            inputs={"q_d": log.q_d, "pe": log.pe, "noise": log.dither},
+            initial_state=self._start(log),
+            params={**params, "start": log.start[None], "first": log.dither[:1]},
             log=[f"q[{k}]" for k in range(self.shape.n)], threads=1)
         return np.moveaxis(np.asarray(done.outputs), 1, 2)[:, :len(log)]
 
@@ -187,7 +194,7 @@ class Simulator:
                   for name, (where, rows) in self.layout.items()}
         for name, _ in self.pieces:
             memory.setdefault(name, [])
-        p = {key: params[key] for key in (*PER_JOINT, "start", "b", "a")}
+        p = {key: params[key] for key in (*PER_JOINT, "start", "first", "b", "a")}
         p.update({name: {key: params[f"{name}.{key}"] for key in keys}
                   for name, keys in self.numbers.items()})
         chain = PlanarChain(has_gravity=shape.has_gravity, has_coupling=shape.has_coupling,
@@ -197,19 +204,21 @@ class Simulator:
 
     def _seen(self, t, x, u, params):
         memory, p, _ = self._unpack(x, params)
-        n = self.shape.n
         q = robot.measure(memory["q"][0], self.pieces, p)
-        start = robot.measure(p["start"], self.pieces, p)
-        torque, _ = robot.command(q, u[:n], u[n:], memory["law"], start, self.shape.clipped, p)
+        torque, _ = self._command(q, u, memory, p)
         return np.concatenate((q, torque))
+
+    def _command(self, q, u, memory, p):
+        n = self.shape.n
+        start = robot.measure(p["start"], self.pieces, p) + p["first"]
+        return robot.command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start,
+                             self.shape.clipped, p)
 
     def _step(self, t, x, u, params):
         memory, p, chain = self._unpack(x, params)
-        n, h = self.shape.n, self.shape.period
+        h = self.shape.period
         q = robot.measure(memory["q"][0], self.pieces, p)
-        start = robot.measure(p["start"], self.pieces, p)
-        torque, after = robot.command(q, u[:n], u[n:], memory["law"], start, self.shape.clipped,
-                                      p)
+        torque, after = self._command(q, u, memory, p)
         torque, kept = robot.delivered(torque, memory, self.pieces, p, h)
         now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
         motion, remembered = (self._move_apart if self.loose else self._move)(now, memory, p)

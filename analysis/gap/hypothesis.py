@@ -114,11 +114,11 @@ class Hypothesis:
         return [np.nan_to_num(np.clip(log.q - q, -DIVERGED, DIVERGED), nan=DIVERGED)
                 for q in runs]
 
-    def error(self, j):
+    def error(self, j, dithered=True):
         """Measured less simulated position in log j, shape (N, n) [rad]."""
         log = self.problem.logs[j]
         try:
-            q, _ = self.simulator.run(log, self.of_log(j))
+            q, _ = self.simulator.run(log, self.of_log(j), dithered)
         except DivergedError:
             return np.full(log.q.shape, DIVERGED)
         return np.clip(log.q - q, -DIVERGED, DIVERGED)

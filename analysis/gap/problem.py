@@ -13,11 +13,16 @@ from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNKNOWN_TOLERANCE = 10.0  # relative: a number that nobody stated may be anything
 LEAST_SAMPLES = 400
+DITHER = 30.0  # Hz, above which a position is noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Log:
-    """One experiment as the diagnosis reads it; arrays have shape (N, n)."""
+    """One experiment as the diagnosis reads it; arrays have shape (N, n).
+
+    `dither` is the measured noise of the position, above all motion: it goes round the loop as it
+    did in the robot, where it keeps dry friction from holding a joint for good.
+    """
 
     name: str
     q: np.ndarray
@@ -26,6 +31,7 @@ class Log:
     pe: np.ndarray
     start: np.ndarray
     at_rest: bool
+    dither: np.ndarray
 
     def __len__(self):
         return len(self.q)
@@ -153,7 +159,16 @@ def _log(record, robot, k):
     return Log(name=record.source or stem, q=record.q, u=record.u,
                q_d=still if record.qd is None else record.qd,
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
-               start=record.q[0] if start is None else start, at_rest=start is not None)
+               start=record.q[0] if start is None else start, at_rest=start is not None,
+               dither=_dither(record.q, record.sample_time))
+
+
+def _dither(q, period):
+    """Part of the measured positions above all motion [rad]."""
+    from scipy.signal import butter, sosfiltfilt
+
+    corner = min(DITHER, 0.2 / period)
+    return sosfiltfilt(butter(2, corner, "high", fs=1.0 / period, output="sos"), q, axis=0)
 
 
 def _pose(robot, record):

@@ -54,8 +54,8 @@ def gap(hypothesis):
 
 
 def square_errors(hypothesis, j):
-    """Squared prediction error of log j, summed over joints, shape (N,) [rad^2]."""
-    return np.sum(hypothesis.error(j) ** 2, axis=1)
+    """Squared error of log j, predicted from reference and excitation alone, over joints (N,)."""
+    return np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
 
 
 def shrinkage(base, model, noises):

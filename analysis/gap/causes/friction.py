@@ -66,18 +66,27 @@ LOAD_DEPENDENT_FRICTION = Cause(
 
 
 def _presliding(s, z, p):
+    """LuGre with a constant level: bristles of a range, with a damping of their own."""
     (state,) = z
     way = np.abs(s.dq) * s.h / p["range"]
     end = np.sign(s.dq)
     half = end + (state - end) * np.exp(-way / 2)
-    return p["level"] * half, [end + (state - end) * np.exp(-way)]
+    rate = s.dq / p["range"] * (1.0 - half * end)
+    return (p["level"] * half + p["bristle_damping"] * rate,
+            [end + (state - end) * np.exp(-way)])
+
+
+def _presliding_probes(scene):
+    size = scene.small_torque()
+    return [Probe({"level": size, "range": way + 0 * size, "bristle_damping": 0.1 * size},
+                  ("level", "bristle_damping"))
+            for way in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)]
 
 
 PRESLIDING = Cause(
     "presliding", (Piece("load", _presliding, states=1),),
-    (Number("level", "N m", 0.0), Number("range", "rad", 3e-4, 0.5, neutral=None)),
-    lambda scene: [Probe({"level": scene.small_torque(), "range": way + 0 * scene.torque},
-                         ("level",)) for way in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)])
+    (Number("level", "N m", 0.0), Number("bristle_damping", "N m s", 0.0),
+     Number("range", "rad", 1e-4, 0.5, neutral=None)), _presliding_probes)
 
 
 def _warming(s, p):
