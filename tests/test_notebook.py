@@ -97,6 +97,20 @@ def test_every_exercise_is_tested(cells):
 
 
 @pytest.mark.slow
+def test_the_bars_of_part_10_do_not_tell_a_drag_from_dry_friction(cells, setup):
+    first = next(k for k, cell in enumerate(cells) if cell.source.startswith("SEED = "))
+    shares = {}
+    for seed, hidden in ((14, "coulomb"), (12, "quadratic_drag")):
+        names = dict(setup)
+        for cell in code(cells[first:first + 4]):
+            run(re.sub(r"^SEED = \d+", f"SEED = {seed}", cell.source), names)
+        assert names["hidden_name"] == hidden
+        shares[hidden] = names["found"]["where"]["region"][0]["speed"]["share"]
+    for share in shares.values():
+        assert share[3] < min(share[1:3])
+
+
+@pytest.mark.slow
 def test_the_notebook_runs_within_its_time(tmp_path):
     nbclient = pytest.importorskip("nbclient", reason="needs the extra clie-blocks[notebook]")
     notebook = jupytext.read(SOURCE.with_suffix(".ipynb"))
