@@ -96,7 +96,7 @@ def _never(items):
     reached = {item.name for item in items if item.place == "Table 2"
                and item.verdict in (items_of.REPRODUCED, items_of.UNSTATED)}
     missed = [f"CASE {case}" for case in paper.THETA_HAT if f"CASE {case}" not in reached]
-    return (f"no reading that was tried gives the row of {' and '.join(missed)} in Table 2"
+    return (f"no reading that was tried gives {' or '.join(missed)} of Table 2"
             if missed else "every row of Table 2 follows under some reading")
 
 

@@ -51,6 +51,30 @@ class Bounds:
     """Conditions and bounds of a study, and what the loops really do.
 
     Where a simulation diverged, `trajectory` or `errors` is None and its radii are infinite.
+
+    Parameters
+    ----------
+    condition : Condition
+        K_bar per joint and the gains at its edge.
+    eta_computed, eta_instant : float
+        Largest ||B PE - D|| [rad/s^2] and when it is reached [s].
+    ultimate : UltimateBound
+        mu_0 for the stated bound on eta, or the computed one.
+    eps_bar : tuple of float
+        Bounds on the modelling error for Theorems 2 and 4 [rad/s^2].
+    second, fourth : Theorem2, Theorem4
+        Their constants for `eps_bar`.
+    worst : WorstCase
+        Over the box of the study.
+    trajectory : tuple
+        Time, position error and velocity of the PD loop.
+    radius : float
+        Its norm after 20 s.
+    errors : dict
+        Run of the identification loop with (27), see `identification_errors`.
+    measured : dict
+        Norms along it, and the mu_1 and mu_2 that belong to its modelling error.
+
     """
 
     condition: object
@@ -122,7 +146,18 @@ def _radii(errors, composite):
 
 @dataclass(frozen=True)
 class LinearAnalysis:
-    """Filters, poles and margins of a study."""
+    """Filters, poles and margins of a study.
+
+    Parameters
+    ----------
+    filters : dict
+        ``'G1'``, ``'G2'`` to `FilterResponse` at the tones of the excitation.
+    noise : dict
+        The same keys to the noise gain.
+    poles, margins : dict
+        ``'exact'``, ``'G1'`` to `Poles`, and to one `Margins` per joint.
+
+    """
 
     filters: dict
     noise: dict
@@ -159,7 +194,22 @@ def linear_analysis_of(study):
 
 @dataclass(frozen=True)
 class Convergence:
-    """Predicted rates of the update law over Gamma, and over alpha at the chosen Gamma."""
+    """Predicted rates of the update law over Gamma, and over alpha at the chosen Gamma.
+
+    Parameters
+    ----------
+    gammas : ndarray, shape (m,)
+        Gains.
+    rates : list of Rates
+        One per gain.
+    averaged : ndarray, shape (m, n)
+        Rates by averaging [1/s].
+    here : Rates
+        At the gain of the study.
+    over_alpha : dict
+        Alpha to `Rates`, at the gain of the study.
+
+    """
 
     gammas: np.ndarray
     rates: list
@@ -202,7 +252,20 @@ def convergence_of(study):
 
 @dataclass(frozen=True)
 class ExcitationReport:
-    """Excitation per window, of the model (28), (49) and filtered (42), and a better one."""
+    """Excitation per window, and what a designed multisine would give.
+
+    Parameters
+    ----------
+    model, filtered : list of Excitation
+        Conditions (28), (49) of the model, and (42) of the filtered robot, per window.
+    limits : list of Limits
+        What each joint reaches now.
+    designs : list of Multisine
+        One per joint, within these limits.
+    per_second : ndarray, shape (n,)
+        Smallest eigenvalue of (28) per second now.
+
+    """
 
     model: list
     filtered: list

@@ -41,6 +41,6 @@ def test_steady_regressor_is_that_of_the_linear_loop():
 def test_balanced_gain_of_the_papers_robot_is_near_the_identity_where_it_matters():
     """The weakest parameter, A, sets the rate: there a gain of one means Gamma = I."""
     shape = balanced_shape(LOOP)
-    np.testing.assert_allclose(shape[:2], 1.0, rtol=0.15)
+    np.testing.assert_allclose(shape[:2], 1.0, rtol=0.2)
     balanced = PeriodicLoop(JOINTS, paper_excitation, q_d=paper.SET_POINT, shape=shape)
     np.testing.assert_allclose(averaged_rates(balanced, [20.0]), 20 / 400, rtol=0.3)
