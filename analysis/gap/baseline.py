@@ -1,7 +1,11 @@
 """The nominal model, refitted: the gap that no change of inertia, damping and offset removes."""
 
+import dataclasses
+
 from clie_blocks.analysis.gap.fit import bench_of, fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
+
+DITHER = 10.0  # Hz, above which an error of the model is noise
 
 
 def baseline(problem):
@@ -10,12 +14,28 @@ def baseline(problem):
     Returns
     -------
     bench : Bench
-        Whitening for the fitted loop.
+        Whitening for the fitted loop; its problem has the noise seen beside the fitted model.
     base : Fit
         The refitted nominal model.
 
     """
     start = hypothesis(problem, ())
-    rough = fit(start, bench_of(problem, start))
-    bench = bench_of(problem, rough.hypothesis)
-    return bench, fit(rough.hypothesis, bench)
+    rough = fit(start, bench_of(problem, start)).hypothesis
+    problem = noisy(rough)
+    again = dataclasses.replace(rough, problem=problem)
+    bench = bench_of(problem, again)
+    return bench, fit(again, bench)
+
+
+def noisy(rough):
+    """Problem whose logs carry the noise of the position, taken from the error of a model."""
+    from scipy.signal import butter, sosfiltfilt
+
+    problem = rough.problem
+    corner = min(DITHER, 0.2 / problem.period)
+    high = butter(2, corner, "high", fs=1.0 / problem.period, output="sos")
+    logs = [dataclasses.replace(log, dither=sosfiltfilt(high, rough.error(j), axis=0))
+            for j, log in enumerate(problem.logs)]
+    fit_logs = len(problem.fit)
+    return dataclasses.replace(problem, fit=tuple(logs[:fit_logs]),
+                               held_out=tuple(logs[fit_logs:]))

@@ -66,12 +66,14 @@ def menu(problem):
     sweep = np.sin(2 * np.pi * (0.1 * time + (8.0 - 0.1) * time**2 / (2 * DURATION)))
     tones = sum(np.sin(2 * np.pi * f * time + f**2) for f in (0.1, 0.3, 0.7, 1.3, 2.9, 5.3, 9.1))
     ladder = np.sin(2 * np.pi * 0.25 * time) * np.floor(1 + 4 * time / DURATION) / 4
-    return [(name, Log(name, q_d, zero, q_d, pe, centre, first.at_rest, zero)) for name, q_d, pe in (
+    runs = (
         ("slow triangle over the full travel", centre + travel * triangle, zero),
         ("wide slow triangle, 2.5 times the travel", centre + 2.5 * travel * triangle, zero),
         ("chirp of torque, 0.1 to 8 Hz", still, 0.7 * torque * sweep),
         ("multisine of torque, 0.1 to 9 Hz", still, 0.3 * torque * tones),
-        ("ladder of amplitudes", centre + travel * ladder, zero))]
+        ("ladder of amplitudes", centre + travel * ladder, zero))
+    return [(name, Log(name, q_d, zero, q_d, pe, centre, first.at_rest, zero))
+            for name, q_d, pe in runs]
 
 
 def _distance(bench, log, one, two):

@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.shrinkage import shrinkage
+from clie_blocks.analysis.gap.siblings import siblings
 from clie_blocks.analysis.gap.verdict import STRAYED, excess, learned, standings, verdict
 from clie_blocks.analysis.gap.where import where
 from clie_blocks.errors import ClieError, nearest
@@ -98,8 +99,7 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
     calibration = calibration or learned()
     asked = state_problem(robot, records, held_out)
     check = controller_check(asked)
-    problem = dataclasses.replace(asked, law=check.law)
-    bench, base = baseline(problem)
+    bench, base = baseline(dataclasses.replace(asked, law=check.law))
     fits = explore(bench, base, causes) if excess(base) > QUIET or base.penalty > STRAYED else []
     ranking = standings(base, fits, calibration)
     model = _leading(ranking, base)
@@ -207,6 +207,7 @@ def explore(bench, base, causes=CAUSES):
     """
     found = screen(bench, base, causes)
     fits = race(bench, base, singles(found, bench, base, causes)[:LEADERS], LEADERS // 2)
+    fits += race(bench, base, siblings(min(fits, key=excess), fits, causes), 2)
     if _enough(fits):
         return fits
     chosen = pairs(found)[:LEADERS // 2]
@@ -214,6 +215,7 @@ def explore(bench, base, causes=CAUSES):
         left = rescreened(found, bench, first)
         chosen += list(extended(first, singles(left, bench, first, causes)[:6]))[:3]
     fits += race(bench, base, _distinct(chosen), 3)
+    fits += race(bench, base, siblings(min(fits, key=excess), fits, causes), 2)
     if _enough(fits):
         return fits
     best = min(fits, key=lambda f: f.total)
