@@ -4,6 +4,8 @@ Linear in Gamma, and right only while Gamma is small; `clie_blocks.analysis.conv
 exact rates beside it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from clie_blocks.analysis.convergence import STEP, FloquetLoop, PeriodicLoop
@@ -80,8 +82,8 @@ def steady_regressor(loop):
 def balanced_shape(loop):
     """Diagonal of Gamma that lets all estimates converge alike, shape (3n,).
 
-    Times a gain g it gives an averaged rate of about g/400 per second, which is what Gamma = g I
-    gives on the paper's robot: there, and only there, all signals are near one.
+    Times a gain g the averaged rate of each joint is g/400 per second, which is what Gamma = g I
+    gives on the paper's robot.
 
     Parameters
     ----------
@@ -94,7 +96,9 @@ def balanced_shape(loop):
     phi = np.zeros((rows.shape[1], 3 * n, n))
     for k in range(n):
         phi[:, k::n, k] = rows[:, :, k].T
-    return scaled_gain(phi, PAPER_RATE, robot.kp, robot.kd, robot.b)
+    shape = scaled_gain(phi, PAPER_RATE, robot.kp, robot.kd, robot.b)
+    slowest = averaged_rates(replace(loop, shape=shape), [1.0])[0]
+    return shape * np.tile(PAPER_RATE / slowest, 3)
 
 
 def _input_error_response(loop, omega):

@@ -131,6 +131,8 @@ def study_of(options):
         study = robot_study(read_robot(options.robot), options.kp, options.kd)
     if options.theta is not None:
         study = study.with_theta(options.theta)
+    if options.balanced and options.robot is None:
+        study = study.balanced()
     for name in ("gamma", "alpha", "time"):
         if not getattr(options, name) > 0:
             raise ClieError(f"--{name} must be positive, got {getattr(options, name)}")
@@ -158,6 +160,8 @@ def parser():
         help="wanted time [s] for estimates within 1 %% (default: %(default)s)")
     add("--gamma", type=float, default=paper.GAMMA,
         help="adaptation gain (default: %(default)s)")
+    add("--balanced", action="store_true",
+        help="diagonal Gamma, scaled so that all estimates converge alike (always with --robot)")
     add("--alpha", type=float, default=paper.ALPHA[2],
         help="gain of the gradient method (default: %(default)s)")
     add("--eps-bar", type=float, metavar="E",

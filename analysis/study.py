@@ -16,8 +16,8 @@ from clie_blocks.joints import decoupled_joints, motor_side, normalised
 from clie_blocks.manipulator import gravity, mass_matrix, two_link_arm
 from clie_blocks.signals import DiagramError, vector
 
-BALANCED = ("Gamma is diagonal and scaled to this robot's signals: the gain has the meaning that "
-            "it has for the paper's robot.")
+BALANCED = ("Gamma is diagonal and scaled to this robot's signals, so that all estimates converge "
+            "alike: by averaging at a rate of gain/400 per second, as the paper's robot does.")
 FROM_SIMULATION = ("The bounds on the modelling error are those of the simulation, after the "
                    "first 5 s.")
 PAPER_KP = 10.0  # N m/rad, for which the amplitude of (48) was chosen
@@ -97,6 +97,10 @@ class Study:
         kd = old.kd if kd is None else vector(kd, "--kd", n=n, unit="N m s/rad", above=0)
         return replace(self, joints=ControlledJoints(old.a, old.b, old.d, kp, kd))
 
+    def balanced(self):
+        """Return the study with a diagonal Gamma that lets all estimates converge alike."""
+        return replace(self, shape=balanced_shape(self.loop), remarks=(*self.remarks, BALANCED))
+
     def with_theta(self, theta):
         """Return the study with other parameters ``[a, b, d]``, such as estimates."""
         old = self.joints
@@ -154,10 +158,9 @@ def robot_study(robot, kp=None, kd=None):
     offset = motor.torque_offset_tolerance
     box = _box(arm, drives, motor.inertia_tolerance or 0.0,
                motor.viscous_friction_tolerance or 0.0, 0.0 if offset is None else offset)
-    study = Study(robot.name or robot.source, _plant(arm, drives, theta),
-                  ControlledJoints.from_theta(theta, kp, kd), box, q_d, scale,
-                  remarks=(*remarks, BALANCED, FROM_SIMULATION))
-    return replace(study, shape=balanced_shape(study.loop))
+    return Study(robot.name or robot.source, _plant(arm, drives, theta),
+                 ControlledJoints.from_theta(theta, kp, kd), box, q_d, scale,
+                 remarks=(*remarks, FROM_SIMULATION)).balanced()
 
 
 @dataclass(frozen=True)
