@@ -1,4 +1,4 @@
-"""Fixtures of this folder; its tests may import `foreign_diagrams`."""
+"""Fixtures of this folder; its tests may import `c_engine` and `foreign_diagrams`."""
 
 import sys
 from pathlib import Path

@@ -1,11 +1,10 @@
 """The exported C file: clean under a strict compiler, and the same numbers as the LLVM program."""
 
 import ctypes
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from c_engine import shared_library
 
 from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram
@@ -13,20 +12,11 @@ from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.filters import difference_filter
 from clie_blocks.measurement import encoder
 
-STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
-
 
 @pytest.fixture
 def build(tmp_path):
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("needs a C compiler called cc")
-
     def compiled(program, method="ode5"):
-        (tmp_path / "p.c").write_text(program.source("c", method))
-        subprocess.run([compiler, *STRICT, "-shared", "-fPIC", "p.c", "-o", "p.so", "-lm"],
-                       cwd=tmp_path, check=True)
-        return ctypes.CDLL(str(tmp_path / "p.so"))
+        return shared_library(program.source("c", method), tmp_path)
     return compiled
 
 

@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
+from c_engine import CEngine
 
 from clie_blocks.compiled.emit_llvm import function
 from clie_blocks.compiled.emit_python import PythonEngine
@@ -44,10 +45,7 @@ def expected(chosen):
                          for op in OPERATIONS.values()]).T
 
 
-def engines():
-    table = Layout(roots(), [], {}, 0)
-    return {"llvm": NativeEngine(table, METHODS["ode1"]),
-            "python": PythonEngine(table, METHODS["ode1"])}
+ENGINES = {"llvm": NativeEngine, "python": PythonEngine, "c": CEngine}
 
 
 def agree(got, wanted, point):
@@ -58,9 +56,9 @@ def agree(got, wanted, point):
             assert np.signbit(one) == np.signbit(two), where
 
 
-@pytest.mark.parametrize("emitter", ["llvm", "python"])
+@pytest.mark.parametrize("emitter", ENGINES)
 def test_every_operation_equals_numpy(emitter):
-    engine = engines()[emitter]
+    engine = ENGINES[emitter](Layout(roots(), [], {}, 0), METHODS["ode1"])
     for point, wanted in zip(points(), expected(points())):
         agree(engine.derivative(0.0, point, [], []), wanted, point)
 

@@ -6,6 +6,7 @@ functions are compared one by one in test_operations.
 
 import numpy as np
 import pytest
+from c_engine import CEngine
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -70,7 +71,7 @@ class Lanes:
 
 
 @pytest.mark.parametrize(("engine", "examples"), [
-    (NativeEngine, 20), (Lanes, 12), (PythonEngine, 30)])
+    (NativeEngine, 20), (Lanes, 12), (PythonEngine, 30), (CEngine, 12)])
 def test_random_programs_equal_numpy(engine, examples):
     @settings(max_examples=examples, deadline=None, database=None, derandomize=True,
               phases=[Phase.generate],  # shrinking would compile for minutes
