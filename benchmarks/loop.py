@@ -38,3 +38,10 @@ def constants():
             "kd": np.array(paper.KD, float), "q_d": Q_D, "gamma": paper.GAMMA,
             "alpha": paper.ALPHA[2], "highpass": paper.OMEGA_HIGHPASS,
             "lowpass": paper.OMEGA_LOWPASS, "omega_f": paper.OMEGA_F}
+
+
+def still(label, t):
+    """Return the value of one loop input at a time, without noise."""
+    if label.startswith("pe"):
+        return float(paper_excitation(t))
+    return Q_D[int(label[-2])] if label.startswith("q_d") else 0.0
