@@ -16,7 +16,7 @@ VERBS = {
     "identify": ("clie_blocks.analysis.records.identify.command", "CLIE on a recorded robot"),
     "diagnose": ("clie_blocks.analysis.gap.main",
                  "where is the gap, which effect causes it, how far does it shrink"),
-    "effects": ("clie_blocks.analysis.effects_catalogue", "the catalogue of unmodelled effects"),
+    "effects": ("clie_blocks.analysis.catalogue.pages", "the catalogue of unmodelled effects"),
 }
 
 USAGE = """usage: clie VERB [options]

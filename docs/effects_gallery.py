@@ -8,7 +8,7 @@ from pathlib import Path
 
 import matplotlib
 
-from clie_blocks.analysis.effect_figure import effect_figure
+from clie_blocks.analysis.catalogue.figure import effect_figure
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES
 from clie_blocks.output import progress, run_main, save_figure, write

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.effect_mujoco import ROBOTS, compare  # noqa: E402
+from clie_blocks.analysis.catalogue.against_mujoco import ROBOTS, compare  # noqa: E402
 from clie_blocks.signals import DiagramError  # noqa: E402
 
 # Largest difference of q [rad] over 3 s; measured figures are in docs/effects_mujoco.md.

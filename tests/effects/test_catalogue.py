@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.effect_answer import ANSWERS, answer
-from clie_blocks.analysis.effect_figure import effect_figure, responses
-from clie_blocks.analysis.effects_catalogue import catalogue, main, page
-from clie_blocks.analysis.text_curve import text_curve
+from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
+from clie_blocks.analysis.catalogue.figure import effect_figure, responses
+from clie_blocks.analysis.catalogue.pages import catalogue, main, page
+from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.output import guarded
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.effect_numerics import convergence, creep
+from clie_blocks.analysis.catalogue.numerics import convergence, creep
 from clie_blocks.effects import LIBRARY, sticking
 
 STIFF = [name for name in LIBRARY if LIBRARY[name].stiff]

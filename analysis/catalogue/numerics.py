@@ -1,6 +1,6 @@
 """How the stiff effects of the catalogue converge with the step, and how far they creep.
 
-``python analysis/effect_numerics.py`` prints the table of `docs/effects_numerics.md`; with
+``python analysis/catalogue/numerics.py`` prints the table of `docs/effects_numerics.md`; with
 ``-o FILE`` it writes it.
 """
 
@@ -154,7 +154,7 @@ def _positions(program, step, method):
 
 _PAGE = """# Numerics of the stiff effects
 
-Made by `python analysis/effect_numerics.py -o docs/effects_numerics.md`.
+Made by `python analysis/catalogue/numerics.py -o docs/effects_numerics.md`.
 
 Each effect stands at its typical numbers in the loop of Fig. 1 (A = 2, B = 0.5, Kp = 10,
 Kd = 5), driven for {duration:g} s through reversals and fast motion by `ode4`.  The error is the

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from clie_blocks.analysis.effect_answer import ANSWERS, answer
+from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects

@@ -1,7 +1,7 @@
 """Effects of the catalogue against MuJoCo's own implementation of them.
 
-``python analysis/effect_mujoco.py`` prints the table of `docs/effects_mujoco.md`; with ``-o FILE``
-it writes it.  Needs the extra `mujoco`.
+``python analysis/catalogue/against_mujoco.py`` prints the table of `docs/effects_mujoco.md`; with
+``-o FILE`` it writes it.  Needs the extra `mujoco`.
 """
 
 import argparse
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.analysis.mujoco_robots import ROBOTS, STEP
+from clie_blocks.analysis.catalogue.mujoco_robots import ROBOTS, STEP
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.errors import MissingExtraError, nearest
 from clie_blocks.output import run_main, write
@@ -96,7 +96,7 @@ _XML = """<mujoco>
 </mujoco>"""
 _PAGE = """# Effects against MuJoCo
 
-Made by `python analysis/effect_mujoco.py -o docs/effects_mujoco.md`.
+Made by `python analysis/catalogue/against_mujoco.py -o docs/effects_mujoco.md`.
 
 The same robot in both engines, from rest, driven for {duration:g} s by the same torques, held over
 steps of {step:g} ms: MuJoCo {version} with RK4, ours with `ode4`.

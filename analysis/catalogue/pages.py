@@ -4,8 +4,8 @@ import argparse
 import sys
 import textwrap
 
-from clie_blocks.analysis.effect_answer import ANSWERS, answer
-from clie_blocks.analysis.text_curve import text_curve
+from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
+from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.characteristic import characteristic
 from clie_blocks.effects.effect import FAMILIES
@@ -131,7 +131,7 @@ def main(argv=None):
 
 
 def _save(name, folder):
-    from clie_blocks.analysis.effect_figure import effect_figure
+    from clie_blocks.analysis.catalogue.figure import effect_figure
 
     for path in save_figure(effect_figure(name), folder, name):
         print(f"wrote {path}", file=sys.stderr)

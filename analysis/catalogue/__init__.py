@@ -1,0 +1,1 @@
+"""The catalogue of effects as questions: its pages, its numerics, its peer engine."""
