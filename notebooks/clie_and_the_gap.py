@@ -659,7 +659,7 @@ fig, ax = plt.subplots(figsize=(5, 4), layout="constrained")
 ax.plot(q_err, speed, lw=1, label="the arm, from rest at zero")
 ax.plot(bound.mu_0 * np.cos(angle), bound.mu_0 * np.sin(angle), "r", label=r"$\mu_0$ of (18)")
 ax.set(xlabel=r"$\Vert q_d - q\Vert$ [rad]", ylabel=r"$\Vert\dot q\Vert$ [rad/s]", aspect="equal")
-ax.legend();
+fig.legend(loc="outside upper center");
 
 # %% [markdown]
 # **Answer.** About a seventh: the arm ends in the small knot near the origin, of radius 0.147. The
@@ -1025,11 +1025,11 @@ right.set(xlabel="time [s]", ylabel="share of each log's gap [%]")
 right.legend();
 
 # %% [markdown]
-# **Answer.** The gap is slow, almost all of it lies below 1 Hz; so it is not noise, and no delay, which
-# would show at high frequency. It is in all three logs, so nothing broke. It is smallest at the
-# highest speeds, so it is no drag? **Careful:** these bars show where the *position* is wrong, and the
-# loop turns a wrong torque now into a wrong position later. `SEED = 12` seals a drag, and its bars look
-# nearly the same. Looking is not enough; we need models. Keep a guess in mind before you go on.
+# **Answer.** The gap is slow: almost all of it lies below 1 Hz, so it is not noise. It is in all three
+# logs, so nothing broke. It is smallest at the highest speeds, so it is no drag? **Careful:** these
+# bars show where the *position* is wrong, and the loop turns a wrong torque now into a wrong position
+# later. `SEED = 12` seals a drag, and there too the gap is slow, and smallest at the highest speeds.
+# Looking is not enough; we need models. Keep a guess in mind before you go on.
 
 # %%
 by_frequency = np.array([band["share"] for band in bands])
