@@ -51,7 +51,8 @@ class PlanarChain:
 def planar_chain(robot, pose):
     """Return the chain that a robot file states, with its inertia at a pose."""
     links, n = robot.links, robot.n
-    known = links.mass is not None and links.length is not None and n <= 2
+    known = (links.mass is not None and links.length is not None and n <= 2
+             and np.all(links.mass > 0) and np.all(links.length > 0))
     zero = np.zeros(n)
 
     def given(name):

@@ -14,6 +14,7 @@ SUBSTEPS = 4
 HELD = 2e-4  # rad/s: speed below which friction holds
 DELAY_ROOM = 64
 EXCITATIONS = ("triangle", "multisine", "steps", "chirp", "paper_pe")
+KINDS = ("single",) * 8 + ("none",) * 2 + ("pair",) * 2 + ("unknown",) * 2
 UNKNOWN = ("random_torque", "modulated_damping", "varying_stiffness", "lost_commands")
 
 
@@ -38,8 +39,8 @@ class Case:
     causes: dict
 
 
-def cases(count, seed, causes):
-    """Return robots with drawn effects, about one in seven healthy and one in seven pairs.
+def cases(count, seed, causes, kinds=KINDS, duration=20.0):
+    """Return robots with drawn effects.
 
     Parameters
     ----------
@@ -49,10 +50,14 @@ def cases(count, seed, causes):
         Of all random numbers.
     causes : sequence of str
         Effects to draw from, see `EFFECTS`.
+    kinds : sequence of str
+        Drawn from evenly: ``single``, ``pair``, ``none``, ``unknown``.
+    duration : float
+        Of each of the three logs [s].
 
     """
     rng = np.random.default_rng(seed)
-    drawn = [_draw(rng, causes) for _ in range(count)]
+    drawn = [_draw(rng, causes, kinds, duration) for _ in range(count)]
     lanes = [lane for case in drawn for log in case["logs"] for lane in log]
     q, u = run(lanes, rng)
     made, at = [], 0
@@ -66,10 +71,10 @@ def cases(count, seed, causes):
     return made
 
 
-def _draw(rng, causes):
+def _draw(rng, causes, kinds, duration):
     n = int(rng.choice([1, 1, 2, 3]))
     joints = [_joint(rng, pendulum=n == 1) for _ in range(n)]
-    kind = rng.choice(["single"] * 8 + ["none"] * 2 + ["pair"] * 2 + ["unknown"] * 2)
+    kind = rng.choice(kinds)
     truth = {}
     if kind == "unknown":
         joints[rng.integers(n)][str(rng.choice(UNKNOWN))] = float(rng.uniform(0.5, 2.0))
@@ -81,7 +86,6 @@ def _draw(rng, causes):
             truth[str(name)] = k + 1
     logs = []
     for excitation in rng.choice(EXCITATIONS, 3, replace=False):
-        duration = 20.0
         logs.append([{**joint, **_motion(rng, joint, excitation, duration)} for joint in joints])
     return {"joints": joints, "logs": logs, "truth": truth}
 
@@ -130,7 +134,7 @@ def _motion(rng, joint, excitation, duration):
 
 
 def _size(rng):
-    return float(np.exp(rng.uniform(np.log(0.01), np.log(0.15))))
+    return float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
 
 
 def _set(**values):
@@ -167,7 +171,6 @@ EFFECTS = {
     "asymmetric_coulomb": lambda rng, j: j.update(forward=0.3 * j["kp"] * _size(rng),
                                                   asymmetry=float(rng.uniform(0.3, 0.8))),
 }
-EFFECTS["coulomb"] = lambda rng, j: j.update(forward=0.3 * j["kp"] * _size(rng))
 _NEUTRAL = dict(forward=0.0, asymmetry=0.0, excess=0.0, stribeck=1.0, quadratic=0.0, spring=0.0,
                 lag=0.0, delay=0.0, dead=0.0, limit=1e9, gain=1.0, ripple=0.0, order=1.0,
                 eccentric=0.0, tone=0.0, tone_hz=1.0, step=0.0, step_at=1e9, drift=0.0,

@@ -1,0 +1,167 @@
+"""Logs of machines whose command is no torque, in the form that the diagnosis reads.
+
+The diagnosis knows one law, ``u = Kp (q_d - q) - Kd v + pe``, with u in the unit of the joint
+model.  A servo's duty cycle becomes the torque of its stalled motor, a torque-driven machine has
+no gains and all of its command is excitation, and a servo whose law is unknown is driven by its
+position error.  Where no inertia is stated, the logs give one to start from.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from clie_blocks.errors import NotIdentifiableError
+
+UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
+SMOOTH = 8.0  # Hz, up to which velocities and accelerations are trusted for the start
+LEAST = 1e-3  # share of the command that inertia and damping are at least given
+QUARTER = math.pi / 2  # from 'hanging down' to the horizontal arm of `links`
+
+
+def prepared(robot, records):
+    """Return robot and records in the form of eq. (11), with a joint model to start from.
+
+    Parameters
+    ----------
+    robot : Robot
+        What is known.
+    records : list of Record
+        Its logs.
+
+    Returns
+    -------
+    robot : Robot
+        With a law of the kind ``pd`` or ``cascade`` and an inertia.
+    records : list of Record
+        On even clocks; what was done is in their decisions.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If a log has neither a command nor a reference: nothing then says what drove the machine.
+
+    """
+    records = [even(record) for record in records]
+    robot, records = _form(robot, records)(robot, records)
+    return with_start(robot, records), records
+
+
+def _form(robot, records):
+    first = records[0]
+    if robot.controller.law == "servo":
+        return stalled_torque
+    if robot.controller.law != "unknown":
+        return lambda same, logs: (same, logs)
+    if first.u is None and first.qd is None:
+        raise NotIdentifiableError(
+            f"{first.source} has neither a command u nor a reference qd, so that nothing says "
+            "what drove the machine; log one of them")
+    return goal_driven if first.u is None else torque_driven
+
+
+def even(record):
+    """Return a record on an even clock, itself where it already is."""
+    from clie_blocks.analysis.records import resample
+
+    steps, period = np.diff(record.time), record.sample_time
+    if np.std(steps) < UNEVEN * period:
+        return record
+    return resample(record, float(np.mean(steps)))
+
+
+def stalled_torque(robot, records):
+    """Duty cycles as the torque that the stalled motor gives at its nominal supply [N m].
+
+    With back-EMF the torque is k_t (duty V - k_t dq) / R: the first part is the command, the
+    second is viscous friction.  A supply that sags shows as an error of the torque gain.
+    """
+    motor, law = robot.motor, robot.controller
+    if motor.torque_constant is None or motor.resistance is None or law.supply is None:
+        scale, unit = np.ones(robot.n), "duty"
+    else:
+        scale, unit = law.supply * motor.torque_constant / motor.resistance, "N m"
+    said = f"u is {unit}, {scale[0]:.4g} {unit} at full duty; back-EMF counts as damping."
+    controller = dataclasses.replace(
+        law, law="pd", kp=law.kp * scale, kd=0.0 * scale, velocity_filter="difference",
+        saturation=None if law.saturation is None else law.saturation * scale,
+        command_resolution=None)
+    stated = dataclasses.replace(robot, controller=controller, units={})
+    stated = _hanging(stated) if unit == "N m" else stated
+    turn = QUARTER if stated.nominal.gravity else 0.0
+    return stated, [record.replace(u=record.u * scale, q=record.q - turn, qd=record.qd - turn,
+                                   units={}, robot=stated).noted(said) for record in records]
+
+
+def torque_driven(robot, records):
+    """Commanded torques as excitation of a machine without feedback."""
+    zero = np.zeros(robot.n)
+    controller = dataclasses.replace(robot.controller, law="pd", kp=zero, kd=zero,
+                                     velocity_filter="difference")
+    stated = _hanging(dataclasses.replace(robot, controller=controller))
+    turn = np.zeros(robot.n)
+    turn[0] = QUARTER if stated.nominal.gravity else 0.0
+    said = "No law is known: the command acts as excitation, without feedback."
+    return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated).noted(said)
+                    for record in records]
+
+
+def goal_driven(robot, records):
+    """The position error of a servo in the place of its unknown command."""
+    controller = dataclasses.replace(
+        robot.controller, law="pd", kp=np.ones(robot.n), kd=np.zeros(robot.n),
+        velocity_filter="difference")
+    stated = dataclasses.replace(robot, controller=controller)
+    said = ("The command is not logged: the position error stands for it, so that torques are in "
+            "rad of error and damping holds the servo's own.")
+    return stated, [record.replace(u=record.qd - record.q, robot=stated).noted(said)
+                    for record in records]
+
+
+def _hanging(robot):
+    """Robot whose links are known and hang down at q = 0: gravity and coupling are nominal."""
+    links = robot.links
+    if links.mass is None or links.com is None or links.length is None:
+        return robot
+    return dataclasses.replace(robot, nominal=dataclasses.replace(
+        robot.nominal, gravity=True, coupling=robot.n == 2))
+
+
+def with_start(robot, records):
+    """Return the robot with the inertia and damping that the logs suggest, where none is stated.
+
+    The equation error u = J ddq + R dq + F sign(dq) + d + gravity, all signals below `SMOOTH`,
+    is a crude estimate; the refit of the joint model starts from it.
+    """
+    motor = robot.motor
+    if motor.inertia is not None and motor.viscous_friction is not None:
+        return robot
+    ratio = np.ones(robot.n) if motor.gear_ratio is None else motor.gear_ratio
+    inertia, damping = np.array([_crude(records, k) for k in range(robot.n)]).T / ratio
+    return dataclasses.replace(robot, motor=dataclasses.replace(
+        motor, inertia=inertia if motor.inertia is None else motor.inertia,
+        viscous_friction=damping if motor.viscous_friction is None else motor.viscous_friction))
+
+
+def _crude(records, k):
+    """Inertia and damping of joint k by least squares over all logs."""
+    rows = [_equation(record, k) for record in records]
+    columns, target = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
+    size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
+    answer = np.linalg.lstsq(columns / size, target, rcond=1e-6)[0] / size
+    least = LEAST * np.std(target) / (np.std(columns, axis=0) + 1e-300)
+    return max(answer[0], least[0]), max(answer[1], least[1])
+
+
+def _equation(record, k):
+    from scipy.signal import butter, sosfiltfilt
+
+    period = record.sample_time
+    corner = min(SMOOTH, 0.2 / period)
+    low = butter(2, corner, fs=1.0 / period, output="sos")
+    q = sosfiltfilt(low, record.q[:, k])
+    dq = np.gradient(q, period)
+    turned = np.tanh(dq / (0.1 * np.std(dq) + 1e-300))
+    columns = np.stack([np.gradient(dq, period), dq, turned, np.sin(q), np.cos(q),
+                        np.ones_like(q)], axis=1)
+    return columns, sosfiltfilt(low, record.u[:, k])

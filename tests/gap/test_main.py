@@ -1,0 +1,93 @@
+"""The command: folders of trials, results on disk, a later run that continues, errors in words."""
+
+import json
+
+import pytest
+
+from clie_blocks.analysis.gap import trials
+from clie_blocks.analysis.gap.main import main, sentence
+from clie_blocks.output import guarded
+
+ROBOT = """joints = {n}
+[motor]
+gear_ratio = {ratio}
+inertia_kgm2 = {inertia}
+viscous_friction_nms = {friction}
+inertia_tolerance = 0.01
+viscous_friction_tolerance = 0.15
+torque_offset_tolerance_nm = {offset}
+[nominal]
+gravity = {gravity}
+[links]
+length_m = {length}
+mass_kg = {mass}
+com_m = {length}
+inertia_kgm2 = [0.0]
+joint_viscous_friction_nms = [0.0]
+[controller]
+Kp = {kp}
+Kd = {kd}
+velocity_filter_highpass_rad_s = 200.0
+velocity_filter_lowpass_rad_s = 300.0
+velocity_filter_discretisation = "tustin"
+sample_time_s = 0.001
+command_resolution_nm = {resolution}
+[encoder]
+resolution_rad = {lsb}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, case):
+    from clie_blocks.analysis.records import write_record
+
+    made, place = case("none", seed=3), tmp_path_factory.mktemp("set")
+    robot, at = made.robot, place / "trial-1"
+    at.mkdir()
+    links = robot.links.mass is not None
+    text = ROBOT.format(
+        n=robot.n, ratio=list(robot.motor.gear_ratio), inertia=list(robot.motor.inertia),
+        friction=list(robot.motor.viscous_friction), gravity=str(links).lower(),
+        offset=list(robot.motor.torque_offset_tolerance), kp=list(robot.controller.kp),
+        length=list(robot.links.length) if links else [0.0], kd=list(robot.controller.kd),
+        mass=list(robot.links.mass) if links else [0.0], lsb=list(robot.encoder.resolution),
+        resolution=list(robot.controller.command_resolution)).replace("np.float64", "")
+    (at / "robot.toml").write_text(text.replace("(", "").replace(")", ""))
+    for k, record in enumerate(made.records):
+        write_record(record, at / f"log-{k + 1}.csv")
+    return place
+
+
+def test_a_set_is_diagnosed_kept_and_read_back(folder, tmp_path, capsys):
+    out = tmp_path / "all.json"
+    assert main([str(folder), "--json", str(out), "--all", "-o", str(tmp_path / "kept")]) == 0
+    told = json.loads(out.read_text())
+    assert told["trial-1"]["verdict"] == "none"
+    assert "trial-1: none" in capsys.readouterr().out
+    kept = tmp_path / "kept" / "trial-1.json"
+    marked = json.loads(kept.read_text())
+    kept.write_text(json.dumps({**marked, "seconds": -1.0}))
+    (again,) = trials.diagnose_all(trials.find_trials([folder]), folder=kept.parent)
+    assert again[1]["seconds"] == -1.0
+    kept.write_text("{broken")
+    (again,) = trials.diagnose_all(trials.find_trials([folder]), folder=kept.parent)
+    assert again[1]["seconds"] > 0.0
+
+
+def test_errors_are_words(tmp_path, folder, capsys):
+    assert guarded(main, [str(tmp_path / "nothing")]) == 3
+    assert "does not exist" in capsys.readouterr().err
+    assert guarded(main, [str(tmp_path)]) == 3
+    assert "robot.toml" in capsys.readouterr().err
+    assert guarded(main, [str(folder), "--effects", "stribek"]) == 2
+    assert "stribeck" in capsys.readouterr().err
+    assert guarded(main, [str(folder), "--holdout", "log-9"]) == 3
+    assert "log-9" in capsys.readouterr().err
+
+
+def test_a_sentence_says_cause_joint_and_what_it_buys():
+    told = {"verdict": "effect", "closed_percent": {"value": 96.4}, "effects": [
+        {"effect": "coulomb", "joint": [1, 2], "probability": 0.93},
+        {"effect": "stribeck", "joint": [1], "probability": 0.05}]}
+    assert sentence("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
+                                     "of the reducible gap on unseen data")

@@ -1,0 +1,30 @@
+"""Noise of the loop: what whitening must leave."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.noise import decimated, noise, sensor_noise, white
+from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
+
+
+def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
+    problem = healthy
+    inertia, damping = problem.nominal.inertia[0], problem.nominal.damping[0]
+    sensitivity = sensor_sensitivity(problem.law, 0, inertia, damping)
+    found = noise(problem, 0, sensitivity)
+    drawn = found.sigma * np.random.default_rng(1).standard_normal(400_000)
+    left = white(decimated(lfilter(*sensitivity, drawn), problem.period), found.whitener)
+    assert np.mean(left**2) == pytest.approx(1.0, rel=0.03)
+    correlation = [np.mean(left[lag:] * left[:-lag]) for lag in (1, 2, 5, 10)]
+    assert np.max(np.abs(correlation)) < 0.03
+    assert found.floor == pytest.approx(np.std(lfilter(*sensitivity, drawn)), rel=0.02)
+
+
+def test_a_healthy_robot_leaves_noise_alone(healthy):
+    problem = healthy
+    _, base = baseline(problem)
+    assert np.all(base.chi2 / base.samples < 1.35)
+    assert base.penalty == pytest.approx(0.0, abs=1.0)
+    assert sensor_noise(problem, 0) > 0.0
