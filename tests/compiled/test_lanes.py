@@ -1,12 +1,14 @@
 """Parameter sets side by side: every lane is the single run, whatever happens in the others."""
 
+import contextlib
 import os
 import threading
+import tracemalloc
 
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import compile_diagram, held_normal, keeping, reduce
+from clie_blocks.compiled import compile_diagram, held_normal, keeping, reduce, simulate
 from clie_blocks.compiled.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
@@ -177,3 +179,30 @@ def test_widths_leave_no_thread_idle():
     assert lanes_and_threads(3, 8, 16) == (1, 3)
     assert lanes_and_threads(1, None, 16) == (1, 1)
     assert 1 <= lanes_and_threads(10**6, None, 8)[1] <= os.cpu_count()
+
+
+def test_a_reduced_batch_keeps_nothing_long(program):
+    call = {"step": 1e-3, "inputs": {"q_d": held_normal(1.0, 0)}, "params": {"pd.gain": GAINS},
+            "reduce": {"error": reduce.mean_square("q", minus="pd.q_d")}, "threads": 1}
+    program.batch(1.0, **call)
+    tracemalloc.start()
+    batch = program.batch(100.0, **call)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert batch["error"].shape == (21, 2)
+    assert peak < 10e6  # the rows of all runs would fill 67e6 bytes
+
+
+def test_a_long_batch_reports_its_progress(program, monkeypatch):
+    reported, labels = [], []
+
+    @contextlib.contextmanager
+    def recorder(label, total):
+        labels.append((label, total))
+        yield reported.append
+
+    monkeypatch.setattr(simulate, "progress", recorder)
+    monkeypatch.setattr(simulate, "PATIENCE", -1.0)
+    program.batch(10.0, 1e-4, inputs={"q_d": 1.0}, params={"pd.gain": GAINS}, every=1000)
+    assert labels == [("running loop 21 times", 100_000)]
+    assert sum(reported) == 100_000 and len(reported) > 3
