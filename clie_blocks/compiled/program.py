@@ -58,7 +58,7 @@ def compile_diagram(diagram, engine="llvm", opaque=()):
 
     """
     if isinstance(diagram, ct.TransferFunction):
-        diagram = ct.ss(diagram)
+        diagram = ct.ss(diagram, name=diagram.name)
     program = Program(diagram, engine, opaque)
     check(program, diagram, QUICK_POINTS if program.cached else POINTS)
     warn_of_callbacks(program)

@@ -50,7 +50,7 @@ def _compare(program, joined, expected, got, t):
 def _tick(joined, t, u, states, held, params):
     """States at the next tick and outputs of every part; of the plant its rates, no outputs."""
     plant, *parts = joined.syslist
-    held[0] = _plant_output(joined, t, u, states, held, params)
+    held = [_plant_output(joined, t, u, states, held, params), *held[1:]]
     if held[0] is None:
         return None
     moved = [None]

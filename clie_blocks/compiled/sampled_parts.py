@@ -58,6 +58,8 @@ def join(plant, controllers, period, wires, inputs, jitter, name):
         The sampled ones.
 
     """
+    plant, *controllers = (ct.ss(part, name=part.name) if isinstance(part, ct.TransferFunction)
+                           else part for part in (plant, *controllers))
     if plant.dt not in (0, None):
         raise DiagramError(f"{name}: the plant {plant.name!r} is in discrete time; a loop that is "
                            "sampled everywhere needs no hold: interconnect it, compile_diagram it")
@@ -76,11 +78,10 @@ def join(plant, controllers, period, wires, inputs, jitter, name):
 
 def _period(part, period, name):
     given = period.get(part.name) if isinstance(period, dict) else period
-    timed = part.nstates > 0 and part.dt is not None
-    if timed and part.dt == 0:
+    if part.dt == 0 and part.nstates > 0:
         raise DiagramError(f"{name}: {part.name!r} has states in continuous time; sample it, such "
                            "as control.sample_system(block, period, 'tustin', copy_names=True)")
-    own = part.dt if timed and part.dt is not True else None
+    own = None if part.dt is True or not part.dt else part.dt
     if own is None and given is None:
         raise DiagramError(f"{name}: {part.name!r} has no sample time of its own; "
                            "give period= [s]")
@@ -94,8 +95,8 @@ def _period(part, period, name):
 
 
 def _timeless(part):
-    """Return the part without its time base, which python-control would not join."""
-    part = ct.ss(part) if isinstance(part, ct.TransferFunction) else copy.copy(part)
+    """Return a part without its time base, which python-control would not join."""
+    part = copy.copy(part)
     part.dt = None
     return part
 

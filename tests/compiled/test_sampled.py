@@ -346,3 +346,34 @@ def test_an_opaque_law_is_called_back_at_its_ticks(engine):
         u = -1.0 if expected[-1] > 0 else 1.0
         expected.append(u + (expected[-1] - u) * np.exp(-0.1))
     np.testing.assert_allclose(run.states[0], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("engine", ["llvm", "python"])
+def test_a_plant_with_feedthrough_shows_a_tick_the_input_held_until_then(engine):
+    plant = ct.ss([[-2.0]], [[1.0]], [[1.0]], [[0.5]], name="plant", inputs=["u"], outputs=["q"])
+    law = ct.nlsys(lambda t, x, u, params: 0.5 * x + 0.1 * u[:1],
+                   lambda t, x, u, params: x - 2.0 * u[:1] + u[1:], dt=PERIOD, name="controller",
+                   states=["z"], inputs=["q", "r"], outputs=["u"])
+    steps = 100
+
+    def into(s, name, held):
+        return np.array([held["plant"][0], np.cos(3 * s * STEP)]) if name == "controller" else (
+            held["controller"])
+
+    expected = plain_loop(plant, [law], steps, np.array([0.3]), into)
+    run = sampled(plant, law, wires=WIRES, engine=engine).run(
+        steps * STEP, step=STEP, inputs={"r": lambda t: np.cos(3 * t)},
+        initial_state={"plant": [0.3]})
+    np.testing.assert_allclose(run.states, expected[:2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run.outputs[1], expected[2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run.outputs[0], run.states[0] + 0.5 * run.outputs[1], atol=1e-15)
+
+
+def test_transfer_functions_keep_their_names():
+    plant = ct.tf([1.0], [1.0, 1.0], name="plant", inputs=["u"], outputs=["q"])
+    law = ct.tf([2.0, -1.8], [1.0, -1.0], 0.1, name="controller", inputs=["e"], outputs=["u"])
+    error = ct.ss([], [], [], [[1.0, -1.0]], 0.1, name="error", inputs=["r", "q"], outputs=["e"])
+    run = sampled(plant, [error, law], wires=[
+        ("plant.u", "controller.u"), ("controller.e", "error.e"), ("error.q", "plant.q")]).run(
+        8.0, step=0.01, inputs={"r": 1.0}, log="q")
+    assert run.outputs[0, -1] == pytest.approx(1.0, abs=1e-5)  # the law integrates
