@@ -375,5 +375,5 @@ def test_transfer_functions_keep_their_names():
     error = ct.ss([], [], [], [[1.0, -1.0]], 0.1, name="error", inputs=["r", "q"], outputs=["e"])
     run = sampled(plant, [error, law], wires=[
         ("plant.u", "controller.u"), ("controller.e", "error.e"), ("error.q", "plant.q")]).run(
-        8.0, step=0.01, inputs={"r": 1.0}, log="q")
+        40.0, step=0.01, inputs={"r": 1.0}, log="q")
     assert run.outputs[0, -1] == pytest.approx(1.0, abs=1e-5)  # the law integrates
