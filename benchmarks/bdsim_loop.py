@@ -13,7 +13,7 @@ from clie_blocks.compiled.flatten import flatten
 def simulator(diagram):
     """Return ``run(steps)``, which takes steps of the loop without noise, and gives the states."""
     flat = flatten(diagram)
-    simulation = bdsim.BDSim(banner=False, graphics=False, progress=False)
+    simulation = bdsim.BDSim(banner=False, graphics=False, progress=False, sysargs=False)
     drawn = simulation.blockdiagram()
     time = drawn.TIME()
     drive = drawn.FUNCTION(
