@@ -1,0 +1,113 @@
+"""Experiments: where a robot starts, how its set-point moves, and what excitation is injected."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One experiment.
+
+    Parameters
+    ----------
+    excitation : str
+        Its name in ``robot.toml``.
+    start : ndarray, shape (n,)
+        Angle at rest before time 0 [rad].
+    q_d, pe : ndarray, shape (N, n)
+        Set-point [rad] and injected torque, motor side [N m].
+
+    """
+
+    excitation: str
+    start: np.ndarray
+    q_d: np.ndarray
+    pe: np.ndarray
+
+
+def draw_motions(rng, robot):
+    """Draw three experiments: one slow, one broad, and a third, in random order.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of chance.
+    robot : Robot
+        Whose.
+
+    """
+    slow = str(rng.choice(["triangle", "steps", "pick_and_place"]))
+    broad = str(rng.choice(["multisine", "chirp"]))
+    rest = [name for name in SHAPES if name not in (slow, broad)]
+    names = [slow, broad, str(rng.choice(rest))]
+    rng.shuffle(names)
+    return [_motion(rng, robot, name) for name in names]
+
+
+def _motion(rng, robot, name):
+    t = robot.period * np.arange(round(float(rng.choice([16, 18, 20, 22])) / robot.period))
+    offset, torque = SHAPES[name](rng, robot, t)
+    q_d = np.round(robot.pose + offset, 4)
+    pe = np.round(torque / robot.command_step) * robot.command_step
+    start = robot.pose.copy()
+    if name == "paper_pe":
+        start = np.round(start + rng.uniform(-0.3, 0.3, robot.n), 4)
+    excitation = name if name != "pick_and_place" else "other"
+    return Motion(excitation, start, np.broadcast_to(q_d, (len(t), robot.n)),
+                  np.broadcast_to(pe, (len(t), robot.n)))
+
+
+def _triangle(rng, robot, t):
+    turns = t[:, None] / rng.uniform(5.0, 11.0, robot.n)
+    return _amplitude(rng, robot) * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * turns)), 0.0
+
+
+def _steps(rng, robot, t):
+    hold = rng.uniform(2.0, 4.0, robot.n)
+    levels = rng.uniform(-1, 1, (64, robot.n)) * _amplitude(rng, robot)
+    levels[0] = 0.0
+    return np.take_along_axis(levels, (t[:, None] / hold).astype(int), axis=0), 0.0
+
+
+def _pick_and_place(rng, robot, t):
+    """Smooth moves between places, with rests."""
+    move, rest = rng.uniform(0.8, 1.6), rng.uniform(0.3, 1.0)
+    places = rng.uniform(-1, 1, (64, robot.n)) * _amplitude(rng, robot)
+    places[0] = 0.0
+    lap, inside = np.divmod(t, move + rest)
+    s = np.clip(inside / move, 0.0, 1.0)[:, None]
+    smooth = s**3 * (10 - 15 * s + 6 * s**2)
+    lap = lap.astype(int)
+    return places[lap] + smooth * (places[lap + 1] - places[lap]), 0.0
+
+
+def _multisine(rng, robot, t):
+    tones = np.geomspace(0.06, 3.0, 9)[:, None] * rng.uniform(0.9, 1.1, (9, robot.n))
+    phase = rng.uniform(0, 2 * np.pi, (9, robot.n))
+    fade = np.minimum(t / 0.5, 1.0)[:, None]
+    waves = np.sin(2 * np.pi * t[:, None, None] * tones + phase).sum(axis=1)
+    return 0.0, 0.11 * robot.kp * fade * waves
+
+
+def _chirp(rng, robot, t):
+    rise = np.log(rng.uniform(3.5, 6.0, robot.n) / 0.1)
+    down = np.arange(robot.n) % 2 == 1
+    clock = np.where(down, (t[-1] - t)[:, None], t[:, None]) / t[-1]
+    turns = 0.1 * t[-1] / rise * (np.exp(clock * rise) - 1)
+    fade = np.minimum(t / 0.5, 1.0)[:, None]
+    return 0.0, rng.uniform(0.25, 0.4, robot.n) * robot.kp * fade * np.sin(2 * np.pi * turns)
+
+
+def _paper(rng, robot, t):
+    """The excitation of eq. (48)."""
+    wave = 0.7 * np.sin(2 * np.pi * t) + 0.5 * np.sin(np.pi * t) - 0.25 * np.cos(np.pi * t)
+    return 0.0, rng.uniform(0.15, 0.3, robot.n) * robot.kp * wave[:, None]
+
+
+def _amplitude(rng, robot):
+    return rng.uniform(0.2, 0.45, robot.n)
+
+
+SHAPES = {"triangle": _triangle, "steps": _steps, "pick_and_place": _pick_and_place,
+          "multisine": _multisine, "chirp": _chirp, "paper_pe": _paper}

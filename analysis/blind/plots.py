@@ -1,0 +1,68 @@
+"""Pictures of the scoreboard."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+
+def confusion_matrix(confusion):
+    """Draw how often each truth was decided to be what.
+
+    Parameters
+    ----------
+    confusion : dict
+        Truth -> decision -> count.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    """
+    truths = sorted(confusion)
+    decisions = truths + sorted({said for row in confusion.values() for said in row}
+                                - set(truths))
+    counts = np.array([[confusion[true].get(said, 0) for said in decisions] for true in truths],
+                      float).reshape(len(truths), len(decisions))
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    size = 2.5 + 0.3 * len(decisions), 2.0 + 0.3 * len(truths)
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.add_subplot()
+    axes.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for i, j in np.argwhere(counts > 0):
+        axes.text(j, i, f"{counts[i, j]:.0f}", ha="center", va="center", fontsize=7,
+                  color="white" if share[i, j] > 0.5 else "black")
+    axes.set_xticks(range(len(decisions)), decisions, rotation=90, fontsize=7)
+    axes.set_yticks(range(len(truths)), truths, fontsize=7)
+    axes.set_xlabel("decision")
+    axes.set_ylabel("truth")
+    return figure
+
+
+def reliability(table):
+    """Draw stated against observed shares of right decisions.
+
+    Parameters
+    ----------
+    table : list of dict
+        ``stated`` and ``observed`` per bin, from `calibration`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    """
+    figure = Figure(figsize=(3.6, 3.4), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color="0.7", lw=1)
+    for row in table:
+        low, high = row["observed"]["interval"]
+        axes.plot([row["stated"]] * 2, [low, high], color="tab:blue", lw=1)
+        axes.plot(row["stated"], row["observed"]["rate"], "o", color="tab:blue")
+        axes.annotate(str(row["observed"]["of"]), (row["stated"], row["observed"]["rate"]),
+                      textcoords="offset points", xytext=(5, -9), fontsize=7)
+    axes.set_xlabel("stated probability of the decision")
+    axes.set_ylabel("share that was right")
+    axes.set_xlim(0, 1.03)
+    axes.set_ylim(0, 1.03)
+    return figure

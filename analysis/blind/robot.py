@@ -1,0 +1,176 @@
+"""Robots drawn at random: what an engineer knows of them, and what they truly are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+G = 9.81  # m/s^2
+PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
+
+NEUTRAL = {
+    # joint
+    "rotor": 0.0, "drag": 0.0, "offset": 0.0,
+    # friction at the motor
+    "level": 0.0, "static": 1.0, "stribeck": 1.0, "bias": 0.0, "quadratic": 0.0, "slope": 0.0,
+    "bristle": 0.0, "bristle_range": 1.0, "wavy_level": 0.0, "wavy_drag": 0.0, "waves": 1.0,
+    "warm_drag": 0.0, "warm_level": 0.0, "warm_time": 1.0,
+    # load
+    "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
+    "stop_stiffness": 0.0, "wandering": 0.0,
+    # transmission
+    "twist_stiffness": 0.0, "twist_damping": 0.0, "half_gap": 0.0,
+    # drive
+    "limit": np.inf, "dead": 0.0, "lag": 0.0, "delay": 0.0, "gain": 1.0, "ripple": 0.0,
+    "order": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "sag": 0.0,
+    # sensor and controller
+    "step": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
+    # time
+    "tone": 0.0, "tone_hz": 1.0, "fault_torque": 0.0, "fault_level": 0.0, "fault_drag": 0.0,
+    "fault_share": 0.5, "random": 0.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """What an engineer would write into ``robot.toml``; arrays have shape (n,).
+
+    Parameters
+    ----------
+    kind : str
+        ``arm`` (two links), ``pendulum`` (one link) or ``axes`` (joints side by side).
+    period : float
+        Of the controller and the logs [s].
+    gravity : bool
+        The links hang in gravity, and the nominal model knows it.
+    ratio, rotor, drag : ndarray
+        Gear ratio; rotor inertia [kg m^2] and damping [N m s] of the datasheet, motor side.
+    length, mass, com, inertia, bearing : ndarray
+        Links: [m], [kg], [m], [kg m^2] about the centre of mass, [N m s] joint side.
+    pose : ndarray
+        Centre of the motions [rad].
+    kp, kd : ndarray
+        Gains, motor side [N m/rad, N m s/rad].
+    corners : tuple of float
+        High-pass and low-pass corner of the velocity filter [rad/s].
+    command_step, resolution, sigma : ndarray
+        Rounding of the command [N m] and of the position [rad]; sensor noise [rad].
+    shaft : float
+        Turns of the encoder's shaft per joint turn.
+
+    """
+
+    kind: str
+    period: float
+    gravity: bool
+    ratio: np.ndarray
+    rotor: np.ndarray
+    drag: np.ndarray
+    length: np.ndarray
+    mass: np.ndarray
+    com: np.ndarray
+    inertia: np.ndarray
+    bearing: np.ndarray
+    pose: np.ndarray
+    kp: np.ndarray
+    kd: np.ndarray
+    corners: tuple
+    command_step: np.ndarray
+    resolution: np.ndarray
+    sigma: np.ndarray
+    shaft: float
+
+    @property
+    def n(self):
+        """Number of joints."""
+        return len(self.ratio)
+
+    @property
+    def floor(self):
+        """RMS of noise and rounding of the measured position, shape (n,) [rad]."""
+        return np.sqrt(self.sigma**2 + self.resolution**2 / 12)
+
+
+def neutral(n):
+    """Numbers of a robot that nothing ails, by name, each of shape (n,)."""
+    return {key: np.full(n, value) for key, value in NEUTRAL.items()}
+
+
+def link_inertia(kind, length, mass, com, inertia, pose):
+    """Diagonal of the mass matrix of the links at a pose [kg m^2]."""
+    if kind == "axes":
+        return inertia + mass * com**2
+    n, turned = len(length), np.cumsum(pose)
+    along = np.stack([np.cos(turned), np.sin(turned)])
+    diagonal = np.zeros(n)
+    for i in range(n):
+        arms = np.where(np.arange(n) == i, com, length)[:i + 1] * along[:, :i + 1]
+        for k in range(i + 1):
+            reach = arms[:, k:].sum(axis=1)
+            diagonal[k] += mass[i] * reach @ reach + inertia[i]
+    return diagonal
+
+
+def draw_robot(rng, kind=None, gravity=None):
+    """Draw a robot.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of chance.
+    kind : str, optional
+        Where an effect needs one.
+    gravity : bool, optional
+        Where an effect needs it.
+
+    Returns
+    -------
+    Robot
+        As an engineer knows it.
+
+    """
+    kind = kind or str(rng.choice(["arm", "arm", "pendulum", "axes"]))
+    n = {"arm": 2, "pendulum": 1, "axes": 3}[kind]
+    gravity = bool(rng.random() < 0.5) if gravity is None else gravity
+    gravity = gravity and kind != "axes"
+    length = rng.uniform(0.2, 0.6, n)
+    mass = rng.uniform(0.3, 1.5, n) * 0.5 ** np.arange(n)
+    com = length * rng.uniform(0.4, 0.9, n)
+    inertia = mass * length**2 * rng.uniform(0.03, 0.08, n)
+    pose = rng.uniform(-1.6, 0.9, n) * (1.0, 0.5, 0.5)[:n]
+    ratio = np.round(np.exp(rng.uniform(0.0, np.log(200.0), n)), 1)
+    link = link_inertia(kind, length, mass, com, inertia, pose)
+    rotor = _digits(link * np.exp(rng.uniform(np.log(0.7), np.log(8.0), n)) / ratio**2)
+    whole = rotor * ratio**2 + link
+    damping = whole * rng.uniform(0.6, 4.0, n)
+    bearing = _digits(damping * rng.uniform(0.1, 0.4, n))
+    if kind == "axes":  # nobody states their links: the datasheet of the drive holds all
+        rotor, bearing = _digits(whole / ratio**2), np.zeros(n)
+    drag = _digits((damping - bearing) / ratio**2)
+    speed = rng.uniform(4.0, 9.0, n) * (1.3 if gravity else 1.0)
+    kp = _digits(whole * speed**2 / ratio)
+    kd = _digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
+    return Robot(
+        kind, float(rng.choice(PERIODS)), gravity, ratio, rotor, drag, length, mass,
+        com, inertia, bearing, np.round(pose, 2), kp, kd,
+        (float(rng.choice([150.0, 200.0, 250.0])), float(rng.choice([250.0, 300.0, 400.0]))),
+        _step(kp * 4e-4), np.full(n, rng.choice([2e-5, 4e-5, 5e-5, 1e-4])),
+        rng.uniform(0.8e-4, 2.2e-4, n), float(rng.choice([8, 10, 12, 16, 20, 24])))
+
+
+def draw_truth(rng, robot):
+    """Draw the robot's true numbers within the tolerances of its datasheet."""
+    truth = neutral(robot.n)
+    truth["rotor"] = robot.rotor * (1 + 0.01 * rng.uniform(-1, 1, robot.n))
+    truth["drag"] = robot.drag * (1 + 0.15 * rng.uniform(-1, 1, robot.n))
+    truth["offset"] = 0.01 * robot.kp * rng.uniform(-1, 1, robot.n)
+    return truth
+
+
+def _digits(values):
+    return np.array([float(f"{value:.3g}") for value in values])
+
+
+def _step(values):
+    """Nearest smaller 1, 2 or 5 times a power of ten."""
+    tens = 10.0 ** np.floor(np.log10(values))
+    lead = values / tens
+    return np.round(np.where(lead >= 5, 5, np.where(lead >= 2, 2, 1)) * tens, 12)

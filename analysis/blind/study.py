@@ -1,0 +1,90 @@
+"""A study: make trials, seal their labels, diagnose them, open the labels."""
+
+import json
+from pathlib import Path
+
+from clie_blocks.analysis.blind import seal
+from clie_blocks.errors import ClieError
+from clie_blocks.output import progress, to_json, write
+
+TRIALS, DIAGNOSES = "trials", "diagnoses.json"
+
+
+def make(folder, trials, seed, jobs=1):
+    """Make the trials of a study and seal their labels; a study that stands is kept.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of the study.
+    trials, seed : int
+        How many, and the seed of all of them.
+    jobs : int
+        Processes.
+
+    Raises
+    ------
+    ClieError
+        If the folder holds another study.
+
+    """
+    folder = Path(folder)
+    made = next((line for line in seal.verified(folder) if line["event"] == "made"), None)
+    if made is not None:
+        if (made["trials"], made["seed"]) != (trials, seed):
+            raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
+                            f"{made['seed']}; choose another folder with -o DIR")
+        return
+    labels = dict(sorted(_spread(folder, trials, seed, jobs)))
+    seal.note(folder, "made", trials=trials, seed=seed,
+              digest=seal.folder_digest(folder / TRIALS))
+    seal.seal(folder, labels)
+
+
+def diagnose(folder, jobs=1):
+    """Diagnose all trials of a study through the public interface.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of the study.
+    jobs : int
+        Processes.
+
+    Returns
+    -------
+    dict
+        Answers by trial.
+
+    """
+    from clie_blocks.analysis.gap import trials
+
+    folder = Path(folder)
+    found = trials.find_trials([folder / TRIALS])
+    answers = dict(trials.diagnose_all(found, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
+    text = to_json(dict(sorted(answers.items())))
+    write(folder / DIAGNOSES, text)
+    seal.note(folder, "diagnosed", trials=len(answers), digest=seal.digest(text.encode()))
+    return json.loads(text)
+
+
+def _spread(folder, trials, seed, jobs):
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        running = [pool.submit(_made, folder, seed, index) for index in range(trials)]
+        with progress("making trials", trials) as advance:
+            for future in as_completed(running):
+                yield future.result()
+                advance(1)
+
+
+def _made(folder, seed, index):
+    from clie_blocks.analysis.blind.folder import write_trial
+    from clie_blocks.analysis.blind.trial import make_trial
+
+    name = f"trial-{index:03d}"
+    trial = make_trial(seed, index)
+    write_trial(trial, folder / TRIALS / name)
+    return name, trial.label
