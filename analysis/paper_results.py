@@ -5,10 +5,6 @@ import time
 from collections import Counter
 
 from clie_blocks import paper
-from clie_blocks.analysis import paper_items as items_of
-from clie_blocks.analysis.errata import ERRATA
-from clie_blocks.analysis.paper_plots import figure_3, figure_4, figure_6
-from clie_blocks.analysis.paper_runs import READINGS, excitation_levels, identification, tracking
 from clie_blocks.analysis.report.document import (
     BAD,
     GOOD,
@@ -19,6 +15,15 @@ from clie_blocks.analysis.report.document import (
     Table,
 )
 from clie_blocks.analysis.report.render import save_document
+from clie_blocks.analysis.reproduction import items as items_of
+from clie_blocks.analysis.reproduction.errata import ERRATA
+from clie_blocks.analysis.reproduction.plots import figure_3, figure_4, figure_6
+from clie_blocks.analysis.reproduction.runs import (
+    READINGS,
+    excitation_levels,
+    identification,
+    tracking,
+)
 from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, run_main, to_json
 from clie_blocks.signals import signal

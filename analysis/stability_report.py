@@ -26,7 +26,7 @@ def analyse(study, advance=lambda part: None):
         ``bounds``, ``linear``, ``convergence``, ``excitation``.
 
     """
-    from clie_blocks.analysis import stability_numbers as numbers
+    from clie_blocks.analysis.stability import quantities as numbers
 
     parts = {"bounds": numbers.bounds_of, "linear": numbers.linear_analysis_of,
              "convergence": numbers.convergence_of, "excitation": numbers.excitation_of}
@@ -121,7 +121,7 @@ def study_of(options):
         The paper's robot, or that of ``--robot``.
 
     """
-    from clie_blocks.analysis.study import paper_study, robot_study
+    from clie_blocks.analysis.stability.study import paper_study, robot_study
 
     if options.robot is None:
         study = paper_study().with_gains(options.kp, options.kd)
@@ -190,7 +190,7 @@ def main(argv=None):
     options = parser().parse_args(argv)
     from clie_blocks.analysis.report.document import BAD
     from clie_blocks.analysis.report.render import save_document
-    from clie_blocks.analysis.stability_document import document, verdict
+    from clie_blocks.analysis.stability.document import document, verdict
 
     study = study_of(options)
     with progress("analysing the loop", 5) as advance:

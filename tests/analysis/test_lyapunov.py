@@ -16,7 +16,7 @@ from clie_blocks.analysis.lyapunov import (
     lyapunov_pd_matrices,
     lyapunov_pd_rate,
 )
-from clie_blocks.analysis.simulated_bounds import pd_trajectory
+from clie_blocks.analysis.stability.simulated_bounds import pd_trajectory
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.excitation import paper_excitation

@@ -7,7 +7,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis import paper_results
-from clie_blocks.analysis.paper_items import (
+from clie_blocks.analysis.reproduction.items import (
     ERRATUM,
     MISSED,
     PICTURE,
@@ -17,7 +17,12 @@ from clie_blocks.analysis.paper_items import (
     bound_items,
     figure_3_items,
 )
-from clie_blocks.analysis.paper_runs import READINGS, estimates, signed_mean_error, tracking_mse
+from clie_blocks.analysis.reproduction.runs import (
+    READINGS,
+    estimates,
+    signed_mean_error,
+    tracking_mse,
+)
 
 
 @pytest.mark.parametrize("ours, literal, erratum, verdict", [

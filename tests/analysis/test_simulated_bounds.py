@@ -10,7 +10,7 @@ from clie_blocks.analysis.bounds import (
     theorem_2,
     ultimate_bound,
 )
-from clie_blocks.analysis.simulated_bounds import (
+from clie_blocks.analysis.stability.simulated_bounds import (
     identification_errors,
     modelling_error,
     pd_trajectory,

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis import stability_plots, stability_report
+from clie_blocks.analysis import stability_report
 from clie_blocks.analysis.report import render
-from clie_blocks.analysis.stability_document import document, verdict
-from clie_blocks.analysis.stability_numbers import bounds_of
-from clie_blocks.analysis.study import paper_study
+from clie_blocks.analysis.stability import plots
+from clie_blocks.analysis.stability.document import document, verdict
+from clie_blocks.analysis.stability.quantities import bounds_of
+from clie_blocks.analysis.stability.study import paper_study
 from clie_blocks.output import guarded
 
 ISSUE_KEYS = ("schema_version", "mu_0", "eta", "k_1", "k_1_printed", "k_2", "k_3", "k_4", "mu_1",
@@ -25,7 +26,7 @@ def found():
 @pytest.fixture
 def reused(found, monkeypatch):
     """Other gains get their own bounds; the slower parts are those of the paper's gains."""
-    monkeypatch.setattr(stability_plots, "SWEEP", np.array([0.3, 3.0]))
+    monkeypatch.setattr(plots, "SWEEP", np.array([0.3, 3.0]))
     monkeypatch.setattr(stability_report, "analyse", lambda study, advance=None: {
         **found, "bounds": bounds_of(study)})
 

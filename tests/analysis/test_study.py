@@ -5,7 +5,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis.records import read_robot
-from clie_blocks.analysis.study import paper_study, robot_study
+from clie_blocks.analysis.stability.study import paper_study, robot_study
 from clie_blocks.errors import RecordError
 from clie_blocks.signals import DiagramError
 

@@ -12,7 +12,7 @@ from clie_blocks.analysis.bounds import (
     theorem_2,
     ultimate_bound,
 )
-from clie_blocks.analysis.worst_case import (
+from clie_blocks.analysis.stability.worst_case import (
     ParameterBox,
     worst_case,
     worst_disturbance_norm,

@@ -179,7 +179,7 @@ def rates_plot(convergence, gamma):
     Parameters
     ----------
     convergence : Convergence
-        See `clie_blocks.analysis.stability_numbers`.
+        See `clie_blocks.analysis.stability.quantities`.
     gamma : float
         The chosen gain.
 
@@ -210,7 +210,7 @@ def errors_plot(bounds):
     Parameters
     ----------
     bounds : Bounds
-        See `clie_blocks.analysis.stability_numbers`.
+        See `clie_blocks.analysis.stability.quantities`.
 
     """
     figure = Figure(figsize=(9, 3.6), layout="constrained")

@@ -3,7 +3,6 @@
 import numpy as np
 
 from clie_blocks import paper
-from clie_blocks.analysis import stability_plots as plots
 from clie_blocks.analysis.bounds import (
     ControlledJoints,
     condition,
@@ -12,6 +11,7 @@ from clie_blocks.analysis.bounds import (
 )
 from clie_blocks.analysis.frequency import PAPER_TONES
 from clie_blocks.analysis.report.document import BAD, GOOD, Picture, Section, Table
+from clie_blocks.analysis.stability import plots as plots
 
 DIVERGED = ("The simulated identification left all numbers within 400 s: it is unstable, or too "
             "stiff for steps of 1 ms.")

@@ -12,7 +12,7 @@ from clie_blocks.analysis.bounds import (
     theorem_4,
     ultimate_bound,
 )
-from clie_blocks.analysis.paper_runs import (
+from clie_blocks.analysis.reproduction.runs import (
     READINGS,
     estimates,
     excitation_levels,

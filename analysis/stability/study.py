@@ -8,7 +8,7 @@ from clie_blocks import paper
 from clie_blocks.analysis.averaging import balanced_shape
 from clie_blocks.analysis.bounds import ControlledJoints
 from clie_blocks.analysis.convergence import PeriodicLoop
-from clie_blocks.analysis.worst_case import ParameterBox
+from clie_blocks.analysis.stability.worst_case import ParameterBox
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.errors import RecordError
 from clie_blocks.excitation import paper_excitation

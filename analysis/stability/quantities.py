@@ -26,12 +26,12 @@ from clie_blocks.analysis.frequency import (
     margins,
     noise_gain,
 )
-from clie_blocks.analysis.simulated_bounds import (
+from clie_blocks.analysis.stability.simulated_bounds import (
     identification_errors,
     pd_trajectory,
     ultimate_radius,
 )
-from clie_blocks.analysis.worst_case import worst_case
+from clie_blocks.analysis.stability.worst_case import worst_case
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.errors import DivergedError

@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.paper_results import errata_section
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Section
-from clie_blocks.analysis.stability_sections import (
+from clie_blocks.analysis.stability.sections import (
     condition_section,
     convergence_section,
     excitation_section,
@@ -25,7 +25,7 @@ def document(study, found):
         Robot, gains, excitation.
     found : dict
         ``bounds``, ``linear``, ``convergence``, ``excitation``, see
-        `clie_blocks.analysis.stability_numbers`.
+        `clie_blocks.analysis.stability.quantities`.
 
     Returns
     -------

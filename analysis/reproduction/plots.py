@@ -12,7 +12,7 @@ def figure_3(with_excitation, without):
     Parameters
     ----------
     with_excitation, without : tuple
-        Levels and curves of `clie_blocks.analysis.paper_runs.excitation_levels`.
+        Levels and curves of `clie_blocks.analysis.reproduction.runs.excitation_levels`.
 
     """
     figure = Figure(figsize=(9, 3.8), layout="constrained")

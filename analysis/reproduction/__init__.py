@@ -1,0 +1,1 @@
+"""Parts of the reproduction: the runs, the items compared, the errata, the plots."""

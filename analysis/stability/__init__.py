@@ -1,0 +1,1 @@
+"""Parts of the stability report: the numbers, the study behind them, pages and plots."""
