@@ -11,6 +11,7 @@ _HOME = {
     "Diagnosis": "pipeline",
     "answer": "json_answer",
     "diagnose": "pipeline",
+    "save_report": "report",
 }
 
 __all__ = sorted(_HOME)

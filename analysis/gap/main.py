@@ -78,7 +78,7 @@ def _parser():
     parser.add_argument("--all", action="store_true", help="JSON by trial name, even of one trial")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR",
-                        help="keep each result there; a later run continues")
+                        help="keep each result there, with its report; a later run continues")
     return parser
 
 

@@ -192,10 +192,13 @@ def _spread(waiting, options, jobs, folder, executor):
 
 def _finished(trial, options, folder):
     try:
-        found = diagnose_trial(trial, options)
+        found, diagnosis = _diagnosed(trial, options)
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
     if folder is not None:
+        from clie_blocks.analysis.gap.report import save_report
+
+        save_report(diagnosis, Path(folder) / trial.name)
         write(_place(trial, folder), to_json({"made_from": made_from(trial, options), **found}))
     return found
 
