@@ -20,7 +20,7 @@ LOAD_DEPENDENT_FRICTION = Effect(
         WIDTH,
     ),
     equation="tau = share |u| tanh(dq / width)",
-    reference="G. Duclusaud, G. Passault, V. Padois, O. Ly, Extended Friction Models for the "
+    reference="M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended Friction Models for the "
               "Physics Simulation of Servo Actuators, 2024 (share 0.03 to 0.31)",
     signature="The step at a reversal grows with gravity torque and payload.",
     confused_with={

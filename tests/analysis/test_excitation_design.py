@@ -40,12 +40,14 @@ def test_design_keeps_its_limits_and_its_promise(limits):
     assert smallest == pytest.approx(design.smallest, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_design_beats_the_papers_excitation_within_its_own_limits():
     peaks, smallest = settled(paper_excitation)
     design = design_multisine(JOINTS, 0, Limits(*map(float, peaks)))
     assert design.smallest > 1.5 * smallest
 
 
+@pytest.mark.slow
 def test_more_room_never_excites_less():
     narrow, wide = (design_multisine(JOINTS, 1, Limits(p, 1.0, 3.0)).smallest for p in (0.05, 0.2))
     assert wide > narrow
