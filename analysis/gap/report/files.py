@@ -1,0 +1,40 @@
+"""The files of a report."""
+
+from pathlib import Path
+
+from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.report.blocks import block_shares
+from clie_blocks.analysis.gap.report.document import document
+from clie_blocks.analysis.gap.report.exports import corrected_model
+from clie_blocks.analysis.report.render import drawings, html
+from clie_blocks.output import to_json, write
+
+
+def write_report(diagnosis, records, folder, name="diagnosis"):
+    """Write the report of a diagnosis.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        From `clie_blocks.analysis.gap.diagnose`.
+    records : sequence of Record
+        The logs that it was made from; their units and decisions are shown.
+    folder : path-like
+        Where to.
+    name : str
+        File name without ending, and the title.
+
+    Returns
+    -------
+    list of str
+        ``NAME.html``, one self-contained page; ``NAME.json``, the answer; ``NAME.xml``, the
+        corrected joints for MuJoCo.
+
+    """
+    found = answer(diagnosis)
+    found["where"] = {**found["where"], "block": block_shares(diagnosis)}
+    page = document(diagnosis, found, records, name)
+    texts = {"html": html(page, drawings(page)), "json": to_json(found),
+             "xml": corrected_model(diagnosis)}
+    return [str(write(Path(folder) / f"{name}.{ending}", text))
+            for ending, text in texts.items()]
