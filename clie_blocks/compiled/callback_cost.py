@@ -24,10 +24,11 @@ def warn_of_callbacks(program):
     callbacks = program.callbacks
     if not callbacks:
         return
-    parts = [f"{callback.name} ({1e6 * _seconds(callback):.0f} us)" for callback in callbacks]
+    times = [1e6 * _seconds(callback) for callback in callbacks]
+    parts = [f"{callback.name} ({time:.0f} us)" for callback, time in zip(callbacks, times)]
     warnings.warn(
-        f"{program.name}: the program calls back {' and '.join(parts)} at every evaluation, where "
-        "a traced block takes less than 1 us; ode5 evaluates six times per step",
+        f"{program.name}: the program calls back {' and '.join(parts)} at every evaluation: about "
+        f"{6 * sum(times):.0f} us per step of ode5, where a traced block takes less than 1 us",
         OpaqueBlockWarning, stacklevel=3)
 
 

@@ -28,17 +28,19 @@ class Callback:
     constants : dict
         The other parameters.
 
+    Attributes
+    ----------
+    width : int
+        How many numbers.
+
     """
 
     def __init__(self, name, function, nx, nu, size, shapes, constants):
         self.name, self.function, self.size = name, function, size
-        self._cuts = np.cumsum([1, nx, nu, *(int(np.prod(shape)) for shape in shapes.values())])
-        self._shapes, self._constants = shapes, constants
-
-    @property
-    def width(self):
-        """Number of operands."""
-        return int(self._cuts[-1])
+        ends = np.cumsum([1, nx, nu, *(int(np.prod(shape)) for shape in shapes.values())]).tolist()
+        self.width, self._constants = ends[-1], constants
+        self._x, self._u, *values = map(slice, ends, ends[1:])
+        self._params = [(key, part, shape) for (key, shape), part in zip(shapes.items(), values)]
 
     def __call__(self, numbers):
         """Return the values of the function.
@@ -49,11 +51,11 @@ class Callback:
             The operands.
 
         """
-        t, x, u, *values = np.split(numbers, self._cuts[:-1])
-        params = self._constants | {key: value.reshape(shape)[()] for (key, shape), value in zip(
-            self._shapes.items(), values)}
+        x, u = numbers[self._x], numbers[self._u]
+        params = self._constants | {key: numbers[part].reshape(shape)[()]
+                                    for key, part, shape in self._params}
         try:
-            result = np.asarray(self.function(float(t[0]), x, u, params), float).reshape(-1)
+            result = np.asarray(self.function(float(numbers[0]), x, u, params), float).reshape(-1)
         except Exception as error:
             raise ClieError(f"{self.name}: it failed when called back with x = {x}, u = {u}: "
                             f"{type(error).__name__}: {error}") from error

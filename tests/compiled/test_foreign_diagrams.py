@@ -176,3 +176,11 @@ def test_nan_to_num_counts_as_in_numpy(make_block):
     program = compile_diagram(block)
     for value in (np.nan, np.inf, -np.inf, 1.5):
         assert program.output(0, [], [value])[0] == np.nan_to_num(value, nan=7.0)
+
+
+@pytest.mark.filterwarnings("ignore::clie_blocks.compiled.OpaqueBlockWarning")
+def test_a_program_with_an_opaque_block_comes_back_from_the_disk():
+    first, second = (compile_diagram(untraceable(tabled), opaque=["block"]) for _ in range(2))
+    assert second.cached
+    np.testing.assert_array_equal(*(
+        program.run(0.1, step=1e-2, inputs={"u": 0.4}).states for program in (first, second)))
