@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.compiled import METHODS, sampled, simulate
+from clie_blocks.compiled import METHODS, compile_diagram, sampled, simulate
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.sampled_joint_loop import sampled_controller, sampled_joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.errors import ClieError, DivergedError
 from clie_blocks.filters import difference_filter, velocity_filter
@@ -240,17 +241,10 @@ def test_divergence_names_the_plant():
 
 
 def test_paper_arm_under_a_sampled_pd_law_with_g1_by_tustin():
-    def loop(period):
-        g_1 = ct.sample_system(velocity_filter(2), period, "tustin", copy_names=True,
-                               name="velocity_filter")
-        controller = interconnect(
-            [g_1, pd_controller(paper.KP, paper.KD, name="pd")], [("pd.dq", "velocity_filter.dq")],
-            inputs={"q_d": "pd.q_d", "q": ["pd.q", "velocity_filter.q"], "pe": "pd.pe"},
-            outputs={"u": "pd.u"}, name="controller")
-        return sampled(paper.paper_arm(), controller, wires=WIRES)
-
     def final(period):
-        return loop(period).run(2.0, step=1e-3, every=2000, inputs={
+        loop = sampled_joint_loop(paper.paper_arm(), paper.KP, paper.KD, period)
+        assert loop.outputs == ["q[0]", "q[1]", "dq[0]", "dq[1]", "u[0]", "u[1]"]
+        return loop.run(2.0, step=1e-3, every=2000, inputs={
             "q_d": paper.SET_POINT, "pe": 0.0}).states[:4, -1]
 
     continuous = interconnect(
@@ -258,7 +252,6 @@ def test_paper_arm_under_a_sampled_pd_law_with_g1_by_tustin():
         [("pd.dq", "velocity_filter.dq"), ("plant.u", "pd.u"), ("pd.q", "plant.q"),
          ("velocity_filter.q", "plant.q")], inputs={"q_d": "pd.q_d", "pe": "pd.pe"},
         outputs={"q": "plant.q"}, unused=["plant.dq"], name="continuous")
-    from clie_blocks.compiled import compile_diagram
     run = compile_diagram(continuous).run(2.0, step=1e-3, every=2000, inputs={
         "q_d": paper.SET_POINT, "pe": 0.0})
     limit = run.states[[label.startswith("plant.") for label in run.state_labels], -1]
@@ -266,6 +259,21 @@ def test_paper_arm_under_a_sampled_pd_law_with_g1_by_tustin():
     # a hold delays by half a period: the difference is of first order in it
     assert error[0] > 1e-4
     np.testing.assert_allclose([error[0] / error[1], error[1] / error[2]], 2.0, rtol=0.25)
+
+
+def test_paper_arm_equals_a_plain_loop_over_python_control():
+    plant = paper.paper_arm()
+    law, steps = sampled_controller(paper.KP, paper.KD, PERIOD), 60
+
+    def into(s, name, held):
+        return np.concatenate([paper.SET_POINT, held["plant"][:2], [0.3, -0.2]]) if (
+            name == "controller") else held["controller"]
+
+    expected = plain_loop(plant, [law], steps, np.zeros(4), into)
+    run = sampled_joint_loop(plant, paper.KP, paper.KD, PERIOD).run(
+        steps * STEP, step=STEP, inputs={"q_d": paper.SET_POINT, "pe": [0.3, -0.2]})
+    scale = 1 + np.max(np.abs(expected), axis=1, keepdims=True)
+    assert np.max(np.abs(run.states - expected[:8]) / scale[:8]) < 1e-12
 
 
 def test_python_control_refuses_what_runs_here():

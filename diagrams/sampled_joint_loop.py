@@ -1,0 +1,68 @@
+"""Fig. 1 as a robot runs it: continuous joints, a PD law and a velocity filter in a computer."""
+
+import control as ct
+
+from clie_blocks.compiled import sampled
+from clie_blocks.controllers import pd_controller
+from clie_blocks.filters import velocity_filter
+from clie_blocks.signals import interconnect
+
+
+def sampled_controller(kp, kd, period, *, name="controller"):
+    """PD law (11) on the velocity of G1 (47), both sampled; G1 by Tustin's rule.
+
+    Inputs: q_d, q [rad], pe [N m].  Outputs: u [N m].  State: 2 per joint, of G1.
+
+    Parameters
+    ----------
+    kp, kd : array_like, shape (n,)
+        PD gains [N m/rad], [N m s/rad].
+    period : float
+        Sample time [s].
+    name : str
+        Name of the diagram.
+
+    Returns
+    -------
+    clie_blocks.signals.Diagram
+        A discrete-time diagram.
+
+    """
+    law = pd_controller(kp, kd, name="pd")
+    g_1 = ct.sample_system(velocity_filter(law.noutputs), period, "tustin", copy_names=True,
+                           name="velocity_filter")
+    return interconnect(
+        [g_1, law], [("pd.dq", "velocity_filter.dq")],
+        inputs={"q_d": "pd.q_d", "q": ["pd.q", "velocity_filter.q"], "pe": "pd.pe"},
+        outputs={"u": "pd.u"}, name=name)
+
+
+def sampled_joint_loop(plant, kp, kd, period, *, name="sampled_joint_loop"):
+    """Joints under a sampled PD law with sample and hold, Fig. 1.
+
+    Inputs: q_d [rad], pe [N m].  Outputs: q [rad], dq [rad/s], u [N m], held.
+
+    Parameters
+    ----------
+    plant : control.NonlinearIOSystem
+        Any plant in continuous time with ports ``u -> q, dq``.
+    kp, kd : array_like, shape (n,)
+        PD gains [N m/rad], [N m s/rad].
+    period : float
+        Sample time of the law [s].
+    name : str
+        Name of the loop.
+
+    Returns
+    -------
+    clie_blocks.compiled.SampledProgram
+        Compiled, for python-control cannot hold both time bases in one diagram.
+
+    Notes
+    -----
+    The law acts on average half a period late.  G1 starts at rest at position zero: away from it
+    the first samples see a velocity that is none.
+
+    """
+    return sampled(plant, sampled_controller(kp, kd, period), name=name, wires=[
+        (f"{plant.name}.u", "controller.u"), ("controller.q", f"{plant.name}.q")])
