@@ -253,7 +253,7 @@ def main(argv=None):
     options = argparse.ArgumentParser(description=__doc__,
                                       formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("-o", "--output", default="docs/benchmarks.md", metavar="FILE")
-    options.add_argument("--repeats", type=int, default=11)
+    options.add_argument("--repeats", type=int, default=7)
     chosen = options.parse_args(argv)
     start = time.perf_counter()
     path = write(chosen.output, document(chosen.repeats))
