@@ -5,7 +5,7 @@ import dataclasses
 from clie_blocks.analysis.gap.fit import bench_of, fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 
-DITHER = 10.0  # Hz, above which an error of the model is noise
+DITHER = 20.0  # Hz, above which an error of the model is noise
 
 
 def baseline(problem):

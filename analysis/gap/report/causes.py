@@ -1,0 +1,84 @@
+"""Which effect: ranked causes, and those that this log cannot tell apart."""
+
+from clie_blocks.analysis.gap.report.plots import probabilities, residuals
+from clie_blocks.analysis.gap.report.words import called, listed, number, percent
+from clie_blocks.analysis.report.document import Picture, Section, Table
+from clie_blocks.effects import LIBRARY
+
+SHOWN = 8
+MARKS = ((0.5, "good"), (0.05, "unsure"))
+
+
+def causes_section(diagnosis, answer, units):
+    """Ranked causes with their probabilities; what is left, where nothing explains it."""
+    rows = answer["effects"][:SHOWN]
+    names = diagnosis.problem.joints
+    table = Table(
+        ("cause", "joint", "probability", "looks like"),
+        tuple((called(row["effect"]), listed(names[k - 1] for k in row["joint"] or ()) or "-",
+               percent(row["probability"]), _signature(row["effect"])) for row in rows),
+        marks=tuple(_mark(row["probability"]) for row in rows))
+    text = ("Probabilities of several causes at once add up over all combinations in which they "
+            "occur. A shrunken gap alone does not prove a cause.")
+    pictures = [Picture("causes", probabilities(rows), "Probability of each cause.")]
+    if answer["verdict"] == "unexplained":
+        pictures.append(Picture("left", residuals(diagnosis, units),
+                                "What the best model leaves at the worst joint, against what "
+                                "could cause it; a shape in one panel is a clue."))
+    return Section("Which effect causes it", (text,), tables=(table,), pictures=tuple(pictures))
+
+
+def _mark(probability):
+    return next((mark for least, mark in MARKS if probability >= least), "")
+
+
+def _signature(name):
+    return LIBRARY[name].signature if name in LIBRARY else "-"
+
+
+def confusion_section(answer):
+    """What this log cannot tell apart, and the run that could."""
+    remaining = [name for name in answer["set_90"] if name in LIBRARY]
+    pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
+    rows = tuple((f"{called(one)} or {called(other)}", _experiment(one, other))
+                 for one, other in pairs)
+    if not rows:
+        return Section("Causes that look alike", (_single(answer),), points=_look_alikes(answer))
+    return Section(
+        "Causes that look alike",
+        (f"This log cannot tell {listed(map(called, remaining))} apart: together they hold nine "
+         "tenths of the probability.",),
+        tables=(Table(("which", "what separates them"), rows), *_menu(answer)))
+
+
+def _single(answer):
+    if answer["verdict"] != "effect":
+        return "No two causes of the library compete for this gap."
+    return ("One answer holds more than nine tenths of the probability. These causes look alike "
+            "in general; the experiments below rule them out for good.")
+
+
+def _look_alikes(answer):
+    for name in answer["set_90"]:
+        if name in LIBRARY:
+            for other, experiment in LIBRARY[name].confused_with.items():
+                yield f"{called(name)} or {called(other)}: {experiment}."
+
+
+def _experiment(one, other):
+    return (LIBRARY[one].confused_with.get(other) or LIBRARY[other].confused_with.get(one)
+            or "the run recommended below")
+
+
+def _menu(answer):
+    """Table of the experiments that were simulated with every remaining cause."""
+    advice = answer["next_experiment"]
+    if not advice or not advice.get("menu"):
+        return
+    best = advice["best"]["experiment"]
+    yield Table(
+        ("next run", "causes left after it, expected", "evidence between the nearest two, chi^2"),
+        tuple((row["experiment"], number(row["expected_set_size"]),
+               number(row["least_distance"])) for row in advice["menu"]),
+        "Simulated with each remaining cause; the marked run separates them best.",
+        tuple("good" if row["experiment"] == best else "" for row in advice["menu"]))

@@ -1,0 +1,129 @@
+"""A diagnosis as a document: the answer first, then what it stands on."""
+
+from clie_blocks.analysis.gap.report import checks, where_sections
+from clie_blocks.analysis.gap.report.causes import causes_section, confusion_section
+from clie_blocks.analysis.gap.report.numbers import parameters_section, simulator_section
+from clie_blocks.analysis.gap.report.plots import motions
+from clie_blocks.analysis.gap.report.words import (
+    at_joints,
+    called,
+    listed,
+    number,
+    percent,
+    size,
+    units_of,
+)
+from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Picture, Section
+
+LIKELY = 0.5
+MOODS = {"effect": GOOD, "parametric": GOOD, "none": GOOD, "unexplained": BAD,
+         "not_identifiable": UNSURE}
+
+
+def document(diagnosis, answer, records, name):
+    """Arrange a diagnosis for a reader.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Every stage.
+    answer : dict
+        Its JSON answer, with the shares by block.
+    records : sequence of Record
+        The logs.
+    name : str
+        Of the robot or trial.
+
+    Returns
+    -------
+    Document
+        Ready to be written.
+
+    """
+    units, joints = units_of(records), diagnosis.problem.joints
+    sections = (
+        where_sections.block_section(answer["where"]["block"]),
+        far_section(diagnosis, answer, units),
+        causes_section(diagnosis, answer, units),
+        where_sections.map_section(answer["where"], joints, units),
+        confusion_section(answer),
+        parameters_section(diagnosis, answer, units),
+        simulator_section(diagnosis, answer, units),
+        checks.checks_section(diagnosis, units),
+        checks.decisions_section(diagnosis, records))
+    return Document(f"Gap between {name} and its model", sentence(answer, joints),
+                    mood(answer), tuple(filter(None, sections)), facts(answer, units))
+
+
+def mood(answer):
+    """Colour of the verdict: sure only where one cause is left."""
+    if answer["verdict"] == "effect" and len(answer["set_90"]) > len(_leading(answer)):
+        return UNSURE
+    return MOODS[answer["verdict"]]
+
+
+def sentence(answer, joints):
+    """Return the verdict in one sentence.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+    joints : sequence of str
+        Names.
+
+    """
+    closed = answer["closed_percent"]
+    bought = "" if closed["value"] is None else (
+        f"; with it the model loses {number(closed['value'])} % of its reducible gap on "
+        + ("unseen data" if closed["unseen_data"] else "the data that it was fitted to"))
+    if answer["verdict"] == "none":
+        return "The model agrees with the robot down to the noise of its sensors."
+    if answer["verdict"] == "parametric":
+        return f"The model is right but its numbers are not{bought}."
+    if answer["verdict"] == "unexplained":
+        return ("Something is there that no effect of the library explains"
+                f"{_nearest(answer, bought)}.")
+    leading = _leading(answer)
+    names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
+                   f"({percent(row['probability'])})" for row in leading)
+    return f"The model lacks {names}{bought}."
+
+
+def _nearest(answer, bought):
+    return f"; the nearest is not it{bought}" if bought else ""
+
+
+def _leading(answer):
+    """Rows of the causes that are likely, or of the likeliest alone."""
+    rows = [row for row in answer["effects"] if row["effect"] not in ("none", "unknown")]
+    return [row for row in rows if row["probability"] >= LIKELY] or rows[:1]
+
+
+def facts(answer, units):
+    """Return the numbers that are read first, as (name, value) pairs."""
+    closed, unit = answer["closed_percent"], units["q"]
+    interval = closed["interval"]
+    return (
+        ("gap before", size(answer["gap_before"], unit)),
+        ("gap after", size(answer["gap_after"], unit)),
+        ("sensor noise in the loop", size(answer["gap_floor"], unit)),
+        ("closed", "-" if closed["value"] is None else f"{number(closed['value'])} %"
+         + (f" ({number(interval[0])} .. {number(interval[1])})" if interval else "")),
+        ("causes that remain", listed(map(called, answer["set_90"])) or "-"))
+
+
+def far_section(diagnosis, answer, units):
+    """How far the gap shrinks, with the predicted motions overlaid."""
+    unseen = answer["closed_percent"]["unseen_data"]
+    logs = "a log that was not used for fitting" if unseen else (
+        "the log that was also fitted, since there is no other: give a second one")
+    text = (f"Both models are simulated in closed loop from reference and excitation alone, on "
+            f"{logs}. The gap is the RMS of measured less predicted position over all joints: "
+            f"{size(answer['gap_before'], units['q'])} refitted without a cause, "
+            f"{size(answer['gap_after'], units['q'])} with it; sensor noise alone leaves "
+            f"{size(answer['gap_floor'], units['q'])}.")
+    picture = Picture("motions", motions(diagnosis, units),
+                      "Above: measured position and both predictions. Below: what each of them "
+                      "misses, and one standard deviation of what sensor noise alone leaves.")
+    return Section("How far the gap shrinks", (text,), pictures=(picture,))

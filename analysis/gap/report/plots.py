@@ -1,0 +1,124 @@
+"""Pictures of the report."""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.report.words import called
+from clie_blocks.analysis.gap.shrinkage import judging_logs
+
+POINTS = 900  # per curve, enough for a page and small as SVG
+PANELS = 6  # joints that are drawn
+QUARTERS = ("position", "velocity", "speed", "torque")
+MEASURED, BEFORE, AFTER = "#1c2530", "#c0392b", "#1b6ea8"
+
+
+def _figure(width, height):
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def motions(diagnosis, units):
+    """Measured and predicted motion on the first judging log, and what each model misses."""
+    problem = diagnosis.problem
+    j = judging_logs(problem)[0]
+    log = problem.logs[j]
+    before, after = (at.error(j, dithered=False)
+                     for at in (diagnosis.base.hypothesis, diagnosis.model.hypothesis))
+    keep = slice(None, None, max(1, len(log) // POINTS))
+    time = problem.period * np.arange(len(log))[keep]
+    shown = min(problem.n, PANELS)
+    figure = _figure(9, 3.6 * shown)
+    axes = figure.subplots(2 * shown, 1, sharex=True, squeeze=False)[:, 0]
+    for k in range(shown):
+        above, below = axes[2 * k], axes[2 * k + 1]
+        q = log.q[keep, k]
+        above.plot(time, q, color=MEASURED, lw=1.6, label="measured")
+        above.plot(time, q - before[keep, k], color=BEFORE, lw=0.9, label="model before")
+        above.plot(time, q - after[keep, k], color=AFTER, lw=0.9, ls="--", label="corrected")
+        floor = diagnosis.bench.noises[k].floor
+        below.axhspan(-floor, floor, color="#d8dee6", lw=0, label="noise")
+        below.plot(time, before[keep, k], color=BEFORE, lw=0.8, label="missed before")
+        below.plot(time, after[keep, k], color=AFTER, lw=0.8, label="missed after")
+        above.set_ylabel(plain(f"{problem.joints[k]} [{units['q']}]"))
+        below.set_ylabel(f"missed [{units['q']}]")
+        for ax in (above, below):
+            ax.grid(alpha=0.3)
+            ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=8)
+    axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def plain(text):
+    """Text for a picture, where a dollar would begin a formula."""
+    return text.replace("$", r"\$")
+
+
+def probabilities(rows):
+    """Bars of the probabilities of causes."""
+    figure = _figure(8, 0.5 + 0.32 * len(rows))
+    ax = figure.subplots()
+    places = np.arange(len(rows))
+    ax.barh(places, [row["probability"] for row in rows], color=AFTER)
+    ax.set_yticks(places, [called(row["effect"]) for row in rows])
+    ax.set(xlim=(0, 1), xlabel="probability")
+    ax.invert_yaxis()
+    ax.grid(axis="x", alpha=0.3)
+    return figure
+
+
+def where_map(where, joints, units):
+    """Shares by joint, time, frequency, and quarter of operation."""
+    figure = _figure(9, 5.2 + 0.35 * len(joints))
+    (by_joint, by_time), (by_band, by_region) = figure.subplots(2, 2)
+    names = [plain(name) for name in joints]
+    by_joint.barh(names, [row["share"] for row in where["joint"]], color=BEFORE)
+    by_joint.set(xlim=(0, 1), title="joint", xlabel="share")
+    by_joint.invert_yaxis()
+    for log in where["time"]:
+        start = log["seconds_per_part"] * np.arange(len(log["share"]) + 1)
+        by_time.stairs(log["share"], start, label=f"log {log['log']}")
+    by_time.set(title="time", xlabel="time [s]", ylabel="share of the log")
+    by_time.legend(frameon=False, fontsize=8)
+    bands = [f"{low:g}-{high:g}" for low, high in (row["band_hz"] for row in where["frequency"])]
+    by_band.bar(bands, [row["share"] for row in where["frequency"]], color=BEFORE)
+    by_band.set(title="frequency", xlabel="band [Hz]", ylabel="share", ylim=(0, 1))
+    _regions(by_region, where["region"], names)
+    return figure
+
+
+def _regions(ax, regions, names):
+    cells = np.array([[share for kind in QUARTERS for share in row[kind]["share"]]
+                      for row in regions])
+    image = ax.imshow(cells, cmap="OrRd", vmin=0.0, vmax=max(0.5, cells.max()), aspect="auto")
+    ax.set_yticks(range(len(names)), names)
+    ax.set_xticks(np.arange(len(QUARTERS)) * 4 + 1.5, QUARTERS)
+    for edge in range(4, cells.shape[1], 4):
+        ax.axvline(edge - 0.5, color="white", lw=2)
+    ax.set_title("operation, low to high quarter")
+    ax.figure.colorbar(image, ax=ax, label="share")
+
+
+def residuals(diagnosis, units):
+    """What the best model leaves at the worst joint, against what could cause it."""
+    problem, at = diagnosis.problem, diagnosis.model.hypothesis
+    errors = [at.error(j) for j in range(len(problem.logs))]
+    k = int(np.argmax(np.mean(np.concatenate(errors) ** 2, axis=0)))
+    e, q, u = (np.concatenate([rows[:, k] for rows in columns]) for columns in (
+        errors, [log.q for log in problem.logs], [log.u for log in problem.logs]))
+    dq = np.concatenate([np.gradient(log.q[:, k], problem.period) for log in problem.logs])
+    time = np.concatenate([problem.period * np.arange(len(log)) for log in problem.logs])
+    figure = _figure(9, 5)
+    panels = figure.subplots(2, 3).ravel()
+    thin = slice(None, None, max(1, len(e) // 1500))
+    for ax, x, label in zip(panels, (dq, q, u, time), (
+            f"velocity [{units['q']}/s]", f"position [{units['q']}]", f"command [{units['u']}]",
+            "time [s]")):
+        ax.plot(x[thin], e[thin], ".", ms=1.5, color=BEFORE, rasterized=True)
+        ax.set(xlabel=label, ylabel=f"left [{units['q']}]")
+    spectrum = np.abs(np.fft.rfft(errors[0][:, k])) / len(errors[0])
+    grid = np.fft.rfftfreq(len(errors[0]), problem.period)
+    low = (grid > 0) & (grid < 50)
+    panels[4].loglog(grid[low], spectrum[low], lw=0.7, color=BEFORE)
+    panels[4].set(xlabel="frequency [Hz]", ylabel=f"left [{units['q']}]")
+    panels[5].axis("off")
+    return figure

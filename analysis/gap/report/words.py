@@ -1,0 +1,58 @@
+"""Words and numbers of the report."""
+
+import numpy as np
+
+CALLED = {"none": "no effect", "unknown": "something outside the library",
+          "parametric": "wrong numbers in a right model"}
+
+
+def called(name):
+    """Name of an effect for a reader: ``actuator_lag`` is 'actuator lag'."""
+    return CALLED.get(name, name.replace("_", " "))
+
+
+def number(value, digits=3):
+    """A number with as many digits as carry meaning; a dash where there is none."""
+    if value is None or not np.isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+def percent(share):
+    """A share in percent, never '0' or '100' for what is neither."""
+    if 0.0 < share < 0.01:
+        return "< 1 %"
+    if 0.99 < share < 1.0:
+        return "> 99 %"
+    return f"{100.0 * share:.0f} %"
+
+
+def size(value, unit):
+    """A small length or angle with the prefix that it is read in."""
+    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "u")):
+        if abs(value) * factor >= 1.0 or prefix == "u":
+            return f"{value * factor:.3g} {prefix}{unit}"
+    return f"{value:.3g} {unit}"
+
+
+def listed(words):
+    """Join words: 'a', 'a and b', 'a, b and c'."""
+    words = list(words)
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def at_joints(joints, names):
+    """Say at which joints: ' at shoulder and elbow'; empty for the robot as a whole."""
+    return f" at {listed(names[k - 1] for k in joints)}" if joints else ""
+
+
+def local_unit(unit, units):
+    """Unit of a number for a machine that is not in rad and N m."""
+    return unit.replace("N m", units["u"]).replace("rad", units["q"])
+
+
+def units_of(records):
+    """Units of positions and commands; rad and N m without records."""
+    if not records:
+        return {"q": "rad", "u": "N m"}
+    return {name: np.atleast_1d(records[0].units[name])[0] for name in ("q", "u")}
