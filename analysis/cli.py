@@ -16,6 +16,8 @@ VERBS = {
     "identify": ("clie_blocks.analysis.records.identify.command", "CLIE on a recorded robot"),
     "diagnose": ("clie_blocks.analysis.gap.main",
                  "where is the gap, which effect causes it, how far does it shrink"),
+    "blind": ("clie_blocks.analysis.blind.main",
+              "sealed trials of robots from another engine: make, diagnose, unseal, score"),
     "effects": ("clie_blocks.analysis.catalogue.pages", "the catalogue of unmodelled effects"),
 }
 
