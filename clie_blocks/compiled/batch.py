@@ -14,7 +14,7 @@ import numpy as np
 
 from clie_blocks.compiled.memory import lanes
 from clie_blocks.compiled.simulate import CHUNK, patient_progress
-from clie_blocks.errors import ClieError
+from clie_blocks.errors import ClieError, nearest
 
 BUFFER = 1 << 20  # bytes of rows in a chunk: they stay in the cache of the processor
 
@@ -45,6 +45,8 @@ class Batch:
     reduced: dict
 
     def __getitem__(self, name):
+        if name not in self.reduced:
+            raise ClieError(f"the batch has no reduction {name!r}; {nearest(name, self.reduced)}")
         return self.reduced[name]
 
     def __len__(self):
@@ -103,7 +105,8 @@ class Group:
 
     def results(self, keeper):
         """Return every reduction, runs first."""
-        return {name: keeper.result(name, self.remembered)[:self.runs.stop - self.runs.start]
+        count = self.runs.stop - self.runs.start
+        return {name: keeper.result(name, self.remembered, self.width)[:count]
                 for name in keeper.reduce}
 
     def _keep(self, keeper, first, values):

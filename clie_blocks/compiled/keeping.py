@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clie_blocks.compiled.arguments import select
+from clie_blocks.compiled.reduce import Reduction
 from clie_blocks.errors import ClieError
 
 ROOM = 8 << 30  # bytes of rows that a batch may keep
@@ -56,6 +57,11 @@ class Keeper:
     def __init__(self, signals, log, reduce, schedule, runs, owner):
         self.time, self.log, self.reduce = schedule.time, log, reduce
         self.entries, self._parts = list(log), {}
+        for name, one in reduce.items():
+            if not isinstance(one, Reduction):
+                raise ClieError(f"reduction {name!r} must come from clie_blocks.compiled.reduce, "
+                                f"such as reduce.mean('q') or reduce.fold('q', function), "
+                                f"got {one!r}")
         self._windows = {name: self._window(name, schedule.step) for name in reduce}
         for name, one in reduce.items():
             plus = self._columns(select(signals, one.signal, owner))
@@ -96,9 +102,13 @@ class Keeper:
                 states[name] = one.fold(states.get(name), self.time[rows][low:high],
                                         part - values[low:high, minus] if minus else part)
 
-    def result(self, name, states):
-        """Return a reduction, runs first, of what it remembers."""
-        found = np.moveaxis(np.asarray(self.reduce[name].finish(states[name])), -1, 0)
+    def result(self, name, states, width):
+        """Return a reduction of runs side by side, runs first, of what it remembers."""
+        found = np.asarray(self.reduce[name].finish(states[name]))
+        if found.shape[-1:] != (width,):
+            raise ClieError(f"reduction {name!r} gives the shape {found.shape}; its last axis "
+                            f"must be the {width} runs side by side")
+        found = np.moveaxis(found, -1, 0)
         is_label = self._parts[name][2]
         return found[:, 0] if is_label and found.shape[1:] == (1,) else found
 

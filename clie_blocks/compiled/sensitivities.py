@@ -14,7 +14,7 @@ from clie_blocks.compiled.memory import Memory
 from clie_blocks.compiled.operations import OPERATIONS
 from clie_blocks.compiled.scalars import F
 from clie_blocks.compiled.symbols import Symbol, topological
-from clie_blocks.errors import ClieError, DivergedError
+from clie_blocks.errors import ClieError, DivergedError, nearest
 
 WIDEST = 16  # columns in one pass
 
@@ -39,6 +39,9 @@ class Derivatives:
     states: np.ndarray
 
     def __getitem__(self, column):
+        if column not in self.columns:
+            raise ClieError(f"no derivative with respect to {column!r}; "
+                            f"{nearest(column, self.columns)}")
         return self.outputs[:, self.columns.index(column)]
 
 

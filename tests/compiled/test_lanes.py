@@ -159,12 +159,23 @@ def test_two_programs_in_two_threads_do_not_disturb_each_other(loop, make_block)
     ({"reduce": {"a": reduce.mean("q_e")}}, "no signal 'q_e'"),
     ({"reduce": {"a": reduce.mean("q", minus="u[0]")}}, "has 2 signals and 'u"),
     ({"reduce": {"a": reduce.mean("q", start=0.605)}}, "no row lies between 0.605 s and inf s"),
+    ({"reduce": {"a": np.mean}}, r"must come from clie_blocks.compiled.reduce"),
+    ({"reduce": {"a": reduce.fold("q", lambda state, time, values: 1.0)}}, "last axis must be"),
     ({"threads": 0}, "threads must be a whole number"),
 ])
 def test_mistakes_are_named(program, call, text):
     with pytest.raises(DiagramError if "reduce" not in call and "threads" not in call
                        else ClieError, match=text):
         program.batch(**CALL, **call)
+
+
+def test_a_result_that_is_not_there_is_named(program):
+    batch = program.batch(**CALL, reduce={"error": reduce.mean("q")})
+    with pytest.raises(ClieError, match="no reduction 'eror'; did you mean 'error'"):
+        batch["eror"]
+    derivatives = program.sensitivities("pd.gain", **CALL)[1]
+    with pytest.raises(ClieError, match="'pd.gian'; did you mean 'pd.gain'"):
+        derivatives["pd.gian"]
 
 
 def test_rows_that_fit_no_memory_are_refused_before_the_run(program, monkeypatch):
