@@ -50,11 +50,11 @@ def _compare(program, joined, expected, got, t):
 def _tick(joined, t, u, states, held, params):
     """States at the next tick and outputs of every part; of the plant its rates, no outputs."""
     plant, *parts = joined.syslist
-    held = [_plant_output(joined, t, u, states, held, params), *held[1:]]
-    if held[0] is None:
-        return None
-    moved = [None]
+    held, moved = list(held), [None]
     for k, part in enumerate(parts, 1):
+        held[0] = _plant_output(joined, t, u, states, held, params)
+        if held[0] is None:
+            return None
         into = _inputs(joined, k, u, held)
         held[k] = reference(part.output, t, states[k], into, params)
         moved.append(reference(part.dynamics, t, states[k], into, params))
@@ -70,6 +70,8 @@ def _plant_output(joined, t, u, states, held, params):
     for _ in range(plant.noutputs + 1 if loops else 1):
         found = reference(plant.output, t, states[0], _inputs(joined, 0, u, [found, *held[1:]]),
                           params)
+        if found is None:
+            break
     return found
 
 

@@ -62,8 +62,9 @@ def sampled(plant, controller, period=None, wires=(), *, inputs=None, jitter=(),
     Notes
     -----
     At a tick a part reads the plant's outputs and the loop's inputs of this instant; an output of
-    the plant that depends on its input at once shows the input held until then.  The signals of
-    a part are held from tick to tick, also in the log.  A block with the attribute
+    the plant that depends on its input at once shows what is held at that moment: new values of
+    the parts that ran before, old ones of the others.  The signals of a part are held from tick
+    to tick, also in the log.  A block with the attribute
     ``opaque = True`` is called back where it cannot be traced.
 
     """

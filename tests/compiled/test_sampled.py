@@ -385,3 +385,36 @@ def test_transfer_functions_keep_their_names():
         ("plant.u", "controller.u"), ("controller.e", "error.e"), ("error.q", "plant.q")]).run(
         40.0, step=0.01, inputs={"r": 1.0}, log="q")
     assert run.outputs[0, -1] == pytest.approx(1.0, abs=1e-5)  # the law integrates
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_parts_that_read_each_other_equal_a_plain_loop(seed):
+    random, steps = np.random.default_rng(seed), 80
+    n, sizes = random.integers(0, 4), random.integers(0, 4, 2)
+
+    def linear(size, inputs, outputs, dt, name, into, out):
+        a, b, c, d = (random.normal(0, 0.4, shape) for shape in (
+            (size, size), (size, inputs), (outputs, size), (outputs, inputs)))
+        return ct.ss(a if dt else a - 2 * np.eye(size), b, c, d, dt, name=name, inputs=into,
+                     outputs=out)
+
+    plant = linear(n, 2, 2, 0, "plant", ["u", "w"], ["y", "z"])
+    parts = [linear(size, 3, 2, STEP * random.integers(1, 6), name, ["y", "other", "r"],
+                    ["u", "v"]) for size, name in zip(sizes, ("one", "two"))]
+    r = random.normal(size=steps + 1)
+
+    def into(s, name, held):
+        one, two, y = held["one"], held["two"], held.get("plant", np.zeros(2))
+        return np.array({"plant": lambda: [one[0] - two[1], two[0]],
+                         "one": lambda: [y[0], two[1], r[s]],
+                         "two": lambda: [y[1], one[1], r[s]]}[name]())
+
+    expected = plain_loop(plant, parts, steps, np.zeros(n), into)
+    run = sampled(plant, parts, engine=("llvm", "python")[seed % 2], inputs={
+        "r": ["one.r", "two.r"]}, wires=[
+        ("plant.u", "one.u", "-two.v"), ("plant.w", "two.u"), ("one.y", "plant.y"),
+        ("two.y", "plant.z"), ("one.other", "two.v"), ("two.other", "one.v")]).run(
+        steps * STEP, step=STEP, inputs={"r": r}, log=["one.u", "one.v", "two.u", "two.v"])
+    found = np.vstack([run.states, run.outputs])
+    np.testing.assert_allclose(found, expected, rtol=0,
+                               atol=1e-12 * (1 + np.max(np.abs(expected))))
