@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
 
 SCHEMA_VERSION = 1
@@ -30,7 +31,7 @@ def answer(diagnosis):
                            "unseen_data": shrunk.unseen},
         "joint_model": _joint_model(diagnosis),
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
-        "where": diagnosis.where,
+        "where": {**diagnosis.where, "block": block_shares(diagnosis)},
         "next_experiment": diagnosis.next_experiment,
         "decisions": list(diagnosis.check.decisions),
         "seconds": diagnosis.seconds,

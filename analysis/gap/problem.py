@@ -9,6 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.control_law import ControlLaw, control_law
 from clie_blocks.analysis.gap.links import PlanarChain, planar_chain
+from clie_blocks.analysis.gap.textbook import textbook_model
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNKNOWN_TOLERANCE = 10.0  # relative: a number that nobody stated may be anything
@@ -144,7 +145,7 @@ def problem(robot, records, held_out=None):
     return Problem(
         fit=tuple(log for k, log in enumerate(logs) if k not in held_out),
         held_out=tuple(logs[k] for k in held_out), law=law,
-        nominal=_nominal(robot, chain, ratio), chain=chain, gear_ratio=ratio,
+        nominal=_nominal(robot, chain, ratio, logs, law.period), chain=chain, gear_ratio=ratio,
         shaft_ratio=_given(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=_given(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints))
 
@@ -182,22 +183,24 @@ def _given(value, n, default):
     return np.full(n, float(default)) if value is None else np.array(value, float)
 
 
-def _nominal(robot, chain, ratio):
+def _nominal(robot, chain, ratio, logs, period):
     motor, n = robot.motor, robot.n
+    if motor.inertia is None:
+        inertia, damping, load = textbook_model(logs, period)
+        loose = UNKNOWN_TOLERANCE
+        return Nominal(inertia, damping, load, loose * inertia, loose * (damping + inertia),
+                       loose * (np.abs(load) + inertia))
     rotor = ratio * _given(motor.inertia, n, 0.0)
     inertia = rotor + chain.diagonal / ratio
     drag = ratio * _given(motor.viscous_friction, n, 0.0)
     damping = drag + chain.bearing_damping / ratio
-    stated = motor.inertia is not None
     loose = UNKNOWN_TOLERANCE
     tolerance = loose if motor.inertia_tolerance is None else motor.inertia_tolerance
     drag_tolerance = (loose if motor.viscous_friction_tolerance is None
                       else motor.viscous_friction_tolerance)
     offset = motor.torque_offset_tolerance
     return Nominal(
-        inertia=inertia if stated else np.ones(n), damping=damping, load=np.zeros(n),
-        inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia) if stated
-        else np.full(n, loose),
-        damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping) if stated
-        else np.full(n, loose),
+        inertia=inertia, damping=damping, load=np.zeros(n),
+        inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
+        damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
         load_tolerance=np.full(n, loose) if offset is None else np.array(offset, float))

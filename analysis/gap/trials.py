@@ -44,12 +44,15 @@ class Options:
         Log that only judges, by name or number; by default the last.
     effects, exclude : tuple of str
         Effects to look for (all when empty), and effects to leave out.
+    report : bool
+        Write a page beside each result that is kept.
 
     """
 
     holdout: str | None = None
     effects: tuple = ()
     exclude: tuple = ()
+    report: bool = False
 
 
 def find_trials(paths, robot=None):
@@ -99,17 +102,18 @@ def diagnose_trial(trial, options=None):
         The user's choices.
 
     """
-    return _diagnosed(trial, options or Options())[0]
+    from clie_blocks.analysis.gap.json_answer import answer
+
+    return json.loads(to_json(answer(_diagnosed(trial, options or Options())[0])))
 
 
 def _diagnosed(trial, options):
-    from clie_blocks.analysis.gap.json_answer import answer
     from clie_blocks.analysis.gap.pipeline import diagnose
 
     robot, records = read(trial)
-    found = diagnose(robot, records, held_out=_held_out(options.holdout, records, trial.paths),
-                     effects=options.effects, exclude=options.exclude)
-    return json.loads(to_json(answer(found))), found
+    held_out = _held_out(options.holdout, records, trial.paths)
+    return diagnose(robot, records, held_out=held_out, effects=options.effects,
+                    exclude=options.exclude), records
 
 
 def read(trial):

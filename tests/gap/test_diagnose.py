@@ -69,3 +69,16 @@ def test_practice_trials(shared):
             label["kind"]}
         right.append(named >= expected)
     assert np.mean(right) >= 0.9
+
+
+@pytest.mark.slow
+def test_a_real_axis_has_dry_friction_and_no_delay(shared):
+    from clie_blocks.analysis.records import read_records
+
+    records = read_records(shared / "data" / "emps")
+    found = diagnose(records[0].robot, records)
+    assert found.ranking[0].names == ("coulomb",)
+    assert "time_delay" not in answer(found)["set_90"]
+    force_per_volt = records[0].robot.motor.torque_gain[0]
+    mass = found.model.hypothesis.values["inertia"][0] * force_per_volt
+    assert mass == pytest.approx(95.1, rel=0.03)  # published

@@ -43,10 +43,11 @@ def _remarks(diagnosis, limited):
                f"{percent(limited.max())} of the time: there the loop is open, and small errors "
                "of the model grow.")
     if check.wrong:
-        yield (f"The stated velocity filter did not run at {listed(joints[k] for k in check.wrong)}"
-               ": mend the robot file first.")
+        wrong = listed(joints[k] for k in check.wrong)
+        yield (f"The stated velocity filter did not run at {wrong}: mend the robot file first.")
     if check.coarse:
-        yield (f"The encoder of {listed(joints[k] for k in check.coarse)} is coarser than stated.")
+        coarse = listed(joints[k] for k in check.coarse)
+        yield f"The encoder of {coarse} is coarser than stated."
     unseen = ", ".join(log.name for log in diagnosis.problem.held_out)
     yield f"Judged on {unseen}." if unseen else "No log was held out."
     yield f"The diagnosis took {number(diagnosis.seconds)} s."

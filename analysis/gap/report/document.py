@@ -2,7 +2,7 @@
 
 from clie_blocks.analysis.gap.report import checks, where_sections
 from clie_blocks.analysis.gap.report.causes import causes_section, confusion_section
-from clie_blocks.analysis.gap.report.numbers import parameters_section, simulator_section
+from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
 from clie_blocks.analysis.gap.report.plots import motions
 from clie_blocks.analysis.gap.report.words import (
     at_joints,

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.report.document import document
 from clie_blocks.analysis.gap.report.exports import corrected_model
 from clie_blocks.analysis.report.render import drawings, html
@@ -32,7 +31,6 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
 
     """
     found = answer(diagnosis)
-    found["where"] = {**found["where"], "block": block_shares(diagnosis)}
     page = document(diagnosis, found, records, name)
     texts = {"html": html(page, drawings(page)), "json": to_json(found),
              "xml": corrected_model(diagnosis)}
