@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.report.document import document
 from clie_blocks.analysis.gap.report.exports import corrected_model
 from clie_blocks.analysis.report.render import drawings, html
@@ -31,8 +32,25 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
 
     """
     found = answer(diagnosis)
+    found["where"] = {**found["where"], "block": block_shares(diagnosis)}
     page = document(diagnosis, found, records, name)
     texts = {"html": html(page, drawings(page)), "json": to_json(found),
              "xml": corrected_model(diagnosis)}
     return [str(write(Path(folder) / f"{name}.{ending}", text))
             for ending, text in texts.items()]
+
+
+def save_report(diagnosis, folder, stem="report"):
+    """Write the report without records: their units and decisions are not shown.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        From `clie_blocks.analysis.gap.diagnose`.
+    folder : path-like
+        Where to.
+    stem : str
+        File name without ending.
+
+    """
+    return write_report(diagnosis, (), folder, stem)

@@ -59,7 +59,7 @@ def _entries(value, bounds, at, joints):
 
 
 def _interval(low, high):
-    return "-" if not np.isfinite(low + high) else f"{number(low, 4)} .. {number(high, 4)}"
+    return "-" if not np.isfinite(low + high) else f"{number(low, 5)} .. {number(high, 5)}"
 
 
 def _model_rows(name, entry, joints, units):

@@ -11,8 +11,8 @@ EVEN = 0.25  # share of a quarter if the gap were spread evenly
 
 def block_section(blocks):
     """The loop, each block coloured by its share of the gap."""
-    table = Table(("block", "share of the gap"),
-                  tuple((row["block"], percent(row["share"])) for row in blocks))
+    table = Table(("share of the gap", "block"),
+                  tuple((percent(row["share"]), row["block"]) for row in blocks))
     picture = Picture("diagram", coloured_loop(blocks),
                       "The loop of one joint, coloured by the share of the gap that each block "
                       "is expected to cause.")
@@ -28,8 +28,8 @@ def map_section(where, joints, units):
         tuple((row["name"], percent(row["share"]), size(row["rms"], units["q"]),
                size(row["floor"], units["q"]), number(row["chi2_per_sample"]))
               for row in where["joint"]), "By joint, all logs, refitted model without a cause.")
-    ranked = Table(("where", "share"), tuple(
-        (name, percent(share)) for name, share in ranking(where, joints, units)[:RANKED]),
+    ranked = Table(("share", "where"), tuple(
+        (percent(share), name) for name, share in ranking(where, joints, units)[:RANKED]),
         "Where most of it lies, one kind of place at a time.")
     picture = Picture("where", where_map(where, joints, units),
                       "Share of the squared error by joint, by time in each log, by frequency, "
@@ -41,7 +41,7 @@ def map_section(where, joints, units):
 
 def ranking(where, joints, units):
     """Return (place, share) pairs, largest share first."""
-    found = [(f"joint {row['name']}", row["share"]) for row in where["joint"]]
+    found = [(f"all of {row['name']}", row["share"]) for row in where["joint"]]
     for log in where["time"]:
         step = log["seconds_per_part"]
         found += [(f"log {log['log']}, {i * step:.3g} to {(i + 1) * step:.3g} s", share)
