@@ -1,0 +1,99 @@
+"""The path of the torque from command to motor, where a log holds both.
+
+No model of the robot is needed: the measured torque is a gain times the command, late by a delay
+and a first-order lag, plus an offset.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.errors import NotIdentifiableError
+
+STILL = 0.05  # share of the largest command below which a joint counts as not driven
+STARTS = ((0.01, 0.003), (0.003, 0.015))  # lag and delay [s] from which a fit begins
+BOUNDS = ((0.0, 0.0, 0.0, -np.inf), (5.0, 0.3, 0.2, np.inf))
+
+
+@dataclasses.dataclass(frozen=True)
+class TorquePath:
+    """What the drive of one joint makes of its command.
+
+    Parameters
+    ----------
+    joint : str
+        Its name.
+    gain : float
+        Measured torque per commanded torque at rest.
+    lag, delay : float
+        Time constant, and dead time [s]; their sum is known better than either.
+    offset : float
+        Measured torque without command [N m].
+    left : float
+        RMS of what this path does not explain, over that of the measured torque.
+
+    """
+
+    joint: str
+    gain: float
+    lag: float
+    delay: float
+    offset: float
+    left: float
+
+    @property
+    def late(self):
+        """Time by which slow torque arrives late: lag and delay together [s]."""
+        return self.lag + self.delay
+
+
+def torque_paths(record):
+    """Fit the path of each joint that is driven.
+
+    Parameters
+    ----------
+    record : Record
+        With command u and measured torque tau on an even clock.
+
+    Returns
+    -------
+    list of TorquePath
+        One per driven joint.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the record lacks one of the two, or no joint is driven.
+
+    """
+    if record.u is None or record.tau is None:
+        raise NotIdentifiableError(f"{record.source} lacks u or tau: the path of the torque needs "
+                                   "the commanded and the measured torque")
+    size = np.std(record.u, axis=0)
+    driven = np.flatnonzero(size > STILL * size.max())
+    if size.max() == 0.0:
+        raise NotIdentifiableError(f"{record.source}: no joint is driven, u never changes")
+    return [_path(record.joints[k], record.u[:, k], record.tau[:, k], record.sample_time)
+            for k in driven]
+
+
+def delivered(u, period, gain, lag, delay, offset):
+    """Torque that a path gives for a command, shape (N,)."""
+    from scipy.signal import lfilter
+
+    left = np.exp(-period / max(lag, 1e-6))
+    time = period * np.arange(len(u))
+    return gain * np.interp(time - delay, time, lfilter([1.0 - left], [1.0, -left], u)) + offset
+
+
+def _path(joint, u, tau, period):
+    from scipy.optimize import least_squares
+
+    def error(p):
+        return delivered(u, period, *p) - tau
+
+    fits = [least_squares(error, (1.0, lag, delay, 0.0), bounds=BOUNDS,
+                          x_scale=(0.1, 0.005, 0.005, 0.01)) for lag, delay in STARTS]
+    best = min(fits, key=lambda fit: fit.cost)
+    left = np.sqrt(np.mean(error(best.x) ** 2)) / (np.std(tau) + 1e-300)
+    return TorquePath(joint, *map(float, best.x), left=float(left))

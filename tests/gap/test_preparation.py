@@ -1,0 +1,75 @@
+"""Logs of servos and torque-driven machines in the form that the diagnosis reads."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.preparation import even, prepared
+from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.robot import Controller, Links, Motor
+from clie_blocks.errors import NotIdentifiableError
+
+TIME = 0.005 * np.arange(4000)
+
+
+def motion(inertia, damping):
+    """A motion and its torque, exact."""
+    omega = 2 * np.pi * np.array([0.3, 0.7, 1.1])
+    phase = np.outer(TIME, omega)
+    dq, ddq = (omega * np.cos(phase)).sum(1), -(omega**2 * np.sin(phase)).sum(1)
+    return np.sin(phase).sum(1)[:, None], (inertia * ddq + damping * dq)[:, None]
+
+
+def test_a_stated_robot_is_left_alone(case):
+    made = case("none")
+    robot, records = prepared(made.robot, made.records)
+    assert robot is made.robot
+    assert all(after is before for after, before in zip(records, made.records, strict=True))
+
+
+def test_logs_give_inertia_and_damping_to_start_from():
+    q, u = motion(0.4, 0.9)
+    robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.005))
+    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, u=u, robot=robot)])
+    assert ready.motor.inertia[0] == pytest.approx(0.4, rel=0.05)
+    assert ready.motor.viscous_friction[0] == pytest.approx(0.9, rel=0.05)
+    assert ready.controller.law == "pd" and not ready.controller.kp.any()
+    np.testing.assert_array_equal(record.pe, u)
+
+
+def test_duty_becomes_the_torque_of_the_stalled_motor():
+    q, u = motion(0.002, 0.01)
+    robot = Robot(
+        n=1, motor=Motor(torque_constant=[0.4], resistance=[4.0], inertia=[0.002]),
+        links=Links(mass=[0.5], length=[0.1], com=[0.1], inertia=[0.0]),
+        controller=Controller(law="servo", kp=[2.0], saturation=[1.0], supply=7.5,
+                              sample_time=0.005))
+    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, qd=q, u=u, robot=robot)])
+    np.testing.assert_allclose(record.u, 0.75 * u)
+    assert ready.controller.kp[0] == pytest.approx(1.5)
+    assert ready.controller.saturation[0] == pytest.approx(0.75)
+    assert ready.nominal.gravity
+    np.testing.assert_allclose(record.q, q - np.pi / 2)
+
+
+def test_without_a_command_the_position_error_stands_for_it():
+    q, _ = motion(1.0, 1.0)
+    robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.005))
+    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, qd=q + 0.1, robot=robot)])
+    np.testing.assert_allclose(record.u, 0.1)
+    assert ready.controller.kp[0] == 1.0 and "position error" in record.decisions[-1]
+    with pytest.raises(NotIdentifiableError, match="neither"):
+        prepared(robot, [Record(time=TIME, q=q, robot=robot)])
+
+
+def test_a_jittered_clock_becomes_even():
+    q, _ = motion(1.0, 1.0)
+    jitter = np.random.default_rng(0).uniform(-1e-3, 1e-3, TIME.size)
+    record = even(Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None]))
+    assert np.std(np.diff(record.time)) < 1e-9
+    inside = (record.time > 1) & (record.time < 18)
+    np.testing.assert_allclose(record.q[inside, 0],
+                               np.interp(record.time[inside], TIME, q[:, 0]), atol=5e-3)
+    whole = dataclasses.replace(record)
+    assert even(whole) is whole

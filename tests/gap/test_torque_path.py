@@ -1,0 +1,39 @@
+"""Gain, lag and delay between commanded and measured torque."""
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.torque_path import delivered, torque_paths
+from clie_blocks.analysis.records import Record
+from clie_blocks.errors import NotIdentifiableError
+
+TIME = 0.002 * np.arange(3000)
+
+
+def record(**signals):
+    return Record(time=TIME, q=np.zeros((TIME.size, 2)), joints=("a", "b"), **signals)
+
+
+def test_a_known_path_is_found():
+    noise = np.random.default_rng(1).normal(0, 0.01, TIME.size)
+    u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
+    tau = delivered(u, 0.002, 0.8, 0.02, 0.006, 0.05) + noise
+    still = np.zeros_like(u)
+    (path,) = torque_paths(record(u=np.stack([u, still], 1), tau=np.stack([tau, still], 1)))
+    assert path.joint == "a" and path.gain == pytest.approx(0.8, abs=0.01)
+    assert path.late == pytest.approx(0.026, abs=5e-4)
+    assert path.offset == pytest.approx(0.05, abs=2e-3)
+    assert path.left == pytest.approx(0.01 / np.std(tau), rel=0.05)
+
+
+def test_lag_follows_its_differential_equation():
+    step = delivered(np.ones(200), 1e-3, 2.0, 0.05, 0.0, 0.0)
+    np.testing.assert_allclose(step, 2.0 * (1 - np.exp(-1e-3 * np.arange(1, 201) / 0.05)))
+
+
+def test_what_is_missing_is_said():
+    with pytest.raises(NotIdentifiableError, match="commanded and the measured"):
+        torque_paths(record(u=np.ones((TIME.size, 2))))
+    still = np.zeros((TIME.size, 2))
+    with pytest.raises(NotIdentifiableError, match="no joint is driven"):
+        torque_paths(record(u=still, tau=still))
