@@ -225,7 +225,7 @@ OUTSIDERS = {
     "wandering_stiffness": lambda rng, scene: _scaled(
         scene, "wandering", 10 * scene.torque, rest=scene.robot.pose),
     "soft_stop": lambda rng, scene: _scaled(
-        scene, "stop_stiffness", 0.05 * scene.robot.kp * scene.robot.ratio,
+        scene, "stop_stiffness", 20 * scene.torque,
         stop=scene.robot.pose + rng.uniform(0.05, 0.12)),
     "motor_heating": _gap_at("heating", 0.02), "supply_sag": _gap_at("sag", 0.02),
     "hidden_integral": lambda rng, scene: _scaled(scene, "integral", 0.02 * scene.robot.kp),

@@ -8,6 +8,8 @@ import numpy as np
 from clie_blocks.analysis.blind.robot import NEUTRAL
 from clie_blocks.analysis.blind.world import STEP, world
 
+WILD = 100.0  # rad/s
+
 
 def run(robot, lanes, motions, noises, seed=0):
     """Run experiments on copies of a robot, side by side.
@@ -134,7 +136,8 @@ class _Disturbances:
             ("bias", self._bias), ("offset", self._offset), ("ripple", self._ripple),
             ("tone", self._tone), ("fault_torque", self._step), ("fault_drag", self._step_drag),
             ("warm_drag", self._warm), ("wavy_drag", self._wavy), ("wandering", self._wander),
-            ("random", self._random), ("bristle", self._bristles)) if np.any(p[key])]
+            ("stop_stiffness", self._stop), ("random", self._random), ("bristle", self._bristles))
+            if np.any(p[key])]
         keys = ("level", "slope", "wavy_level", "warm_level", "fault_level")
         self.rubs = any(np.any(p[key] > 0) for key in keys)
 
@@ -176,6 +179,9 @@ class _Disturbances:
 
     def _wander(self, t, q, dq):
         return self.p["wandering"] * np.sin(1.9 * t + 2 * np.sin(0.7 * t)) * (q - self.p["rest"])
+
+    def _stop(self, t, q, dq):
+        return self.p["stop_stiffness"] * np.maximum(q - self.p["stop"], 0.0)
 
     def _random(self, t, q, dq):
         rate = 2 * np.pi * 1.0  # corner of 1 Hz
@@ -225,7 +231,15 @@ class _Plant:
             torque = disturbances.torque(now, q, dq)
             data.qfrc_applied[self.motor] = -(self.ratio * torque).ravel()
             if disturbances.rubs:
-                load = data.qfrc_bias[self.motor].reshape(self.shape)
+                load = (data.qfrc_bias - data.qfrc_gravcomp)[self.motor].reshape(self.shape)
                 level = disturbances.level(now, q, dq, load)
                 self.model.dof_frictionloss[self.motor] = (self.ratio * level).ravel()
             self.step(self.model, data)
+        if np.abs(data.qvel).max() > WILD:  # one copy must not spoil the others
+            self._brake()
+
+    def _brake(self):
+        """Stop the copies that have gone wild where they are."""
+        lane = np.abs(self.data.qvel[self.motor]).reshape(self.shape).max(axis=1) > WILD
+        self.data.qvel[self.motor.reshape(self.shape)[lane]] = 0.0
+        self.data.qvel[self.twist] = 0.0

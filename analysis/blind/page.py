@@ -97,9 +97,10 @@ def _sets(found):
             ("the same, mean", number(found["shrinkage"]["mean"])),
             ("seconds per trial, median", number(found["seconds"]["median"])),
             ("seconds per trial, largest", number(found["seconds"]["largest"])))
-    return Section("How honest, how far", (), tables=(Table(("figure", "value"), rows),), pictures=(
-        Picture("reliability", reliability(c["reliability"]),
-                "Stated against observed share of right decisions, with 95 % intervals."),))
+    picture = Picture("reliability", reliability(c["reliability"]),
+                      "Stated against observed share of right decisions, with 95 % intervals.")
+    return Section("How honest, how far", tables=(Table(("figure", "value"), rows),),
+                   pictures=(picture,))
 
 
 def _confusion(found):

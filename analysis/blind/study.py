@@ -1,6 +1,7 @@
 """A study: make trials, seal their labels, diagnose them, open the labels."""
 
 import json
+import shutil
 from pathlib import Path
 
 from clie_blocks.analysis.blind import seal
@@ -8,6 +9,7 @@ from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, to_json, write
 
 TRIALS, DIAGNOSES = "trials", "diagnoses.json"
+OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
 
 
 def make(folder, trials, seed, jobs=1):
@@ -39,6 +41,7 @@ def make(folder, trials, seed, jobs=1):
     seal.note(folder, "made", trials=trials, seed=seed,
               digest=seal.folder_digest(folder / TRIALS))
     seal.seal(folder, labels)
+    shutil.rmtree(folder / OPEN)
 
 
 def diagnose(folder, jobs=1):
@@ -56,10 +59,19 @@ def diagnose(folder, jobs=1):
     dict
         Answers by trial.
 
+    Raises
+    ------
+    ClieError
+        If the trials are not those that were sealed.
+
     """
     from clie_blocks.analysis.gap import trials
 
     folder = Path(folder)
+    made = next(line for line in seal.verified(folder) if line["event"] == "made")
+    if made["digest"] != seal.folder_digest(folder / TRIALS):
+        raise ClieError(f"the trials in {folder / TRIALS} were changed since they were made; "
+                        "their diagnoses would not be blind: make the study anew")
     found = trials.find_trials([folder / TRIALS])
     answers = dict(trials.diagnose_all(found, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
     text = to_json(dict(sorted(answers.items())))
@@ -85,6 +97,11 @@ def _made(folder, seed, index):
     from clie_blocks.analysis.blind.trial import make_trial
 
     name = f"trial-{index:03d}"
+    kept = folder / OPEN / f"{seed}-{index}.json"
+    if kept.is_file():
+        return name, json.loads(kept.read_text())
     trial = make_trial(seed, index)
     write_trial(trial, folder / TRIALS / name)
-    return name, trial.label
+    text = to_json(trial.label)
+    write(kept, text)
+    return name, json.loads(text)

@@ -17,8 +17,8 @@ from clie_blocks.analysis.blind.robot import draw_robot, draw_truth
 from clie_blocks.analysis.blind.size import FITTED, prediction, ratio_of, reference
 
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
-NEAR = 0.25  # log of the ratio's distance from its target that is near enough
-TRIES = 6
+RUNGS = 8.0 ** np.linspace(-1, 1, 5)  # sizes tried side by side
+LADDERS = 2
 UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
     "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
 KINDS = ("single",) * 11 + ("none",) * 2 + ("pair",) * 3 + ("unknown",) * 4
@@ -95,7 +95,7 @@ def plan(seed, index):
     lap, place = divmod(index, len(kinds))
     kind = str(kinds[place])
     turn = lap * KINDS.count(kind) + int(np.sum(kinds[:place] == kind))
-    severity = list(SEVERITY)[(turn + turn // len(single)) % 3]
+    severity = list(SEVERITY)[turn % 3]
     if kind == "single":
         return kind, (str(single[turn % len(single)]),), severity
     if kind == "unknown":
@@ -123,17 +123,29 @@ def _sized(robot, truth, motions, noises, ref, hidden, severity):
     """Size at which an effect has the wanted ratio to the noise floor, or the nearest found."""
     if hidden.name in UNSEEN:
         return UNSEEN[hidden.name][severity]
-    target, size, best, logs = SEVERITY[severity], 1.0, (np.inf, 1.0), len(FITTED)
-    for _ in range(TRIES):
-        runs = run(robot, [hidden.onto(truth, size)] * logs, motions[:logs], noises[:logs])
-        ratio = ratio_of(prediction(robot, ref, runs))
-        distance = abs(np.log(ratio / target))
-        best = min(best, (distance, size))
-        if distance < NEAR:
-            break
-        wanted, found = np.sqrt(target**2 - 1), np.sqrt(max(ratio**2 - 1, 1e-4))
-        size *= float(np.clip(wanted / found, 0.12, 8.0))
-    return best[1]
+    wanted, centre = np.log(SEVERITY[severity] ** 2 - 1) / 2, 1.0
+    for _ in range(LADDERS):
+        sizes = centre * RUNGS
+        traces = _traces(robot, [hidden.onto(truth, s) for s in sizes], motions, noises, ref)
+        if wanted < traces[0]:
+            centre = sizes[0]
+        elif wanted > traces.max():
+            centre = sizes[-1]
+        else:
+            above = int(np.argmax(traces >= wanted))
+            part = slice(max(above - 1, 0), above + 1)
+            return float(np.exp(np.interp(wanted, traces[part], np.log(sizes[part]))))
+    return float(centre)
+
+
+def _traces(robot, lanes, motions, noises, ref):
+    """Log of the trace beyond the noise floor, of several robots side by side."""
+    logs = len(FITTED)
+    found = run(robot, [lane for lane in lanes for _ in FITTED], motions[:logs] * len(lanes),
+                noises[:logs] * len(lanes))
+    ratios = [ratio_of(prediction(robot, ref, found[logs * i:logs * (i + 1)]))
+              for i in range(len(lanes))]
+    return np.log(np.maximum(np.square(np.nan_to_num(ratios, nan=1e6)) - 1, 1e-8)) / 2
 
 
 def _label(kind, hidden, sizes, severity, robot, motions, errors):

@@ -10,7 +10,7 @@ _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = ('solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"')
 _XML = """<mujoco>
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="{step}" gravity="{along} 0 {down}" integrator="RK4">
+  <option timestep="{step}" gravity="0 0 {down}" integrator="RK4">
     <flag contact="disable"/>
   </option>
   <worldbody>{bodies}</worldbody>
@@ -43,24 +43,21 @@ def world(robot, lanes):
         import mujoco
     except ImportError:
         raise MissingExtraError("making blind trials", "MuJoCo", "mujoco") from None
-    tilt = lanes[0]["tilt"][0]
-    down, along = (-G * np.cos(tilt), G * np.sin(tilt)) if robot.gravity else (
-        -G * np.sin(tilt), 0.0)
     build = _axes if robot.kind == "axes" else _chain
     return mujoco.MjModel.from_xml_string(_XML.format(
-        step=STEP, along=along, down=down,
+        step=STEP, down=-G,
         bodies="".join(build(robot, lane, j) for j, lane in enumerate(lanes)),
         motors="".join(_motor(robot, lane, j, k)
                        for j, lane in enumerate(lanes) for k in range(robot.n))))
 
 
 def _chain(robot, p, lane):
-    inside = ""
+    inside, weightless = "", _weightless(robot, p)
     for k in reversed(range(robot.n)):
-        tip = _mass(p["payload"][k], robot.length[k])
+        tip = _mass(p["payload"][k], robot.length[k], weightless)
         inertial = _inertial(robot.mass[k], robot.inertia[k], robot.com[k])
         at = robot.length[k - 1] if k else 0.0
-        inside = _jointed(robot, p, lane, k, at, inertial + tip + inside)
+        inside = _jointed(robot, p, lane, k, at, inertial + tip + inside, weightless)
     return inside
 
 
@@ -68,24 +65,24 @@ def _axes(robot, p, lane):
     turning = link_inertia(robot.kind, robot.length, robot.mass, robot.com, robot.inertia,
                            robot.pose)
     p = {**p, "rotor": p["rotor"] - turning / robot.ratio**2}
-    return "".join(_jointed(robot, p, lane, k, 0.0, _inertial(_SPECK, turning[k], 0.0))
+    return "".join(_jointed(robot, p, lane, k, 0.0, _inertial(_SPECK, turning[k], 0.0), 1.0)
                    for k in range(robot.n))
 
 
-def _jointed(robot, p, lane, k, at, link):
+def _jointed(robot, p, lane, k, at, link, weightless):
     """Body behind a gear; positive angles lift a link along x out of the horizontal."""
     r2 = robot.ratio[k] ** 2
     hinge = (f'name="a{lane}_{k}" type="hinge" axis="0 -1 0" armature="{p["rotor"][k] * r2}" '
              f'frictionloss="1e-9" {_DRY} stiffness="{p["stiffness"][k]}" '
-             f'springref="{p["rest"][k]}" {_stop(p, k)}')
+             f'springref="{p["rest"][k]}"')
     drag, quadratic = p["drag"][k] * r2, p["quadratic"][k] * robot.ratio[k]
     twist = _twist(p, lane, k)
     if not twist:
-        return (f'<body pos="{at} 0 0"><joint {hinge} '
+        return (f'<body pos="{at} 0 0" gravcomp="{weightless}"><joint {hinge} '
                 f'damping="{drag + robot.bearing[k]} {quadratic} 0"/>{link}</body>')
-    return (f'<body pos="{at} 0 0">{_inertial(_SPECK, _SPECK, 0.0)}'
+    return (f'<body pos="{at} 0 0" gravcomp="1">{_inertial(_SPECK, _SPECK, 0.0)}'
             f'<joint {hinge} damping="{drag + robot.bearing[k]} {quadratic} 0"/>'
-            f'<body>{twist}{link}</body></body>')
+            f'<body gravcomp="{weightless}">{twist}{link}</body></body>')
 
 
 def _twist(p, lane, k):
@@ -98,13 +95,6 @@ def _twist(p, lane, k):
         return (f'{name} stiffness="{p["twist_stiffness"][k]}" '
                 f'damping="{p["twist_damping"][k]}"/>')
     return ""
-
-
-def _stop(p, k):
-    if not np.isfinite(p["stop"][k]):
-        return ""
-    return (f'range="-30 {p["stop"][k]}" solreflimit="{-p["stop_stiffness"][k]} '
-            f'{-np.sqrt(p["stop_stiffness"][k])}" solimplimit="0.0001 0.0001 0.001 0.5 2"')
 
 
 def _motor(robot, p, lane, k):
@@ -120,10 +110,16 @@ def _motor(robot, p, lane, k):
     return f'<general {" ".join(parts)}/>'
 
 
-def _mass(mass, at):
+def _weightless(robot, p):
+    """Share of its weight that the mounting takes: all of it when level, less when tilted."""
+    return 0.0 if robot.gravity else 1.0 - np.sin(p["tilt"][0])
+
+
+def _mass(mass, at, weightless):
     if mass <= 0:
         return ""
-    return f'<body pos="{at} 0 0">{_inertial(mass, 1e-9, 0.0)}</body>'
+    return (f'<body pos="{at} 0 0" gravcomp="{weightless}">{_inertial(mass, 1e-9, 0.0)}'
+            '</body>')
 
 
 def _inertial(mass, inertia, com):

@@ -1,0 +1,137 @@
+"""The loop against closed forms: what each number does to the motion."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.signal import cont2discrete, lfilter
+
+from clie_blocks.analysis.blind.robot import G
+
+
+def test_a_healthy_joint_moves_as_the_exact_solution_of_its_equation(bench):
+    joint = bench()
+    robot = joint.robot
+    motion = joint.motion(2.0, torque=0.1 * robot.kp)
+    q, u = joint.run(motion)
+    assert q == pytest.approx(_exact(joint, u), abs=2e-8)
+    assert np.ptp(q) > 0.05
+
+
+def _exact(joint, u):
+    """Angle under held commands, by matrix exponential."""
+    robot, p = joint.robot, joint.truth
+    ratio = robot.ratio[0]
+    inertia = p["rotor"][0] * ratio**2 + robot.mass[0] * robot.com[0]**2 + robot.inertia[0]
+    damping = p["drag"][0] * ratio**2 + robot.bearing[0]
+    matrix = np.array([[0, 1, 0], [0, -damping / inertia, ratio / inertia], [0, 0, 0]])
+    step, state, found = expm(robot.period * matrix), np.zeros(2), []
+    for torque in u[:, 0]:
+        found.append(robot.pose[0] + state[0])
+        state = (step @ [*state, torque])[:2]
+    return np.array(found)[:, None]
+
+
+def test_the_command_follows_from_the_measured_angle_by_the_stated_law(bench):
+    joint = bench("arm", seed=5)
+    robot = dataclasses.replace(joint.robot, command_step=1e-3 * joint.robot.kp)
+    joint.robot = robot
+    motion = joint.motion(0.8, torque=0.2 * robot.kp, angle=0.1)
+    q, u = joint.run(motion)
+    high, low = robot.corners
+    numerator, denominator, _ = cont2discrete(
+        ([high * low, 0], [1, high + low, high * low]), robot.period, "tustin")
+    speed = lfilter(numerator.ravel(), denominator, q - q[0], axis=0)
+    stated = robot.kp * (motion.q_d - q) - robot.kd * speed + motion.pe
+    assert np.max(np.abs(u - stated) / robot.command_step) < 0.501
+
+
+def test_dry_friction_holds_what_is_weaker_and_yields_to_what_is_stronger(bench):
+    joint = bench()
+    torque = 0.01 * joint.robot.kp
+    held, _ = joint.run(joint.motion(torque=torque), level=1.2 * torque)
+    free, _ = joint.run(joint.motion(torque=torque), level=0.5 * torque)
+    assert np.ptp(held) < 1e-5 < 1e-3 < np.ptp(free)
+
+
+def test_a_payload_sags_by_its_weight_over_the_stiffness(bench):
+    joint = bench(gravity=True)
+    robot, motion = joint.robot, joint.motion(6.0)
+    with_mass, without = (joint.run(motion, payload=mass)[0][-1, 0] for mass in (1e-3, 0.0))
+    weight = 1e-3 * G * robot.length[0] * np.cos(without)
+    gravity = -robot.mass[0] * G * robot.com[0] * np.sin(without)  # stiffness of the link itself
+    sag = weight / (robot.kp[0] * robot.ratio[0] + gravity)
+    assert without - with_mass == pytest.approx(sag, rel=0.02)
+
+
+def test_an_elastic_gear_rings_at_the_frequency_of_two_masses_on_its_spring(bench):
+    joint = bench()
+    robot, p = joint.robot, joint.truth
+    link = robot.mass * robot.com**2 + robot.inertia
+    motor = p["rotor"] * robot.ratio**2
+    stiffness = (2 * np.pi * 20) ** 2 / (1 / link + 1 / motor)
+    motion = joint.motion(2.0, torque=0.1 * robot.kp)
+    (q, _), (rigid, _) = (joint.run(motion, twist_stiffness=k) for k in (stiffness, 0.0))
+    ringing = np.diff(q - rigid, 2, axis=0)[:, 0]
+    spectrum = np.abs(np.fft.rfft(ringing))
+    assert np.fft.rfftfreq(len(ringing), 1e-3)[spectrum.argmax()] == pytest.approx(20, abs=1)
+
+
+def test_a_gap_leaves_the_link_behind_by_at_most_its_width(bench):
+    joint = bench()
+    motion = joint.motion(1.0, torque=0.05 * joint.robot.kp)
+    (loose, _), (tight, _) = (joint.run(motion, half_gap=gap) for gap in (2e-3, 0.0))
+    assert 5e-4 < np.max(np.abs(loose - tight)) < 6e-3
+
+
+@pytest.mark.parametrize("numbers", [{"delay": 0.01}, {"lag": 0.01}])
+def test_a_late_drive_starts_late(bench, numbers):
+    joint = bench()
+    motion = joint.motion(0.2, torque=0.1 * joint.robot.kp)
+    (late, _), (prompt, _) = joint.run(motion, **numbers), joint.run(motion)
+    shift = np.interp(prompt[100, 0], late[:, 0], np.arange(len(late))) - 100
+    assert 5 < shift < 12
+
+
+def test_a_limited_drive_accelerates_with_its_limit(bench):
+    joint = bench()
+    limit = 0.02 * joint.robot.kp[0]
+    motion = joint.motion(0.05, torque=0.5 * joint.robot.kp)
+    (limited, _), (small, _) = (joint.run(motion, limit=limit),
+                                joint.run(joint.motion(0.05, torque=limit)))
+    assert limited == pytest.approx(small, abs=2e-3 * np.ptp(limited) + 1e-7, rel=0.2)
+
+
+@pytest.mark.parametrize("numbers", [
+    {"dead": 1e-2}, {"ripple": 1e-2, "order": 9.0}, {"tone": 1e-2}, {"bias": 1e-2},
+    {"stiffness": 5.0}, {"quadratic": 1.0}, {"bristle": 1e-2, "bristle_range": 5e-3},
+    {"warm_level": 1e-2}, {"warm_drag": 0.1}, {"fault_torque": 1e-2}, {"fault_drag": 0.1},
+    {"fault_level": 1e-2}, {"wavy_level": 2e-2, "waves": 8.0}, {"wavy_drag": 0.1, "waves": 8.0},
+    {"wandering": 0.1}, {"random": 1e-2}, {"lost": 0.2}, {"heating": 0.3}, {"sag": 0.2},
+    {"eccentric": 1e-2}, {"step": 1e-2}, {"corner": 0.5}, {"integral": 0.5}, {"kp_factor": 1.1},
+    {"gain": 1.1}, {"stop": 0.02, "stop_stiffness": 0.1}], ids=lambda n: next(iter(n)))
+def test_each_number_moves_the_robot_and_its_neutral_value_does_not(bench, numbers):
+    joint = bench()
+    scale = {key: value * joint.robot.kp if key in TORQUES else value
+             for key, value in numbers.items()}
+    if "stop" in scale:
+        scale["stop"] = scale["stop"] + joint.robot.pose
+    motion = joint.motion(1.0, torque=0.2 * joint.robot.kp)
+    healthy = joint.run(motion)[0]
+    assert np.max(np.abs(joint.run(motion, **scale)[0] - healthy)) > 1e-5
+    assert np.array_equal(joint.run(motion, **{key: joint.truth[key] for key in numbers})[0],
+                          healthy)
+
+
+TORQUES = ("dead", "ripple", "tone", "bias", "stiffness", "quadratic", "bristle", "warm_level",
+           "warm_drag", "fault_torque", "fault_drag", "fault_level", "wavy_level", "wavy_drag",
+           "wandering", "random", "integral", "stop_stiffness")
+
+
+def test_load_dependent_friction_needs_a_load(bench):
+    for gravity in (True, False):
+        joint = bench(gravity=gravity)
+        motion = joint.motion(1.0, torque=0.3 * joint.robot.kp)
+        (rubbing, _), (free, _) = joint.run(motion, slope=0.1), joint.run(motion)
+        assert (np.max(np.abs(rubbing - free)) > 1e-4) == gravity

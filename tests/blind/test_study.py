@@ -1,0 +1,72 @@
+"""A study from making to scoreboard."""
+
+import json
+
+import pytest
+
+from clie_blocks.analysis.blind import seal, study
+from clie_blocks.analysis.blind.main import main
+from clie_blocks.errors import ClieError
+
+LABEL = {"kind": "none", "labels": ["none"], "effects": [], "severity": None, "ratio": 1.0,
+         "robot": "arm of 2", "excitations": ["chirp", "steps", "other"],
+         "gap": {"nominal": 1e-4, "true_model": 1e-4, "achievable_reduction": 0.0}}
+ANSWER = {"effects": [{"effect": "none", "joint": None, "probability": 0.98}],
+          "set_90": ["none"], "unexplained": False, "verdict": "none", "gap_before": 1e-4,
+          "gap_after": 1e-4, "seconds": 1.0}
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Trials and diagnoses that cost nothing."""
+    def made(folder, seed, index):
+        (folder / study.TRIALS / f"trial-{index:03d}").mkdir(parents=True)
+        (folder / study.TRIALS / f"trial-{index:03d}" / "robot.toml").write_text("joints = 1\n")
+        (folder / study.OPEN).mkdir(exist_ok=True)
+        return f"trial-{index:03d}", LABEL
+
+    def spread(folder, trials, seed, jobs):
+        return [made(folder, seed, index) for index in range(trials)]
+
+    def diagnosed(found, **options):
+        return [(trial.name, ANSWER) for trial in found]
+
+    monkeypatch.setattr(study, "_spread", spread)
+    monkeypatch.setattr("clie_blocks.analysis.gap.trials.diagnose_all", diagnosed)
+
+
+def test_the_log_proves_the_order(quick, tmp_path, capsys):
+    assert main(["--trials", "3", "--seed", "4", "-o", str(tmp_path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["false_alarm"] == {"rate": 0.0, "hits": 0, "of": 3,
+                                    "interval": [0.0, pytest.approx(0.5615, abs=1e-3)]}
+    events = [line["event"] for line in seal.verified(tmp_path)]
+    assert events == ["made", "sealed", "diagnosed", "unsealed"]
+    assert not (tmp_path / study.OPEN).exists()
+    assert {"scoreboard.html", "scoreboard.json", "labels.json", "diagnoses.json",
+            "labels.sealed", "run.log"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_a_folder_keeps_its_study(quick, tmp_path):
+    study.make(tmp_path, 2, 4)
+    study.make(tmp_path, 2, 4)
+    with pytest.raises(ClieError, match="holds a study of 2 trials with seed 4"):
+        study.make(tmp_path, 2, 5)
+
+
+def test_trials_that_were_changed_after_sealing_are_refused(quick, tmp_path):
+    study.make(tmp_path, 2, 4)
+    (tmp_path / study.TRIALS / "trial-001" / "robot.toml").write_text("joints = 2\n")
+    with pytest.raises(ClieError, match="changed since they were made"):
+        study.diagnose(tmp_path)
+
+
+@pytest.mark.slow
+def test_a_small_study_holds_its_accuracy(tmp_path):
+    """Ten fixed trials; tolerances are what may be lost before somebody looks."""
+    main(["--trials", "10", "--seed", "20", "--jobs", "2", "-o", str(tmp_path)])
+    found = json.loads((tmp_path / "scoreboard.json").read_text())
+    assert found["failed"] == []
+    assert found["all_decisions"]["rate"] >= 0.5
+    assert found["false_alarm"]["rate"] in (None, 0.0)
+    assert found["set_coverage"]["rate"] >= 0.5

@@ -1,0 +1,126 @@
+"""Trials: independent of the package's effects, repeatable, in the format that is read."""
+
+import ast
+import dataclasses
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clie_blocks.analysis.blind as blind
+from clie_blocks.analysis.blind.folder import write_trial
+from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
+from clie_blocks.analysis.blind.loop import run
+from clie_blocks.analysis.blind.robot import NEUTRAL, draw_robot, draw_truth, link_inertia
+from clie_blocks.analysis.blind.score import FAMILY
+from clie_blocks.analysis.blind.size import prediction, ratio_of, reference
+from clie_blocks.analysis.blind.trial import KINDS, SEVERITY, make_trial, plan
+from clie_blocks.analysis.records import read_trial
+
+FILES = sorted(Path(blind.__file__).parent.glob("*.py"))
+MAKERS = ("robot", "motion", "world", "loop", "hidden", "size", "trial", "folder")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_nothing_comes_from_the_package_that_is_on_trial(path):
+    found = {node.module if isinstance(node, ast.ImportFrom) else node.names[0].name
+             for node in ast.walk(ast.parse(path.read_text()))
+             if isinstance(node, (ast.Import, ast.ImportFrom))}
+    ours = {name for name in found if name.startswith("clie_blocks")}
+    assert not any(name.startswith("clie_blocks.effects") for name in ours)
+    if path.stem in MAKERS:
+        assert all(name.startswith("clie_blocks.analysis.blind")
+                   or name in ("clie_blocks.errors", "clie_blocks.output") for name in ours)
+
+
+def test_a_study_holds_all_kinds_and_all_effects_in_turn():
+    plans = [plan(5, index) for index in range(7 * len(KINDS))]
+    named = {kind: {name for k, names, _ in plans if k == kind for name in names}
+             for kind in ("single", "unknown")}
+    assert named == {"single": set(EFFECTS), "unknown": set(OUTSIDERS)}
+    assert {kind for kind, _, _ in plans} == {"single", "none", "parametric", "pair", "unknown"}
+    sizes = {(names[0], severity) for kind, names, severity in plans if kind == "single"}
+    assert len({size for _, size in sizes}) == len(SEVERITY) and len(sizes) > 2 * len(EFFECTS)
+
+
+def test_at_least_eight_effects_are_outside_the_vocabulary():
+    assert len(OUTSIDERS) >= 8 and not set(OUTSIDERS) & set(FAMILY)
+    assert set(EFFECTS) == set(FAMILY) - {"coupling"}
+
+
+@pytest.mark.parametrize("name", [*EFFECTS, *OUTSIDERS])
+def test_an_effect_changes_numbers_only_at_its_joint_and_vanishes_with_its_size(name):
+    rng = np.random.default_rng(8)
+    robot = draw_robot(rng, "arm", name == "load_dependent_friction")
+    truth = draw_truth(rng, robot)
+    hidden = draw_hidden(rng, name, Scene(robot, truth, robot.kp, 1))
+    strong, weak = hidden.onto(truth, 3.0), hidden.onto(truth, 1e-9)
+    changed = {key for key in NEUTRAL if not np.array_equal(strong[key], truth[key])}
+    assert changed
+    if hidden.joints:
+        assert all(strong[key][0] == truth[key][0] for key in changed)
+    grows = [key for key in changed if not np.array_equal(strong[key], weak[key])]
+    assert grows
+
+
+def test_link_inertia_of_a_stretched_arm_is_that_of_its_masses():
+    length, mass, com = np.array([0.5, 0.4]), np.array([1.0, 0.6]), np.array([0.2, 0.3])
+    inertia, stretched = np.array([0.01, 0.02]), np.array([0.7, 0.0])
+    found = link_inertia("arm", length, mass, com, inertia, stretched)
+    assert found == pytest.approx([1.0 * 0.04 + 0.01 + 0.6 * 0.8**2 + 0.02, 0.6 * 0.09 + 0.02])
+
+
+def test_a_change_of_the_joint_model_leaves_no_trace_after_the_refit(bench):
+    joint = bench()
+    there_and_back = 0.3 * joint.robot.kp * np.sin(4 * np.arange(2000) * 1e-3)[:, None]
+    motions = [dataclasses.replace(joint.motion(2.0), pe=there_and_back),
+               joint.motion(2.0, angle=0.2)]
+    noises = [np.zeros(motion.q_d.shape) for motion in motions]
+    robot = _noisy(joint.robot)
+    ref = reference(robot, joint.truth, motions, noises)
+    heavier = {**joint.truth, "rotor": 1.02 * joint.truth["rotor"],
+               "drag": 1.05 * joint.truth["drag"]}
+    rubbing = {**joint.truth, "level": 3e-3 * robot.kp}
+    ratios = [ratio_of(prediction(robot, ref, run(robot, [lane] * 2, motions, noises)))
+              for lane in (joint.truth, heavier, rubbing)]
+    assert ratios[0] == 1.0 and ratios[1] < 1.05 and ratios[2] > 3
+
+
+def _noisy(robot):
+    return dataclasses.replace(robot, sigma=np.full(robot.n, 1e-4))
+
+
+@pytest.fixture(scope="module")
+def made():
+    index = next(i for i in range(60) if plan(2, i)[0] == "none")
+    return index, make_trial(2, index)
+
+
+def test_a_trial_is_read_by_the_package_and_says_nothing_of_its_label(made, tmp_path):
+    _, trial = made
+    write_trial(trial, tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "log-1.csv.gz", "log-2.csv.gz", "log-3.csv.gz", "robot.toml"]
+    robot, records = read_trial(tmp_path)
+    assert robot.n == trial.robot.n and len(records) == 3
+    for record, (q, u) in zip(records, trial.runs):
+        assert record.q == pytest.approx(q, abs=1e-12)
+        assert record.u == pytest.approx(u, abs=1e-9)
+    head = gzip.decompress((tmp_path / "log-1.csv.gz").read_bytes()).split(b"\n")[0].decode()
+    assert head == ",".join(["time"] + [f"{name}{k + 1}" for name in ("q", "u", "qd", "pe")
+                                        for k in range(robot.n)])
+
+
+def test_a_healthy_trial_shows_nothing_beyond_the_noise(made):
+    label = made[1].label
+    assert label["kind"] == "none" and label["labels"] == ["none"]
+    assert label["ratio"] == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_same_seed_makes_the_same_trial(made, tmp_path):
+    index, trial = made
+    again = make_trial(2, index)
+    assert all(np.array_equal(a, b) for one, two in zip(trial.runs, again.runs)
+               for a, b in zip(one, two))
+    assert again.label == trial.label
