@@ -11,7 +11,7 @@ _HOME = {
     "Diagnosis": "pipeline",
     "answer": "json_answer",
     "diagnose": "pipeline",
-    "save_report": "report",
+    "write_report": "report",
 }
 
 __all__ = sorted(_HOME)

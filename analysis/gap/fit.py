@@ -11,7 +11,7 @@ import functools
 
 import numpy as np
 
-from clie_blocks.analysis.gap.hypothesis import SOFTNESS
+from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
 from clie_blocks.analysis.gap.noise import decimated, white
 
 CONVERGED = 1e-3
@@ -40,6 +40,9 @@ class Bench:
 
     def whitened(self, error, j):
         """Residual of each joint for an error (N, n) of log j, without the free response."""
+        if np.abs(error).max() >= DIVERGED:  # a constant, which a free response would explain
+            return [np.full(len(basis), DIVERGED / noise.sigma)
+                    for basis, noise in zip(self.free[j], self.noises)]
         error = decimated(error, self.problem.period)
         return [self.projected(white(error[:, k], self.noises[k].whitener), j, k)
                 for k in range(self.problem.n)]

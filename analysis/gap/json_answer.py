@@ -64,7 +64,7 @@ def _effects(diagnosis, given):
     for name, probability in marginals(diagnosis.ranking).items():
         if given and name in (NONE, UNKNOWN):
             probability *= 0.02
-        if probability < LEAST and name != NONE:
+        if probability < LEAST and name not in (NONE, UNKNOWN):
             continue
         row = {"effect": name, "joint": None, "probability": probability}
         if name not in (NONE, UNKNOWN, PARAMETRIC):

@@ -75,9 +75,8 @@ def shrinkage(base, model, noises):
     blocks = []
     for j in judging_logs(problem):
         pair = np.stack([square_errors(base, j), square_errors(model, j)], axis=1)
-        rows = max(1, len(pair) // width)
-        blocks.append(pair[:rows * width].reshape(rows, -1, 2).mean(axis=1))
-    blocks = np.concatenate(blocks)
+        blocks += [part.mean(axis=0) for part in np.array_split(pair, max(1, len(pair) // width))]
+    blocks = np.array(blocks)
     before, after = gap(base), gap(model)
     percent = _percent(before, after, floor)
     picks = np.random.default_rng(0).integers(0, len(blocks), (DRAWS, len(blocks)))

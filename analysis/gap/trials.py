@@ -117,7 +117,13 @@ def _diagnosed(trial, options):
 
 
 def read(trial):
-    """Robot and records of a trial."""
+    """Robot and records of a trial, in the form of eq. (11)."""
+    from clie_blocks.analysis.gap.preparation import prepared
+
+    return prepared(*_as_logged(trial))
+
+
+def _as_logged(trial):
     from clie_blocks.analysis.records import read_record, read_robot, read_trial
 
     if len(trial.paths) == 1 and Path(trial.paths[0]).is_dir() and trial.robot is None:
@@ -195,14 +201,17 @@ def _spread(waiting, options, jobs, folder, executor):
 
 
 def _finished(trial, options, folder):
+    from clie_blocks.analysis.gap.json_answer import answer
+
     try:
-        found, diagnosis = _diagnosed(trial, options)
+        diagnosis, records = _diagnosed(trial, options)
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
+    found = json.loads(to_json(answer(diagnosis)))
     if folder is not None:
-        from clie_blocks.analysis.gap.report import save_report
+        from clie_blocks.analysis.gap.report import write_report
 
-        save_report(diagnosis, Path(folder) / trial.name)
+        write_report(diagnosis, records, folder, trial.name)
         write(_place(trial, folder), to_json({"made_from": made_from(trial, options), **found}))
     return found
 
