@@ -107,7 +107,7 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
         slim = pruned(model, bench, excess(base))
         ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
         model = slim
-    nominal = base.hypothesis if not check.wrong else stated_law(base.hypothesis, asked)
+    nominal = (baseline(asked)[1] if check.wrong else base).hypothesis
     return Diagnosis(
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),
@@ -131,12 +131,6 @@ def chosen(effects, exclude):
             raise ClieError(f"no effect is called {name!r}; {nearest(name, sorted(known))}")
     return tuple(cause for cause in CAUSES
                  if (not effects or cause.name in effects) and cause.name not in exclude)
-
-
-def stated_law(hypothesis, asked):
-    """Return a hypothesis with the law as stated in the place of the one that ran."""
-    values = {**hypothesis.values, "b": asked.law.numerator, "a": asked.law.denominator}
-    return hypothesis.with_values(values)
 
 
 def _leading(ranking, base):
