@@ -27,12 +27,15 @@ def main(argv=None):
     asked = _parser().parse_args(argv)
     from clie_blocks.analysis.blind import study
     from clie_blocks.analysis.blind.page import save_page
-    from clie_blocks.analysis.blind.score import score
+    from clie_blocks.analysis.blind.score import left_out, score
     from clie_blocks.analysis.blind.seal import unseal
 
     study.make(asked.output, asked.trials, asked.seed, asked.jobs)
     diagnoses = study.diagnose(asked.output, asked.jobs)
-    found = {"schema_version": 1, "seed": asked.seed, **score(diagnoses, unseal(asked.output))}
+    labels = unseal(asked.output)
+    found = {"schema_version": 1, "seed": asked.seed, **score(diagnoses, labels)}
+    if asked.leave_out:
+        found |= left_out(study.leave_out(asked.output, labels, asked.jobs), labels)
     text = to_json(found)
     write(asked.output / "scoreboard.json", text)
     page = save_page(json.loads(text), asked.output)
@@ -49,7 +52,8 @@ def lines(found):
     """Scoreboard for a terminal, one line per figure."""
     from clie_blocks.analysis.blind.page import HEADLINES, percent
 
-    rows = [(text, percent(found[key])) for key, text in HEADLINES.items() if found[key]["of"]]
+    rows = [(text, percent(found[key])) for key, text in HEADLINES.items()
+            if found.get(key, {}).get("of")]
     width = max((len(text) for text, _ in rows), default=0)
     return [f"{found['trials']} trials, seed {found['seed']}",
             *(f"  {text:{width}}  {value}" for text, value in rows)]
@@ -60,6 +64,8 @@ def _parser():
     parser.add_argument("--trials", type=_count, default=20, help="how many (20)")
     parser.add_argument("--seed", type=int, default=1, help="of all trials (1)")
     parser.add_argument("--jobs", type=_count, default=1, help="processes (1)")
+    parser.add_argument("--leave-out", action="store_true",
+                        help="then again, each effect taken out of the library: is it unknown?")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path("blind"),
                         help="folder of the study; a later run continues (blind)")

@@ -24,7 +24,10 @@ HEADLINES = {
     "false_unknown": "known or nothing called unknown",
     "pair_recall": "members of pairs found", "pair_both_in_top_2": "both of a pair lead",
     "pair_top_1_is_one": "leader of a pair is one of the two",
-    "set_coverage": "90 % set holds the truth"}
+    "set_coverage": "90 % set holds the truth",
+    "left_out_unknown": "effect taken out of the library called unknown",
+    "left_out_family": "effect taken out of the library taken for its family",
+    "left_out_none": "effect taken out of the library missed"}
 SLICES = {"by_size": "size (ratio to the noise floor 1.5, 4, 10)", "by_robot": "robot",
           "by_excitation": "excitation of the fitted logs", "by_effect": "effect"}
 
@@ -60,7 +63,7 @@ def document(found):
         f"Named the hidden effect of {percent(found['top_1'])} robots with one effect.", mood,
         (_headlines(found, kinds), _sets(found), _confusion(found),
          *(_slice(found, key, text) for key, text in SLICES.items() if found[key]),
-         _wrong(found)),
+         _wrong(found), *_left_out(found)),
         (("trials", str(found["trials"])), ("seed", str(found["seed"])),
          ("seconds per trial", number(found["seconds"]["median"])),
          ("achieved / achievable shrinkage", number(found["shrinkage"]["median"]))))
@@ -82,7 +85,7 @@ def number(value):
 
 def _headlines(found, kinds):
     rows = tuple((text, percent(found[key])) for key, text in HEADLINES.items()
-                 if found[key]["of"])
+                 if found.get(key, {}).get("of"))
     return Section("Scoreboard", (
         f"Robots of MuJoCo with labels under seal until all diagnoses were on disk: {kinds}. "
         "Intervals are Wilson's.",), tables=(Table(("figure", "share"), rows),))
@@ -121,3 +124,13 @@ def _wrong(found):
     return Section("Not right", (), tables=(
         Table(("trial", "robot", "truth", "kind", "ratio", "decision", "stated", "90 % set"),
               rows),))
+
+
+def _left_out(found):
+    rows = tuple((row["effect"], number(row["ratio"]), row["said"], f"{row['probability']:.2f}")
+                 for row in found.get("left_out", ()))
+    if not rows:
+        return ()
+    return (Section("Each effect taken out of the library", (
+        "The right answer is \"unknown\".",), tables=(
+            Table(("effect", "ratio", "decision", "stated"), rows),)),)

@@ -119,6 +119,33 @@ def score(diagnoses, labels):
         "vocabulary": sorted(EFFECTS)}
 
 
+def left_out(diagnoses, labels):
+    """What is said of an effect that the library does not hold, see `study.leave_out`.
+
+    Parameters
+    ----------
+    diagnoses : dict
+        Answers by trial, each without the trial's own effect in the library.
+    labels : dict
+        Opened labels.
+
+    Returns
+    -------
+    dict
+        Share called unknown, share called none, and what else was said of each effect.
+
+    """
+    said = {name: Answer(diagnosis) for name, diagnosis in sorted(diagnoses.items())}
+    return {
+        "left_out_unknown": rate(a.decision == "unknown" for a in said.values()),
+        "left_out_none": rate(a.decision in ("none", "parametric") for a in said.values()),
+        "left_out_family": rate(FAMILY.get(a.decision) == FAMILY[labels[name]["labels"][0]]
+                                for name, a in said.items()),
+        "left_out": [{"effect": labels[name]["labels"][0], "said": a.decision,
+                      "probability": a.confidence, "ratio": labels[name]["ratio"]}
+                     for name, a in said.items()]}
+
+
 def right(label, answer):
     """Whether the decision is the truth, or one of a pair."""
     return answer.decision in truth_of(label)

@@ -80,6 +80,39 @@ def diagnose(folder, jobs=1):
     return json.loads(text)
 
 
+def leave_out(folder, labels, jobs=1):
+    """Diagnose each robot with one effect again, with that effect taken out of the library.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of the study.
+    labels : dict
+        Opened labels.
+    jobs : int
+        Processes.
+
+    Returns
+    -------
+    dict
+        Answers by trial; the right one is "unknown".
+
+    """
+    from clie_blocks.analysis.gap import trials
+
+    folder, answers, hidden = Path(folder), {}, {}
+    for name, label in labels.items():
+        if label["kind"] == "single":
+            hidden.setdefault(label["labels"][0], []).append(folder / TRIALS / name)
+    for effect, paths in sorted(hidden.items()):
+        options = trials.Options(exclude=(effect,))
+        answers |= trials.diagnose_all(trials.find_trials(paths), options, jobs,
+                                       folder / "left-out.parts")
+    text = to_json(dict(sorted(answers.items())))
+    write(folder / "left-out.json", text)
+    return json.loads(text)
+
+
 def _spread(folder, trials, seed, jobs):
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context

@@ -65,6 +65,15 @@ def test_a_payload_sags_by_its_weight_over_the_stiffness(bench):
     assert without - with_mass == pytest.approx(sag, rel=0.02)
 
 
+def test_a_tilted_mount_lets_part_of_the_weight_through(bench):
+    joint = bench()
+    robot = joint.robot
+    tilted, level = (joint.run(joint.motion(6.0), tilt=tilt)[0][-1, 0] for tilt in (0.01, 0.0))
+    weight = robot.mass[0] * G * np.sin(0.01) * robot.com[0] * np.cos(tilted)
+    assert level == pytest.approx(robot.pose[0], abs=1e-9)
+    assert level - tilted == pytest.approx(weight / (robot.kp[0] * robot.ratio[0]), rel=1e-3)
+
+
 def test_an_elastic_gear_rings_at_the_frequency_of_two_masses_on_its_spring(bench):
     joint = bench()
     robot, p = joint.robot, joint.truth

@@ -6,7 +6,7 @@ import pytest
 
 from clie_blocks.analysis.blind.main import lines
 from clie_blocks.analysis.blind.page import save_page
-from clie_blocks.analysis.blind.score import rate, score
+from clie_blocks.analysis.blind.score import left_out, rate, score
 
 GAP = {"nominal": 4e-4, "true_model": 1e-4, "achievable_reduction": 0.75}
 NAMES = {"single": ["coulomb"], "none": ["none"], "unknown": ["soft_stop"],
@@ -77,3 +77,12 @@ def test_page_and_terminal_show_the_headline(tmp_path):
     text = Path(save_page(found, tmp_path)).read_text()
     assert "single effect named right" in text and "<svg" in text and "100 % (1 of 1" in text
     assert any("single effect named right" in line for line in lines(found))
+
+
+def test_an_effect_taken_out_of_the_library_should_be_unknown(tmp_path):
+    found = left_out({"single": answer("unknown")}, LABELS)
+    assert found["left_out_unknown"]["rate"] == 1 and found["left_out_none"]["rate"] == 0
+    cousin = left_out({"single": answer("stribeck")}, LABELS)
+    assert cousin["left_out_family"]["rate"] == 1 and cousin["left_out_unknown"]["rate"] == 0
+    page = Path(save_page({"seed": 1, **score(PERFECT, LABELS), **cousin}, tmp_path)).read_text()
+    assert "Each effect taken out of the library" in page
