@@ -1,0 +1,153 @@
+"""The report: self-contained, escaped, small, readable on a phone, and true to the diagnosis."""
+
+import dataclasses
+import json
+import re
+import shutil
+import subprocess
+from html import escape
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.report import write_report
+from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
+from clie_blocks.analysis.gap.report.document import sentence
+from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
+from clie_blocks.analysis.gap.report.words import listed, percent, size
+
+NASTY = "<script>alert('x')</script> & $y_1 \"q\""
+LIMIT = 2_000_000  # bytes
+PHONE = 390  # px
+
+
+@pytest.fixture(scope="module")
+def diagnosed(case):
+    made = case("coulomb", seed=1)
+    names = tuple(f"{NASTY} {k}" for k in range(made.robot.n))
+    robot = dataclasses.replace(made.robot, joints=names)
+    records = [record.replace(joints=names, robot=robot).noted(f"Decided {NASTY}")
+               for record in made.records]
+    return diagnose(robot, records), records
+
+
+@pytest.fixture(scope="module")
+def paths(diagnosed, tmp_path_factory):
+    found, records = diagnosed
+    return write_report(found, records, tmp_path_factory.mktemp("report"), "arm")
+
+
+@pytest.fixture(scope="module")
+def page(paths):
+    with open(paths[0], encoding="utf-8") as file:
+        return file.read()
+
+
+def test_hostile_names_are_text(page):
+    assert "<script" not in page and "alert('x')" not in page.replace("&#39;", "'").replace(
+        "&lt;script&gt;alert('x')", "")
+    assert "&lt;script&gt;" in page and "Decided &lt;script&gt;" in page
+
+
+def test_page_is_one_small_file_without_network(page):
+    assert len(page.encode()) < LIMIT
+    assert "default-src 'none'" in page
+    assert re.findall(r'(?:src|href)="(?!#|data:)([^"]*)"', page) == []
+
+
+def test_page_holds_every_part(page):
+    for heading in ("Where in the diagram", "How far the gap shrinks", "Which effect causes it",
+                    "Where in joint, time, frequency and operation", "Causes that look alike",
+                    "Numbers", "Put these numbers into the simulator", "Checks", "Decisions"):
+        assert f"<h2>{heading}</h2>" in page
+    assert page.count("<svg") == len(re.findall("<figure>", page)) >= 4
+    for name in ("frictionloss", "&lt;dynamics&gt;&lt;friction&gt;", "dynamicFrictionEffort"):
+        assert name in page
+
+
+def test_json_is_the_answer_with_the_share_of_each_block(paths):
+    with open(paths[1]) as file:
+        told = json.load(file, parse_constant=pytest.fail)
+    assert told["schema_version"] == 1
+    shares = {row["block"]: row["share"] for row in told["where"]["block"]}
+    assert set(shares) == {*BLOCKS, "unassigned"}
+    assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_the_block_of_the_cause_has_the_largest_share(diagnosed):
+    rows = block_shares(diagnosed[0])
+    assert diagnosed[0].ranking[0].names == ("coulomb",)
+    assert rows[0]["block"] == "joint" and rows[0]["share"] > 0.5
+
+
+def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
+    found, _ = diagnosed
+    root = ElementTree.parse(paths[2]).getroot()
+    joints, values = root.findall(".//joint"), found.model.hypothesis.values
+    assert [joint.get("name") for joint in joints] == list(found.problem.joints)
+    expected = found.problem.gear_ratio * values["coulomb.level"]
+    np.testing.assert_allclose([float(joint.get("frictionloss")) for joint in joints], expected,
+                               rtol=1e-5)
+    for row, ratio in zip(joint_side(found), found.problem.gear_ratio):
+        assert row["gear"] == ratio
+
+
+def test_simulator_text_is_read_by_mujoco(diagnosed, paths):
+    mujoco = pytest.importorskip("mujoco")
+    found, _ = diagnosed
+    root = ElementTree.parse(paths[2]).getroot()
+    world = root.find("worldbody")
+    for joint in list(world):
+        world.remove(joint)
+        body = ElementTree.SubElement(world, "body")
+        body.append(joint)
+        ElementTree.SubElement(body, "geom", size="0.1")
+    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+    np.testing.assert_allclose(model.dof_damping, [row["damping"] for row in joint_side(found)],
+                               rtol=1e-5)
+    np.testing.assert_allclose(model.actuator_gear[:, 0], found.problem.gear_ratio, rtol=1e-5)
+
+
+def test_sentence_names_cause_joint_and_gain():
+    told = {"verdict": "effect", "set_90": ["coulomb"],
+            "closed_percent": {"value": 96.4, "unseen_data": True}, "effects": [
+                {"effect": "coulomb", "joint": [2], "probability": 0.93},
+                {"effect": "unknown", "joint": None, "probability": 0.07}]}
+    assert sentence(told, ("shoulder", "elbow")) == (
+        "The model lacks coulomb at elbow (93 %); with it the model loses 96.4 % of its "
+        "reducible gap on unseen data.")
+    assert "no effect" in sentence({**told, "verdict": "unexplained"}, ())
+    assert "noise" in sentence({**told, "verdict": "none"}, ())
+
+
+def test_words():
+    assert listed(["a", "b", "c"]) == "a, b and c" and listed([]) == ""
+    assert [percent(x) for x in (0.0, 0.004, 0.5, 0.995, 1.0)] == [
+        "0 %", "< 1 %", "50 %", "> 99 %", "100 %"]
+    assert [size(x, "rad") for x in (2.0, 2e-3, 2e-6)] == ["2 rad", "2 mrad", "2 urad"]
+
+
+def test_every_known_effect_has_its_names():
+    from clie_blocks.analysis.gap.causes import CAUSES
+
+    assert all(len(simulator_names(cause.name)) == 3 for cause in CAUSES)
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_page_fits_a_phone(page, tmp_path):
+    host = tmp_path / "host.html"
+    host.write_text(
+        f'<!doctype html><body><iframe id="f" width="{PHONE}" height="800" style="border:0" '
+        f'srcdoc="{escape(page)}"></iframe><script>onload = () => {{'
+        'const root = document.getElementById("f").contentDocument.documentElement;'
+        'document.body.dataset.width = root.scrollWidth;'
+        'document.body.dataset.figures = root.querySelectorAll("figure svg").length;}</script>')
+    run = subprocess.run(
+        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+         f"--user-data-dir={tmp_path / 'profile'}", host.as_uri()],
+        capture_output=True, text=True, timeout=60, check=True)
+    width = int(re.search(r'data-width="(\d+)"', run.stdout)[1])
+    assert int(re.search(r'data-figures="(\d+)"', run.stdout)[1]) >= 4
+    assert 0 < width <= PHONE
