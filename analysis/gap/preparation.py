@@ -3,7 +3,7 @@
 The diagnosis knows one law, ``u = Kp (q_d - q) - Kd v + pe``, with u in the unit of the joint
 model.  A servo's duty cycle becomes the torque of its stalled motor, a torque-driven machine has
 no gains and all of its command is excitation, and a servo whose law is unknown is driven by its
-position error.  Where no inertia is stated, the logs give one to start from.
+position error.
 """
 
 import dataclasses
@@ -14,13 +14,12 @@ import numpy as np
 from clie_blocks.errors import NotIdentifiableError
 
 UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
-SMOOTH = 8.0  # Hz, up to which velocities and accelerations are trusted for the start
-LEAST = 1e-3  # share of the command that inertia and damping are at least given
+COASTING = 0.1  # s, in which a rotor of unknown damping is taken to come to rest
 QUARTER = math.pi / 2  # from 'hanging down' to the horizontal arm of `links`
 
 
 def prepared(robot, records):
-    """Return robot and records in the form of eq. (11), with a joint model to start from.
+    """Return robot and records in the form of eq. (11).
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ def prepared(robot, records):
     Returns
     -------
     robot : Robot
-        With a law of the kind ``pd`` or ``cascade`` and an inertia.
+        With a law of the kind ``pd`` or ``cascade``.
     records : list of Record
         On even clocks; what was done is in their decisions.
 
@@ -44,7 +43,7 @@ def prepared(robot, records):
     """
     records = [even(record) for record in records]
     robot, records = _form(robot, records)(robot, records)
-    return with_start(robot, records), records
+    return with_damping(robot), records
 
 
 def _form(robot, records):
@@ -127,41 +126,10 @@ def _hanging(robot):
         robot.nominal, gravity=True, coupling=robot.n == 2))
 
 
-def with_start(robot, records):
-    """Return the robot with the inertia and damping that the logs suggest, where none is stated.
-
-    The equation error u = J ddq + R dq + F sign(dq) + d + gravity, all signals below `SMOOTH`,
-    is a crude estimate; the refit of the joint model starts from it.
-    """
+def with_damping(robot):
+    """Return the robot with a damping to start from, where an inertia is stated without one."""
     motor = robot.motor
-    if motor.inertia is not None and motor.viscous_friction is not None:
+    if motor.inertia is None or motor.viscous_friction is not None:
         return robot
-    ratio = np.ones(robot.n) if motor.gear_ratio is None else motor.gear_ratio
-    inertia, damping = np.array([_crude(records, k) for k in range(robot.n)]).T / ratio
     return dataclasses.replace(robot, motor=dataclasses.replace(
-        motor, inertia=inertia if motor.inertia is None else motor.inertia,
-        viscous_friction=damping if motor.viscous_friction is None else motor.viscous_friction))
-
-
-def _crude(records, k):
-    """Inertia and damping of joint k by least squares over all logs."""
-    rows = [_equation(record, k) for record in records]
-    columns, target = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
-    size = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
-    answer = np.linalg.lstsq(columns / size, target, rcond=1e-6)[0] / size
-    least = LEAST * np.std(target) / (np.std(columns, axis=0) + 1e-300)
-    return max(answer[0], least[0]), max(answer[1], least[1])
-
-
-def _equation(record, k):
-    from scipy.signal import butter, sosfiltfilt
-
-    period = record.sample_time
-    corner = min(SMOOTH, 0.2 / period)
-    low = butter(2, corner, fs=1.0 / period, output="sos")
-    q = sosfiltfilt(low, record.q[:, k])
-    dq = np.gradient(q, period)
-    turned = np.tanh(dq / (0.1 * np.std(dq) + 1e-300))
-    columns = np.stack([np.gradient(dq, period), dq, turned, np.sin(q), np.cos(q),
-                        np.ones_like(q)], axis=1)
-    return columns, sosfiltfilt(low, record.u[:, k])
+        motor, viscous_friction=motor.inertia / COASTING))

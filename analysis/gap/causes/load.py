@@ -79,11 +79,12 @@ def _coupling(s, p):
 
 
 def _coupling_probes(scene):
-    if scene.problem.n != 2:
+    """Whole coupling of the stated links, where the nominal model leaves it out."""
+    if scene.problem.n != 2 or scene.problem.chain.has_coupling:
         return []
-    return [Probe({"share": 0.1 + 0 * scene.torque}, ("share",))]
+    return [Probe({"share": 1.0 + 0 * scene.torque})]
 
 
 COUPLING = Cause("coupling", (Piece("body", _coupling),),
-                 (Number("share", "1", -1.5, 1.5, scope="robot"),), _coupling_probes,
+                 (Number("share", "1", scope="robot", fixed=True),), _coupling_probes,
                  needs_links=True)
