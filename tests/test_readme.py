@@ -1,0 +1,36 @@
+"""The README is true: its Python runs, its links lead somewhere, its commands exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from clie_blocks.analysis import cli
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = (ROOT / "README.md").read_text()
+
+
+@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", TEXT, re.S))
+def test_python_of_the_readme_runs(code):
+    names = {}
+    exec(compile(code, "README.md", "exec"), names)
+    assert names["response"].time[-1] == pytest.approx(100.0)
+    assert names["flat"].nstates == names["loop"].nstates and "#include" in names["text"]
+
+
+def test_links_lead_to_files():
+    links = re.findall(r"\]\((?!http)([^)#]+)", TEXT)
+    assert links
+    assert not [link for link in links if not (ROOT / link).exists()]
+
+
+def test_every_verb_is_a_verb():
+    named = set(re.findall(r"\bclie ([a-z]+)\b", TEXT)) - {"blocks"}
+    assert named <= set(cli.VERBS)
+
+
+def test_every_script_exists():
+    scripts = re.findall(r"python ([a-z_]+/[a-z_/]+\.py)", TEXT)
+    assert scripts
+    assert not [script for script in scripts if not (ROOT / script).is_file()]
