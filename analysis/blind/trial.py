@@ -19,6 +19,7 @@ from clie_blocks.analysis.blind.size import FITTED, prediction, ratio_of, refere
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
 RUNGS = 8.0 ** np.linspace(-1, 1, 5)  # sizes tried side by side
 LADDERS = 2
+LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
 UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
     "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
 KINDS = ("single",) * 11 + ("none",) * 2 + ("pair",) * 3 + ("unknown",) * 4
@@ -77,14 +78,22 @@ def make_trial(seed, index):
     hidden = [draw_hidden(rng, name, Scene(robot, truth, ref.loudest,
                                            int(rng.integers(robot.n)))) for name in names]
     sizes = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
+    runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
+    while any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs)):
+        sizes = [size / 2 for size in sizes]
+        runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
+    return Trial(robot, motions, runs, _label(
+        kind, hidden, sizes, severity, robot, motions, prediction(robot, ref, runs)))
+
+
+def _afflicted(robot, truth, motions, noises, hidden, sizes, seed):
+    """Runs of the robot with all its effects."""
     numbers = truth
     for one, size in zip(hidden, sizes):
         changed = one.onto(truth, size)
         numbers = {key: np.where(changed[key] == truth[key], numbers[key], changed[key])
                    for key in numbers}
-    runs = run(robot, [numbers] * 3, motions, noises, seed=index)
-    return Trial(robot, motions, runs, _label(
-        kind, hidden, sizes, severity, robot, motions, prediction(robot, ref, runs)))
+    return run(robot, [numbers] * len(motions), motions, noises, seed=seed)
 
 
 def plan(seed, index):

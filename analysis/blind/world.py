@@ -102,7 +102,7 @@ def _motor(robot, p, lane, k):
     parts = [f'joint="a{lane}_{k}" gear="{robot.ratio[k] * p["gain"][k]}"']
     if np.isfinite(limit):
         parts.append(f'forcerange="{-limit} {limit}"')
-    if p["lag"][k] > 0:
+    if p["lag"][k] > STEP / 2:  # the engine cannot follow what is faster, nor would it show
         parts.append(f'dyntype="filter" dynprm="{p["lag"][k]}"')
     if p["delay"][k] > 0:
         parts.append(f'delay="{p["delay"][k]}" nsample="{int(p["delay"][k] / STEP) + 4}" '

@@ -103,6 +103,12 @@ def test_a_late_drive_starts_late(bench, numbers):
     assert 5 < shift < 12
 
 
+def test_a_lag_that_is_too_short_for_the_engine_is_left_out(bench):
+    joint = bench()
+    motion = joint.motion(0.1, torque=0.1 * joint.robot.kp)
+    assert np.array_equal(joint.run(motion, lag=1e-4)[0], joint.run(motion)[0])
+
+
 def test_a_limited_drive_accelerates_with_its_limit(bench):
     joint = bench()
     limit = 0.02 * joint.robot.kp[0]
