@@ -13,6 +13,8 @@ from clie_blocks import __version__
 from clie_blocks.errors import ClieError, MissingExtraError, RecordError
 from clie_blocks.output import progress, to_json, write
 
+PARTS = ".parts"  # ending of a folder that only keeps results for a later run, without reports
+
 
 @dataclasses.dataclass(frozen=True)
 class Trial:
@@ -211,7 +213,8 @@ def _finished(trial, options, folder):
     if folder is not None:
         from clie_blocks.analysis.gap.report import write_report
 
-        write_report(diagnosis, records, folder, trial.name)
+        if Path(folder).suffix != PARTS:
+            write_report(diagnosis, records, folder, trial.name)
         write(_place(trial, folder), to_json({"made_from": made_from(trial, options), **found}))
     return found
 
