@@ -1,0 +1,86 @@
+"""The page 'From a log to a better simulator', run as it is printed."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.cli import main
+
+PAGE = Path(__file__).parents[2] / "docs" / "from_a_log_to_a_better_simulator.md"
+TRIAL = Path(__file__).resolve().parents[3] / "shared" / "blind" / "practice" / "trial-007"
+
+
+def blocks(language):
+    """Code blocks of the page in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+
+
+def write_trial(made, folder):
+    """Write a robot of one joint and its logs as a folder."""
+    from clie_blocks.analysis.records import write_record
+
+    folder.mkdir()
+    motor, law, links = made.robot.motor, made.robot.controller, made.robot.links
+    sections = {
+        "motor": {"gear_ratio": motor.gear_ratio, "inertia_kgm2": motor.inertia,
+                  "viscous_friction_nms": motor.viscous_friction, "inertia_tolerance": 0.01,
+                  "viscous_friction_tolerance": 0.15,
+                  "torque_offset_tolerance_nm": motor.torque_offset_tolerance},
+        "links": {"length_m": links.length, "mass_kg": links.mass, "com_m": links.com,
+                  "inertia_kgm2": links.inertia,
+                  "joint_viscous_friction_nms": links.joint_viscous_friction},
+        "nominal": {"gravity": made.robot.nominal.gravity},
+        "controller": {"Kp": law.kp, "Kd": law.kd, "sample_time_s": law.sample_time,
+                       "velocity_filter_highpass_rad_s": law.highpass,
+                       "velocity_filter_lowpass_rad_s": law.lowpass,
+                       "velocity_filter_discretisation": law.discretisation,
+                       "command_resolution_nm": law.command_resolution},
+        "encoder": {"resolution_rad": made.robot.encoder.resolution}}
+    lines = [f"joints = {made.robot.n}"]
+    for name, values in sections.items():
+        lines += [f"[{name}]", *(f"{key} = {json.dumps(np.asarray(value).tolist())}"
+                                 for key, value in values.items() if value is not None)]
+    (folder / "robot.toml").write_text("\n".join(lines))
+    for k, record in enumerate(made.records):
+        write_record(record, folder / f"log-{k + 1}.csv")
+
+
+@pytest.fixture
+def robot_folder(tmp_path, case, monkeypatch):
+    """Working folder with `my-robot`: the trial of the page, else a robot made here."""
+    folder = tmp_path / "my-robot"
+    if TRIAL.is_dir():
+        folder.mkdir()
+        for file in TRIAL.iterdir():
+            shutil.copyfile(file, folder / file.name)
+    else:
+        write_trial(case("coulomb", seed=1), folder)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_page_runs_as_printed(robot_folder, capsys):
+    commands = [line.split() for block in blocks("sh") for line in block.splitlines()]
+    assert [words[1] for words in commands] == ["check", "identify", "diagnose"]
+    for words in commands:
+        assert words[0] == "clie" and main(words[1:]) == 0, words
+    assert "coulomb at joint 1" in capsys.readouterr().out
+    (block,) = blocks("python")
+    exec(compile(block, str(PAGE), "exec"), {})
+    assert capsys.readouterr().out.startswith("effect ['coulomb'")
+    joint = ElementTree.parse(robot_folder / "report" / "my-robot.xml").find(".//joint")
+    assert float(joint.get("frictionloss")) > 0.0
+
+
+def test_the_robot_file_of_the_page_is_valid(tmp_path):
+    from clie_blocks.analysis.records import read_robot
+
+    (text,) = blocks("toml")
+    (tmp_path / "robot.toml").write_text(text)
+    robot = read_robot(tmp_path / "robot.toml")
+    assert robot.n == 2 and robot.controller.law == "pd"
