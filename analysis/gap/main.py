@@ -26,7 +26,9 @@ def main(argv=None):
 
     found = trials.find_trials(asked.paths, asked.robot)
     options = trials.Options(asked.holdout, _names(asked.effects), _names(asked.exclude))
-    folder = asked.output or (f"{asked.json}{trials.PARTS}" if asked.json and len(found) > 1 else None)
+    folder = asked.output
+    if folder is None and asked.json and len(found) > 1:
+        folder = f"{asked.json}{trials.PARTS}"
     executor = trials.cluster(asked.cluster) if asked.cluster else None
     answers = {}
     for name, answer in trials.diagnose_all(found, options, asked.jobs, folder, executor):
