@@ -174,10 +174,10 @@ def _saturation(rng, scene):
 
 
 def _ripple(rng, scene):
+    """A harmonic of the motor's turn, high enough to show within the travel."""
     ratio = scene.robot.ratio[scene.joint]
-    order = ratio * rng.integers(1, 4)
-    return _scaled(scene, "ripple", scene.torque, phase=rng.uniform(0, 6.28),
-                   order=np.clip(order, 8.0, 120.0))
+    order = ratio * (rng.integers(1, 4) + np.floor(8.0 / ratio))
+    return _scaled(scene, "ripple", scene.torque, phase=rng.uniform(0, 6.28), order=order)
 
 
 def _tone(rng, scene):

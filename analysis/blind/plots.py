@@ -52,7 +52,7 @@ def reliability(table):
         The figure.
 
     """
-    figure = Figure(figsize=(3.6, 3.4), layout="constrained")
+    figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", lw=1)
     for row in table:
