@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
 COASTING = 0.1  # s, in which a rotor of unknown damping is taken to come to rest
@@ -37,13 +37,27 @@ def prepared(robot, records):
 
     Raises
     ------
+    RecordError
+        If the logs are of several robots, or of one with several gains.
     NotIdentifiableError
         If a log has neither a command nor a reference: nothing then says what drove the machine.
 
     """
+    _check_one_robot(robot, records)
     records = [even(record) for record in records]
     robot, records = _form(robot, records)(robot, records)
     return with_damping(robot), records
+
+
+def _check_one_robot(robot, records):
+    for record in records:
+        other = robot if record.robot is None else record.robot
+        if other.name != robot.name or not np.array_equal(other.controller.kp,
+                                                          robot.controller.kp):
+            raise RecordError(
+                f"{records[0].source} and {record.source} are of different robots or gains, and a "
+                "diagnosis is of one: choose the logs of one robot with one set of gains, from "
+                "Python with diagnose(*prepared(robot, records))")
 
 
 def _form(robot, records):

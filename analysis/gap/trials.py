@@ -63,7 +63,8 @@ def find_trials(paths, robot=None):
     Parameters
     ----------
     paths : list of path-like
-        Folders with ``robot.toml``, folders of such folders, or log files of one robot.
+        Folders with ``robot.toml``, folders of such folders, known data sets, or log files of one
+        robot.
     robot : path-like, optional
         Robot file of log files.
 
@@ -85,11 +86,8 @@ def find_trials(paths, robot=None):
     for path in paths:
         inside = [path] if (path / "robot.toml").is_file() or robot else sorted(
             folder for folder in path.iterdir() if (folder / "robot.toml").is_file())
-        if not inside:
-            raise RecordError(f"{path} has no robot.toml and no folder with one; a trial is a "
-                              "folder with robot.toml and log-1.csv, log-2.csv, ...")
         found += [Trial(folder.name, (str(folder),), None if robot is None else str(robot))
-                  for folder in inside]
+                  for folder in inside or [path]]
     return found
 
 

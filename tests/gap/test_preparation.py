@@ -8,7 +8,7 @@ import pytest
 from clie_blocks.analysis.gap.preparation import even, prepared
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Links, Motor
-from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(4000)
 
@@ -73,3 +73,10 @@ def test_a_jittered_clock_becomes_even():
                                np.interp(record.time[inside], TIME, q[:, 0]), atol=5e-3)
     whole = dataclasses.replace(record)
     assert even(whole) is whole
+
+
+def test_logs_of_two_robots_are_not_mixed(case):
+    made = case("none")
+    other = dataclasses.replace(made.robot, name="another")
+    with pytest.raises(RecordError, match="different robots"):
+        prepared(made.robot, [made.records[0], made.records[1].replace(robot=other)])

@@ -2,8 +2,7 @@
 
 import importlib
 
-_HOME = {"corrected_model": "exports", "document": "document",
-         "save_report": "files", "write_report": "files"}
+_HOME = {"corrected_model": "exports", "document": "document", "write_report": "files"}
 
 __all__ = sorted(_HOME)
 

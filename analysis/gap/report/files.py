@@ -38,19 +38,3 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
              "xml": corrected_model(diagnosis)}
     return [str(write(Path(folder) / f"{name}.{ending}", text))
             for ending, text in texts.items()]
-
-
-def save_report(diagnosis, folder, stem="report"):
-    """Write the report without records: their units and decisions are not shown.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        From `clie_blocks.analysis.gap.diagnose`.
-    folder : path-like
-        Where to.
-    stem : str
-        File name without ending.
-
-    """
-    return write_report(diagnosis, (), folder, stem)

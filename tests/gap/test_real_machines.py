@@ -1,0 +1,119 @@
+"""The diagnosis on real machines; each figure is also in docs/real_machines.md."""
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.goal_path import dead_times, goal_path
+from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.preparation import prepared
+from clie_blocks.analysis.gap.report.checks import saturated_share
+from clie_blocks.analysis.gap.torque_path import torque_paths
+from clie_blocks.analysis.records import Record, Robot, read_records
+from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.errors import NotIdentifiableError
+
+pytestmark = pytest.mark.slow
+FRICTIONS = ("coulomb", "load_dependent_friction")
+LOOSE = ("backlash", "joint_elasticity")
+
+
+def named(records, *words):
+    """Records in the order of words, each the one record whose source holds it."""
+    return [next(record for record in records if word in record.source) for word in words]
+
+
+def excess_of(found, name):
+    """Excess of the fit with one cause alone."""
+    return next(row.excess for row in found.ranking if row.names == (name,))
+
+
+def told(name, found):
+    """Print the figures of the page, and return the answer."""
+    said = answer(found)
+    print(f"\n{name}: {found.verdict}, {found.seconds:.1f} s; gap {said['gap_before']:.3g} -> "
+          f"{said['gap_after']:.3g}, noise {said['gap_floor']:.3g}, closed "
+          f"{said['closed_percent']}; set {said['set_90']}")
+    for row in found.ranking[:6]:
+        print(f"  {' + '.join(row.names):40} p {row.probability:.3f}  excess {row.excess:.4g}")
+    values = found.model.hypothesis.values
+    print("  ", {key: value.round(5).tolist() for key, value in values.items()
+                 if "." in key and not key.startswith("chain")})
+    return said
+
+
+def test_emps_is_dry_friction_without_delay(shared):
+    records = read_records(shared / "data" / "emps")
+    robot, records = prepared(records[0].robot, records)
+    found = diagnose(robot, records)
+    said = told("EMPS", found)
+    assert found.ranking[0].names == ("coulomb",)
+    assert "time_delay" not in said["set_90"] and "actuator_lag" not in said["set_90"]
+    singles = [row.names[0] for row in found.ranking if len(row.names) == 1]
+    assert "asymmetric_coulomb" in said["set_90"] or singles[1] == "asymmetric_coulomb"
+    assert said["closed_percent"]["unseen_data"]
+    assert said["gap_after"] < 2.2e-6 < 6e-6 < said["gap_before"]  # m, on PULSES
+    values, force = found.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
+    assert values["coulomb.level"][0] * force == pytest.approx(20.39, rel=0.05)  # published
+    assert values["inertia"][0] * force == pytest.approx(95.11, rel=0.03)
+
+
+def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
+    records = read_records(shared / "data" / "bam_xl330")
+    records = named(records, "(sin_sin, P 800)", "(sin_time_square, P 800)")
+    robot, records = prepared(records[0].robot, records)
+    found = diagnose(robot, records, effects=FRICTIONS)
+    said = told("BAM, P 800", found)
+    print("  samples at the limit", saturated_share(found))
+    assert saturated_share(found)[0] > 0.1
+    assert excess_of(found, "load_dependent_friction") < 0.5 * excess_of(found, "coulomb")
+    assert said["gap_after"] < 0.5 * said["gap_before"]
+
+
+def test_so101_is_late_and_coarse(shared):
+    records = read_records(shared / "data" / "sage_so101")
+    motions = named(records, "prbs_excitation", "static_holding")
+    late = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
+            if dead_times(motion, k).size]
+    paths = [goal_path(motion, k, delayed) for motion in motions for k in (0, 4)
+             for delayed in (False, True)]
+    print("\nSO-101: dead times", np.round(late, 3), *paths, sep="\n  ")
+    assert np.median(late) == pytest.approx(0.04, abs=1e-3)  # second tick with the new goal
+    assert all(0.005 < path.delay < 0.04 for path in paths[1::2])
+    found = diagnose(*prepared(*one_joint(named(
+        records, "prbs_excitation", "multisine", "step_response"), 0)))
+    said = told("SO-101, rotation", found)
+    assert found.check.step[0] == pytest.approx(1.534e-3, rel=0.01)
+    assert said["gap_after"] < 0.5 * said["gap_before"]
+
+
+def one_joint(records, k):
+    """Robot and records of one joint, without what is known of its encoder."""
+    robot = Robot(n=1, joints=(records[0].joints[k],),
+                  controller=Controller(law="unknown", sample_time=0.02))
+    return robot, [Record(time=record.time, q=record.q[:, [k]], qd=record.qd[:, [k]],
+                          joints=robot.joints, source=record.source, robot=robot)
+                   for record in records]
+
+
+def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
+    records = read_records(shared / "data" / "dfki_double_pendulum")
+    records = [record for record in records if "C.1" in record.robot.name]
+    sines = [record for record in records if np.abs(record.u).max() < 1.0]
+    paths = [path for record in sines for path in torque_paths(record)]
+    print("\nDFKI torque path: late", [round(path.late, 4) for path in paths], "gain",
+          [round(path.gain, 2) for path in paths])
+    assert all(0.01 < path.late < 0.04 for path in paths if path.lag > 1e-4)
+    assert np.ptp([path.gain for path in paths]) > 0.2
+    robot, ready = prepared(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
+    found = diagnose(robot, ready, exclude=LOOSE)
+    said = told("DFKI, design C.1", found)
+    leading = next(row for row in found.ranking if row.names[0] not in ("none", "unknown"))
+    assert "coulomb" in leading.names
+    assert said["gap_after"] < 0.5 * said["gap_before"]
+
+
+def test_a_log_that_says_nothing_of_its_drive_is_refused_in_words(shared):
+    record = read_records(shared / "data" / "sage_so101")[0]
+    with pytest.raises(NotIdentifiableError, match="neither a command u nor a reference"):
+        prepared(record.robot, [record.replace(qd=None)])
