@@ -79,11 +79,15 @@ def make_trial(seed, index):
                                            int(rng.integers(robot.n)))) for name in names]
     sizes = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
     runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
-    while any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs)):
+    while hidden and _lost(motions, runs):
         sizes = [size / 2 for size in sizes]
         runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
     return Trial(robot, motions, runs, _label(
         kind, hidden, sizes, severity, robot, motions, prediction(robot, ref, runs)))
+
+
+def _lost(motions, runs):
+    return any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs))
 
 
 def _afflicted(robot, truth, motions, noises, hidden, sizes, seed):
