@@ -16,7 +16,13 @@ from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
-from clie_blocks.analysis.gap.report.words import listed, percent, size
+from clie_blocks.analysis.gap.report.words import (
+    listed,
+    local_unit,
+    percent,
+    simulator_units,
+    size,
+)
 
 NASTY = "<script>alert('x')</script> & $y_1 \"q\""
 LIMIT = 2_000_000  # bytes
@@ -127,6 +133,21 @@ def test_words():
     assert [percent(x) for x in (0.0, 0.004, 0.5, 0.995, 1.0)] == [
         "0 %", "< 1 %", "50 %", "> 99 %", "100 %"]
     assert [size(x, "rad") for x in (2.0, 2e-3, 2e-6)] == ["2 rad", "2 mrad", "2 urad"]
+
+
+def test_units_follow_the_machine():
+    axis = {"q": "m", "u": "V"}
+    assert local_unit("kg m^2", axis) == "V s^2/m" and local_unit("N m s/rad", axis) == "V s/m"
+    assert local_unit("kg m^2", {"q": "rad", "u": "N m"}) == "kg m^2"
+    assert simulator_units(axis) == {"force": "N", "inertia": "kg"}
+
+
+def test_a_voltage_becomes_a_force_in_the_simulator(diagnosed):
+    found, _ = diagnosed
+    plain, forced = joint_side(found), joint_side(found, 35.0)
+    assert forced[0]["damping"] == pytest.approx(35.0 * plain[0]["damping"])
+    assert forced[0]["frictionloss"] == pytest.approx(35.0 * plain[0]["frictionloss"])
+    assert forced[0]["gear"] == plain[0]["gear"]
 
 
 def test_every_known_effect_has_its_names():

@@ -48,7 +48,7 @@ def document(diagnosis, answer, records, name):
         where_sections.map_section(answer["where"], joints, units),
         confusion_section(answer),
         parameters_section(diagnosis, answer, units),
-        simulator_section(diagnosis, answer, units),
+        simulator_section(diagnosis, answer, records),
         checks.checks_section(diagnosis, units),
         checks.decisions_section(diagnosis, records))
     return Document(f"Gap between {name} and its model", sentence(answer, joints),

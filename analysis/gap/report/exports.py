@@ -27,8 +27,21 @@ def simulator_names(effect):
     return tuple(LIBRARY[effect].simulators.get(name, "none") for name in SIMULATORS)
 
 
-def joint_side(diagnosis):
+def force_per_command(diagnosis, records):
+    """Torque or force per unit of command, shape (n,): 1 where the command is a torque."""
+    gain = records[0].robot.motor.torque_gain if records and records[0].robot else None
+    return np.ones(diagnosis.problem.n) if gain is None else np.asarray(gain)
+
+
+def joint_side(diagnosis, force=1.0):
     """Numbers of the corrected model as a simulator of joints wants them, per joint.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        From `diagnose`.
+    force : array_like, shape () or (n,)
+        Torque or force per unit of command, see `force_per_command`.
 
     Returns
     -------
@@ -40,16 +53,18 @@ def joint_side(diagnosis):
     """
     at, problem = diagnosis.model.hypothesis, diagnosis.problem
     ratio, values = problem.gear_ratio, at.values
+    force = np.broadcast_to(force, ratio.shape)
+    torque = force * ratio  # at the joint, per unit of command
     friction = _first(values, ("coulomb.level", "stribeck.level"))
     gain = values.get("torque_gain_error.error", np.zeros(problem.n))
     limit, delay = values.get("actuator_saturation.limit"), values.get("time_delay.time")
     return [{
         "name": problem.joints[k],
-        "armature": ratio[k] * values["inertia"][k] - problem.chain.diagonal[k],
-        "damping": ratio[k] * values["damping"][k],
-        "frictionloss": None if friction is None else ratio[k] * friction[k],
+        "armature": torque[k] * values["inertia"][k] - problem.chain.diagonal[k],
+        "damping": torque[k] * values["damping"][k],
+        "frictionloss": None if friction is None else torque[k] * friction[k],
         "gear": ratio[k] * (1.0 + gain[k]),
-        "limit": None if limit is None or limit[k] > 1e6 else limit[k],
+        "limit": None if limit is None or limit[k] > 1e6 else force[k] * limit[k],
         "delay": None if delay is None else delay[k],
     } for k in range(problem.n)]
 
@@ -58,7 +73,7 @@ def _first(values, keys):
     return next((values[key] for key in keys if key in values), None)
 
 
-def corrected_model(diagnosis):
+def corrected_model(diagnosis, force=1.0):
     """Joints and motors of the corrected model, as text to paste into a MuJoCo model.
 
     The inertia of known links is left out of the armature: it comes with their bodies.
@@ -67,9 +82,11 @@ def corrected_model(diagnosis):
     ----------
     diagnosis : Diagnosis
         From `diagnose`.
+    force : array_like, shape () or (n,)
+        Torque or force per unit of command, see `force_per_command`.
 
     """
-    rows = joint_side(diagnosis)
+    rows = joint_side(diagnosis, force)
     lines = ["<mujoco>", "  <!-- attributes to put on your joints and motors -->", "  <worldbody>"]
     lines += [f"    <joint {_attributes(row, ('name', 'armature', 'damping', 'frictionloss'))}/>"
               for row in rows]

@@ -5,7 +5,7 @@ from pathlib import Path
 from clie_blocks.analysis.gap.json_answer import answer
 from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.report.document import document
-from clie_blocks.analysis.gap.report.exports import corrected_model
+from clie_blocks.analysis.gap.report.exports import corrected_model, force_per_command
 from clie_blocks.analysis.report.render import drawings, html
 from clie_blocks.output import to_json, write
 
@@ -35,6 +35,6 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
     found["where"] = {**found["where"], "block": block_shares(diagnosis)}
     page = document(diagnosis, found, records, name)
     texts = {"html": html(page, drawings(page)), "json": to_json(found),
-             "xml": corrected_model(diagnosis)}
+             "xml": corrected_model(diagnosis, force_per_command(diagnosis, records))}
     return [str(write(Path(folder) / f"{name}.{ending}", text))
             for ending, text in texts.items()]

@@ -2,8 +2,14 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
-from clie_blocks.analysis.gap.report.words import called, local_unit, number
+from clie_blocks.analysis.gap.report.exports import force_per_command, joint_side, simulator_names
+from clie_blocks.analysis.gap.report.words import (
+    called,
+    local_unit,
+    number,
+    simulator_units,
+    units_of,
+)
 from clie_blocks.analysis.report.document import Section, Table
 from clie_blocks.effects import LIBRARY
 
@@ -70,20 +76,24 @@ def _model_rows(name, entry, joints, units):
                *JOINT_NAMES[name])
 
 
-def simulator_section(diagnosis, answer, units):
+def simulator_section(diagnosis, answer, records):
     """The corrected joints as a simulator of joints takes them."""
     if answer["verdict"] == "none":
         return None
-    shown = (("armature", "kg m^2", "joint armature", "-", "armature"),
-             ("damping", "N m s/rad", "joint damping", "<dynamics damping>", "viscousFriction"),
-             ("frictionloss", "N m", "joint frictionloss", "<dynamics friction>",
+    units = units_of(records)
+    named = simulator_units(units)
+    force, rate = named["force"], f"{units['q']}/s"
+    shown = (("armature", named["inertia"], "joint armature", "-", "armature"),
+             ("damping", f"{force}/({rate})", "joint damping", "<dynamics damping>",
+              "viscousFriction"),
+             ("frictionloss", force, "joint frictionloss", "<dynamics friction>",
               "dynamicFrictionEffort"),
              ("gear", "1", "motor gear", "mechanicalReduction", "scale of the effort"),
-             ("limit", "N m", "motor forcerange", "<limit effort>", "effort_limit"),
+             ("limit", force, "motor forcerange", "<limit effort>", "effort_limit"),
              ("delay", "s", "actuator delay", "-", "DelayedPDActuator max_delay"))
-    rows = tuple((row["name"], number(row[key], 4), local_unit(unit, units), *names)
-                 for row in joint_side(diagnosis) for key, unit, *names in shown
-                 if row[key] is not None)
+    numbers = joint_side(diagnosis, force_per_command(diagnosis, records))
+    rows = tuple((row["name"], number(row[key], 4), unit, *names)
+                 for row in numbers for key, unit, *names in shown if row[key] is not None)
     return Section(
         "Put these numbers into the simulator",
         ("Joint side: torques of the motor times the gear ratio. The inertia of links that are "

@@ -48,7 +48,15 @@ def at_joints(joints, names):
 
 def local_unit(unit, units):
     """Unit of a number for a machine that is not in rad and N m."""
+    if units["u"] != "N m":
+        unit = unit.replace("kg m^2", f"{units['u']} s^2/{units['q']}")
     return unit.replace("N m", units["u"]).replace("rad", units["q"])
+
+
+def simulator_units(units):
+    """Units of forces and inertias in a simulator: those of an axis that slides, or turns."""
+    return {"force": "N", "inertia": "kg"} if units["q"] == "m" else {
+        "force": "N m", "inertia": "kg m^2"}
 
 
 def units_of(records):
