@@ -125,6 +125,7 @@ def test_sentence_names_cause_joint_and_gain():
         "The model lacks coulomb at elbow (93 %); with it the model loses 96.4 % of its "
         "reducible gap on unseen data.")
     assert "no effect" in sentence({**told, "verdict": "unexplained"}, ())
+    assert "nearest removes 96.4 %" in sentence({**told, "verdict": "unexplained"}, ())
     assert "noise" in sentence({**told, "verdict": "none"}, ())
 
 

@@ -47,6 +47,8 @@ def block_shares(diagnosis):
 def coloured_loop(shares):
     """Draw the loop of Fig. 1, the joint opened into its parts, coloured by share of the gap.
 
+    What no hypothesis removes is drawn as a torque from elsewhere, so that the colours add up.
+
     Parameters
     ----------
     shares : list of dict
@@ -55,8 +57,7 @@ def coloured_loop(shares):
     """
     from clie_blocks.diagrams.picture import draw
 
-    values = {row["block"]: 100.0 * row["share"] for row in shares
-              if row["block"] != "unassigned"}
+    values = {row["block"]: 100.0 * row["share"] for row in shares}
     return draw(_loop(), values=values, value_label="share of the gap [%]")
 
 
@@ -64,10 +65,12 @@ def _loop():
     from clie_blocks.signals import interconnect
 
     blocks = [_block("controller", ("q_d", "pe", "q_seen"), "u"), _block("drive", ("u",), "tau"),
-              _block("joint", ("tau", "tau_gear"), "q_motor"),
+              _block("joint", ("tau", "tau_gear", "tau_else"), "q_motor"),
+              _block("unassigned", (), "tau_else"),
               _block("gear", ("q_motor", "q"), "tau_gear"), _block("links", ("tau_gear",), "q"),
               _block("encoder", ("q",), "q_seen")]
     wires = (("drive.u", "controller.u"), ("joint.tau", "drive.tau"),
+             ("joint.tau_else", "unassigned.tau_else"),
              ("joint.tau_gear", "gear.tau_gear"), ("gear.q_motor", "joint.q_motor"),
              ("gear.q", "links.q"), ("links.tau_gear", "gear.tau_gear"),
              ("encoder.q", "links.q"), ("controller.q_seen", "encoder.q_seen"))

@@ -82,16 +82,13 @@ def sentence(answer, joints):
     if answer["verdict"] == "parametric":
         return f"The model is right but its numbers are not{bought}."
     if answer["verdict"] == "unexplained":
-        return ("Something is there that no effect of the library explains"
-                f"{_nearest(answer, bought)}.")
+        nearest = "" if closed["value"] is None else (
+            f"; the nearest removes {number(closed['value'])} % of the reducible gap")
+        return f"Something is there that no effect of the library explains{nearest}."
     leading = _leading(answer)
     names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
                    f"({percent(row['probability'])})" for row in leading)
     return f"The model lacks {names}{bought}."
-
-
-def _nearest(answer, bought):
-    return f"; the nearest is not it{bought}" if bought else ""
 
 
 def _leading(answer):

@@ -87,7 +87,8 @@ def corrected_model(diagnosis, force=1.0):
 
     """
     rows = joint_side(diagnosis, force)
-    lines = ["<mujoco>", "  <!-- attributes to put on your joints and motors -->", "  <worldbody>"]
+    lines = ["<mujoco>", f"  <!-- verdict: {diagnosis.verdict} -->",
+             "  <!-- attributes to put on your joints and motors -->", "  <worldbody>"]
     lines += [f"    <joint {_attributes(row, ('name', 'armature', 'damping', 'frictionloss'))}/>"
               for row in rows]
     lines += ["  </worldbody>", "  <actuator>"]

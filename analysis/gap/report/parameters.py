@@ -78,7 +78,7 @@ def _model_rows(name, entry, joints, units):
 
 def simulator_section(diagnosis, answer, records):
     """The corrected joints as a simulator of joints takes them."""
-    if answer["verdict"] == "none":
+    if answer["verdict"] in ("none", "unexplained"):
         return None
     units = units_of(records)
     named = simulator_units(units)
