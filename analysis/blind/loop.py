@@ -9,6 +9,7 @@ from clie_blocks.analysis.blind.robot import NEUTRAL
 from clie_blocks.analysis.blind.world import STEP, world
 
 WILD = 100.0  # rad/s
+NOWHERE = 1e3  # rad: what is said of a copy that went wild
 
 
 def run(robot, lanes, motions, noises, seed=0):
@@ -30,7 +31,8 @@ def run(robot, lanes, motions, noises, seed=0):
     Returns
     -------
     list of (q, u)
-        Measured position and command of each copy, shape (N, n).
+        Measured position and command of each copy, shape (N, n); a copy whose loop is unstable
+        is nowhere.
 
     """
     import mujoco
@@ -53,6 +55,7 @@ def run(robot, lanes, motions, noises, seed=0):
         measured[i] = _seen(plant.q(), noise[i], robot, p)
         commands[i] = controller(q_d[i], measured[i], pe[i])
         plant.move(t, drive(t, commands[i]), disturb)
+    measured[:, plant.wild] = NOWHERE
     return [(measured[:len(m.q_d), j], commands[:len(m.q_d), j]) for j, m in enumerate(motions)]
 
 
@@ -209,10 +212,12 @@ class _Plant:
         self.motor = np.array([order[f"a{lane}_{k}"] for lane, k in pairs])
         twists = [order.get(f"b{lane}_{k}") for lane, k in pairs]
         self.twisted = np.array([twist is not None for twist in twists])
+        self.wild = np.zeros(lanes, bool)
         self.twist = np.array([twist for twist in twists if twist is not None], int)
 
     def start(self, angles):
         """Put every copy at rest at its start angle."""
+        self.begin = angles
         self.data.qpos[self.motor] = angles.ravel()
 
     def q(self):
@@ -235,11 +240,16 @@ class _Plant:
                 level = disturbances.level(now, q, dq, load)
                 self.model.dof_frictionloss[self.motor] = (self.ratio * level).ravel()
             self.step(self.model, data)
-        if np.abs(data.qvel).max() > WILD:  # one copy must not spoil the others
+        if not np.abs(data.qvel).max() < WILD:  # one copy must not spoil the others
             self._brake()
 
     def _brake(self):
-        """Stop the copies that have gone wild where they are."""
-        lane = np.abs(self.data.qvel[self.motor]).reshape(self.shape).max(axis=1) > WILD
-        self.data.qvel[self.motor.reshape(self.shape)[lane]] = 0.0
-        self.data.qvel[self.twist] = 0.0
+        """Hold the copies that have gone wild at their start."""
+        dq = self.data.qvel[self.motor].reshape(self.shape)
+        lost = ~(np.abs(dq) < WILD).all(axis=1)
+        self.data.qvel[self.motor.reshape(self.shape)[lost]] = 0.0
+        self.data.qpos[self.motor.reshape(self.shape)[lost]] = self.begin[lost]
+        twist = self.twist[np.repeat(lost, self.shape[1])[self.twisted]]
+        self.data.qvel[twist] = self.data.qpos[twist] = 0.0
+        self.data.qacc_warmstart[:] = 0.0
+        self.wild |= lost

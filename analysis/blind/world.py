@@ -11,7 +11,7 @@ _DRY = ('solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"')
 _XML = """<mujoco>
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{step}" gravity="0 0 {down}" integrator="RK4">
-    <flag contact="disable"/>
+    <flag contact="disable" autoreset="disable"/>
   </option>
   <worldbody>{bodies}</worldbody>
   <actuator>{motors}</actuator>
