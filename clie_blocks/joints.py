@@ -113,13 +113,15 @@ def held_joint_step(q, dq, u, a, b, d, period):
         Position [rad] and velocity [rad/s] after `period` [s].
 
     """
-    small = np.abs(a) * period < 1e-6
-    rate = np.where(small, 1.0, a)
-    decay = np.exp(-a * period)
-    travel = np.where(small, period - a * period**2 / 2, (1.0 - decay) / rate)
-    push = np.where(small, period**2 / 2 - a * period**3 / 6, (period - travel) / rate)
+    x = a * period
+    small = np.abs(x) < 0.03  # below it the closed form of `push` cancels
+    safe = np.where(small, 1.0, x)
+    travel = period * np.where(x == 0, 1.0, -np.expm1(-x) / np.where(x == 0, 1.0, x))
+    series = 1 / 2 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (
+        1 / 720 - x * (1 / 5040 - x / 40320)))))
+    push = period**2 * np.where(small, series, (safe + np.expm1(-safe)) / safe**2)
     force = b * u - d
-    return q + travel * dq + push * force, decay * dq + travel * force
+    return q + travel * dq + push * force, np.exp(-x) * dq + travel * force
 
 
 def estimated_model(n, *, period=None, name="model"):

@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -52,11 +53,17 @@ def test_held_step_is_exact(a, b, d, dq, u, period):
     np.testing.assert_allclose([q_end, dq_end], run.y[:, -1], rtol=1e-8, atol=1e-10)
 
 
-def test_held_step_has_no_cancellation_near_zero_damping():
-    exact = held_joint_step(0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1e-3)
-    for a in (1e-12, 1e-6, 9e-4, 1.1e-3):
-        q, dq = held_joint_step(0.0, 1.0, 0.0, a, 1.0, 0.0, 1e-3)
-        assert q == pytest.approx(exact[0] * (1 - a * 1e-3 / 2), rel=1e-9)
+@pytest.mark.parametrize("x", [0.0, 1e-14, 1e-9, 2e-6, 1e-3, 0.0299, 0.0301, 0.5, -2e-6, -0.5])
+def test_held_step_has_no_cancellation_near_zero_damping(x):
+    """Second route in 50 digits: the matrix exponential of the held joint."""
+    with mpmath.workdps(50):
+        period = mpmath.mpf(1) / 64
+        a = mpmath.mpf(x) / period
+        exact = mpmath.expm(mpmath.matrix([[0, 1, 0], [0, -a, 1], [0, 0, 0]]) * period)
+        wanted = [float(exact[0, 1]), float(exact[0, 2]), float(exact[1, 1])]
+    travel, decay = held_joint_step(0.0, 1.0, 0.0, x * 64, 1.0, 0.0, 1 / 64)
+    push, _ = held_joint_step(0.0, 0.0, 1.0, x * 64, 1.0, 0.0, 1 / 64)
+    np.testing.assert_allclose([travel, push, decay], wanted, rtol=2e-14)
 
 
 def test_reduction_gives_the_ratio_of_a_to_b_that_physics_forces():
