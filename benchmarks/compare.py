@@ -3,8 +3,8 @@
     python benchmarks/compare.py            writes docs/benchmarks.md
     python benchmarks/compare.py -o FILE
 
-Runners that are not installed are left out: numba, casadi, pathsim and bdsim are compared with,
-never needed.
+Runners that are not installed are left out: numba, casadi, pathsim, bdsim, drake and jaxonomy are
+compared with, never needed.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from clie_blocks.compiled import compile_diagram, reduce
 from clie_blocks.output import run_main, write
 
 STEPS, SLOW_STEPS, RUNS = 50_000, 50, 64
-PEERS = ("numba", "casadi", "pathsim", "bdsim")
+PEERS = ("numba", "casadi", "pathsim", "bdsim", "drake", "jaxonomy")
 C, OURS = "C by hand", "**compiled diagram, one set**"
 
 
@@ -80,6 +80,8 @@ def quick_jobs(program, c, noise):
     if casadi_loop := importable("casadi_loop"):
         jobs["CasADi graph, its virtual machine"] = functools.partial(
             casadi_loop.simulator(len(noise)), noise)
+    if jaxonomy_loop := importable("jaxonomy_loop"):
+        jobs["Jaxonomy by hand, no noise"] = jaxonomy_loop.simulator(len(noise))
     return jobs
 
 
@@ -88,7 +90,7 @@ def slow_jobs(diagram):
     still, plain = np.zeros((SLOW_STEPS, 2)), compile_diagram(diagram, "python")
     jobs = {"**compiled to plain Python**": lambda: loop.run(plain, still),
             "python-control, fixed step": lambda: python_control(diagram, SLOW_STEPS)}
-    for name in ("pathsim", "bdsim"):
+    for name in ("pathsim", "bdsim", "drake"):
         if peer := importable(f"{name}_loop"):
             jobs[f"{name}, fixed step"] = functools.partial(
                 peer.simulator(diagram), SLOW_STEPS)
@@ -213,8 +215,8 @@ in turn with C, so that a busy machine slows all alike.
 {fixed}
 
 C and the compiled diagram differ by at most {difference:.0e} in any state.  Plain Python,
-python-control, PathSim and bdsim take {slow} steps, three times, without noise: they cannot hold a
-noise sample over a step.
+python-control, PathSim, bdsim and Drake take {slow} steps, three times, without noise: most of
+them cannot hold a noise sample over a step.  Jaxonomy takes all steps, without noise too.
 
 ## Free choice of steps, no noise
 

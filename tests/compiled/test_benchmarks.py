@@ -52,10 +52,19 @@ def test_peers_are_the_same_loop(load, peer):
     np.testing.assert_allclose(theirs, ours, rtol=1e-10, atol=1e-13)
 
 
-@pytest.mark.parametrize("peer", ["pathsim", "bdsim"])
 @pytest.mark.slow
-def test_block_diagram_tools_are_the_same_loop(load, peer):
-    loop, module = load("loop"), load(f"{peer}_loop", peer)
+def test_jaxonomy_is_the_same_loop(load):
+    loop, module = load("loop"), load("jaxonomy_loop", "jaxonomy")
+    still = np.zeros((STEPS, 2))
+    ours = loop.run(compile_diagram(loop.diagram()), still).states[:, -1]
+    np.testing.assert_allclose(module.simulator(STEPS)(), ours, rtol=1e-10, atol=1e-13)
+
+
+@pytest.mark.parametrize("peer, needs", [("pathsim", "pathsim"), ("bdsim", "bdsim"),
+                                         ("drake", "pydrake")])
+@pytest.mark.slow
+def test_block_diagram_tools_are_the_same_loop(load, peer, needs):
+    loop, module = load("loop"), load(f"{peer}_loop", needs)
     diagram = loop.diagram()
     ours = compile_diagram(diagram).run(2e-3, loop.STEP, inputs=loop.inputs(np.zeros(2)))
     theirs = module.simulator(diagram)(20)
