@@ -31,7 +31,11 @@ class MissingExtraError(ClieError):
     """A job needs an optional dependency that is not installed."""
 
     def __init__(self, job, package, extra):
-        super().__init__(f"{job} needs {package}: pip install \"clie-blocks[{extra}]\"")
+        super().__init__(job, package, extra)  # as they came, so that a worker can send it
+
+    def __str__(self):
+        job, package, extra = self.args
+        return f'{job} needs {package}: pip install "clie-blocks[{extra}]"'
 
 
 def nearest(name, known):

@@ -92,3 +92,19 @@ def test_same_figure_same_svg_bytes(tmp_path):
 
     paths = [save_figure(figure(), tmp_path / str(k), "f", ("svg",))[0] for k in range(2)]
     assert Path(paths[0]).read_bytes() == Path(paths[1]).read_bytes()
+
+
+def test_missing_extra_says_what_to_install_also_from_a_worker():
+    import pickle
+
+    from clie_blocks.errors import MissingExtraError
+
+    error = pickle.loads(pickle.dumps(MissingExtraError("reading bags", "rosbags", "ros")))
+    assert str(error) == 'reading bags needs rosbags: pip install "clie-blocks[ros]"'
+    assert guarded(lambda argv: (_ for _ in ()).throw(error)) == 2
+
+
+def test_blind_trials_without_the_engine_say_so(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert cli.main(["blind", "--trials", "1", "-o", str(tmp_path)]) == 2
+    assert "mujoco" in capsys.readouterr().err

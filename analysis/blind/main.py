@@ -1,10 +1,12 @@
 """``clie blind``: sealed trials of the diagnosis: make, seal, diagnose, unseal, score."""
 
 import argparse
+import importlib.util
 import json
 import sys
 from pathlib import Path
 
+from clie_blocks.errors import MissingExtraError
 from clie_blocks.output import run_main, to_json, write
 
 FAIR = 0.5  # share of single effects named right below which the news is bad
@@ -30,6 +32,8 @@ def main(argv=None):
     from clie_blocks.analysis.blind.score import left_out, score
     from clie_blocks.analysis.blind.seal import unseal
 
+    if importlib.util.find_spec("mujoco") is None:
+        raise MissingExtraError("making blind trials", "mujoco", "mujoco")
     study.make(asked.output, asked.trials, asked.seed, asked.jobs)
     diagnoses = study.diagnose(asked.output, asked.jobs)
     labels = unseal(asked.output)
