@@ -134,13 +134,3 @@ def unit_tip_chain(chain):
     """Chain with the same lengths whose only mass is 1 kg at the tip."""
     return dataclasses.replace(chain, mass=np.eye(chain.n)[-1], com=chain.length,
                                inertia=np.zeros(chain.n))
-
-
-def known_torque(chain, q, dq, ddq):
-    """Link terms that the nominal model holds [N m]."""
-    torque = 0.0 * q
-    if chain.has_coupling:
-        torque = torque + coupling_torque(chain, q, dq, ddq)
-    if chain.has_gravity:
-        torque = torque + gravity_torque(chain, q)
-    return torque

@@ -127,8 +127,9 @@ def test_error_dynamics_input_error_and_lyapunov_derivative_symbolically():
 
 
 def test_tables_of_the_paper_are_consistent_with_each_other():
-    """Table 2's error column is 100 |error|, which three of its entries contradict (errata)."""
+    """Table 2's error column is 100 |error|, which two entries of CASE 1 contradict (errata)."""
     for case in (1, 2, 3):
         error = 100 * np.abs(paper.THETA_HAT[case] - paper.THETA)
         wrong = np.abs(error - paper.ERROR_PRINTED[case]) > 0.0101
         assert wrong.sum() == (2 if case == 1 else 0), case
+    assert pytest.approx(paper.K_1_PRINTED - paper.BOUND_31, abs=5e-3) == paper.RHO

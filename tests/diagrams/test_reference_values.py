@@ -6,7 +6,7 @@ import pytest
 from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
-from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate
+from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate, remarks
 from clie_blocks.signals import signal
 
 R0 = {1: [1.85917259, 1.86870756, .48044130, .48252205, .00886659, -.00548455],
@@ -105,3 +105,12 @@ def test_same_seed_same_numbers():
 
     np.testing.assert_array_equal(run(1), run(1))
     assert np.max(np.abs(run(1) - run(2))) > 1e-6
+
+
+@pytest.mark.parametrize("settings, said, unsaid", [
+    ({}, "which this run has:", "biases A"),
+    ({"duration": 100.0}, "which this run has not", "biases"),
+    ({"velocity": "measured"}, "biases A by 16 %", "6.5 %"), ({"gamma": 80.0}, "exact", "6.5 %")])
+def test_remarks_fit_the_run(settings, said, unsaid):
+    text = " ".join(remarks(Experiment(**settings)))
+    assert said in text and unsaid not in text
