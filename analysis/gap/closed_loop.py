@@ -262,7 +262,7 @@ class Simulator:
             ddq_m = (now.u - passed - torque + link_damping * dq_m) / motor
             limits = robot.dry_friction(of_motor, self.pieces, p)
             dq = dq + h * ddq
-            dq_m = robot.stopped(dq_m + h * ddq_m, motor, 0.0 * motor, limits, h)
+            dq_m = robot.stopped(dq_m + h * ddq_m, motor, None, limits, h)
             q, q_m = q + h * dq, q_m + h * dq_m
         return (q, dq, q_m, dq_m), after
 

@@ -1,8 +1,11 @@
 """Known rigid-body terms of a planar chain of links, over whole time series.
 
-Angles as in the paper: q1 = 0 is horizontal, q2 relative to link 1.  Torques are joint side [N m];
-the mass matrix is that of all links, without the rotors.  One or two links are known in closed
-form; a robot with more joints is treated joint by joint, without link terms.
+Angles as in the paper: q1 = 0 is horizontal, every other joint relative to the link before it.
+Torques are joint side [N m]; the mass matrix is that of all links, without the rotors.
+
+In the absolute angles phi_i = q_1 + ... + q_i the chain is simple: its mass matrix is
+P_ij cos(phi_i - phi_j) with constants P, its centrifugal torque P_ij sin(phi_i - phi_j) dphi_j^2.
+A joint turns all links behind it, so its row is the sum of theirs.
 """
 
 import dataclasses
@@ -51,7 +54,7 @@ class PlanarChain:
 def planar_chain(robot, pose):
     """Return the chain that a robot file states, with its inertia at a pose."""
     links, n = robot.links, robot.n
-    known = (links.mass is not None and links.length is not None and n <= 2
+    known = (links.mass is not None and links.length is not None
              and np.all(links.mass > 0) and np.all(links.length > 0))
     zero = np.zeros(n)
 
@@ -64,69 +67,68 @@ def planar_chain(robot, pose):
         inertia=given("inertia") if known else zero,
         bearing_damping=given("joint_viscous_friction"), g=robot.nominal.g,
         has_gravity=known and robot.nominal.gravity,
-        has_coupling=known and robot.nominal.coupling and n == 2, diagonal=zero, known=known)
-    return dataclasses.replace(chain, diagonal=_diagonal(chain, np.asarray(pose, float)))
+        has_coupling=known and robot.nominal.coupling and n > 1, diagonal=zero, known=known)
+    rows = mass_matrix(chain, np.asarray(pose, float))
+    return dataclasses.replace(chain, diagonal=np.array([rows[k][k] for k in range(n)]))
 
 
-def _diagonal(chain, pose):
-    if chain.n == 1:
-        return chain.inertia + chain.mass * chain.com**2
-    if chain.n > 2:
-        return np.zeros(chain.n)
-    m_11, _, m_22 = mass_entries(chain, pose[1])
-    return np.array([m_11, m_22])
-
-
-def mass_entries(chain, q2):
-    """Entries m_11, m_12, m_22 of the mass matrix of two links [kg m^2]."""
-    m, c, inertia, l_1 = chain.mass, chain.com, chain.inertia, chain.length[0]
-    k = m[1] * l_1 * c[1] * np.cos(q2)
-    m_22 = inertia[1] + m[1] * c[1] * c[1]
-    m_11 = inertia[0] + m[0] * c[0] * c[0] + m[1] * l_1 * l_1 + m_22 + 2 * k
-    return m_11, m_22 + k, m_22
+def mass_matrix(chain, q):
+    """Mass matrix as n rows of n entries [kg m^2]; q (..., n) may hold a time series."""
+    n, constant = chain.n, _constants(chain)
+    pair = {(i, j): constant[i][j] * np.cos(_between(q, i, j))
+            for i in range(n) for j in range(i + 1, n)}
+    pair.update({(i, i): constant[i][i] for i in range(n)})
+    rows = [[0.0] * n for _ in range(n + 1)]
+    for a in reversed(range(n)):
+        tail = 0.0
+        for b in reversed(range(a, n)):
+            tail = pair[a, b] + tail
+            rows[a][b] = rows[b][a] = tail + rows[a + 1][b]
+    return rows[:n]
 
 
 def gravity_torque(chain, q, shift=0.0):
-    """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q has n columns."""
+    """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q is (..., n)."""
     own = chain.g * chain.mass * chain.com
-    if chain.n == 1:
-        return own[0] * np.cos(q + shift)
-    carried = chain.g * chain.mass[1] * chain.length[0]
-    first = (own[0] + carried) * np.cos(q[..., 0] + shift)
-    tip = own[1] * np.cos(q[..., 0] + q[..., 1] + shift)
-    return np.stack([first + tip, tip], axis=-1)
+    angle, torque = _absolute(q), []
+    for i in range(chain.n):
+        carried = chain.g * chain.length[i] * _sum([chain.mass[k] for k in range(i + 1, chain.n)])
+        torque.append((own[i] + carried) * np.cos(angle[i] + shift))
+    return np.stack(_behind(torque), axis=-1)
 
 
 def coriolis_torque(chain, q, dq):
-    """Coriolis and centrifugal torque of two links [N m]; zero for one."""
-    if chain.n != 2:
+    """Coriolis and centrifugal torque of the links [N m]; zero for one."""
+    n, constant, speed = chain.n, _constants(chain), _absolute(dq)
+    if n == 1:
         return 0.0 * q
-    k = chain.mass[1] * chain.length[0] * chain.com[1] * np.sin(q[..., 1])
-    return np.stack([-k * (2 * dq[..., 0] * dq[..., 1] + dq[..., 1] * dq[..., 1]),
-                     k * dq[..., 0] * dq[..., 0]],
-                    axis=-1)
+    square, torque = [w * w for w in speed], [[] for _ in range(n)]
+    for i in range(n):
+        for j in range(i + 1, n):
+            pull = constant[i][j] * np.sin(_between(q, i, j))
+            torque[i].append(-pull * square[j])
+            torque[j].append(pull * square[i])
+    return np.stack(_behind([_sum(parts) for parts in torque]), axis=-1)
 
 
 def coupling_torque(chain, q, dq, ddq):
     """Torque of inertia coupling, of the change of inertia, and Coriolis [N m]."""
-    if chain.n != 2:
+    if chain.n == 1:
         return 0.0 * q
-    m_11, m_12, m_22 = mass_entries(chain, q[..., 1])
-    inertial = np.stack([(m_11 - chain.diagonal[0]) * ddq[..., 0] + m_12 * ddq[..., 1],
-                         m_12 * ddq[..., 0] + (m_22 - chain.diagonal[1]) * ddq[..., 1]], axis=-1)
-    return inertial + coriolis_torque(chain, q, dq)
+    return (inertial_torque(chain, q, ddq) - chain.diagonal * ddq
+            + coriolis_torque(chain, q, dq))
+
+
+def inertial_torque(chain, q, ddq):
+    """Mass matrix times acceleration [N m], shape (..., n)."""
+    return np.stack([_sum([m * ddq[..., j] for j, m in enumerate(row)])
+                     for row in mass_matrix(chain, q)], axis=-1)
 
 
 def tip_load_torque(chain, q, dq, ddq):
     """Torque of a unit mass at the tip [N m/kg], with its weight where gravity acts."""
     unit = unit_tip_chain(chain)
-    if chain.n == 1:
-        torque = unit.length[0] ** 2 * ddq
-    else:
-        m_11, m_12, m_22 = mass_entries(unit, q[..., 1])
-        torque = np.stack([m_11 * ddq[..., 0] + m_12 * ddq[..., 1],
-                           m_12 * ddq[..., 0] + m_22 * ddq[..., 1]], axis=-1)
-        torque = torque + coriolis_torque(unit, q, dq)
+    torque = inertial_torque(unit, q, ddq) + coriolis_torque(unit, q, dq)
     return torque + gravity_torque(unit, q) if chain.has_gravity else torque
 
 
@@ -134,3 +136,41 @@ def unit_tip_chain(chain):
     """Chain with the same lengths whose only mass is 1 kg at the tip."""
     return dataclasses.replace(chain, mass=np.eye(chain.n)[-1], com=chain.length,
                                inertia=np.zeros(chain.n))
+
+
+def _constants(chain):
+    """Upper triangle of P: inertia of link i about its joint, and moments of links i < j."""
+    n, found = chain.n, [[None] * chain.n for _ in range(chain.n)]
+    for j in range(n):
+        carried = _sum([chain.mass[k] for k in range(j + 1, n)])
+        moment = chain.mass[j] * chain.com[j] + chain.length[j] * carried
+        for i in range(j):
+            found[i][j] = chain.length[i] * moment
+        found[j][j] = (chain.inertia[j] + chain.mass[j] * chain.com[j] * chain.com[j]
+                       + chain.length[j] * chain.length[j] * carried)
+    return found
+
+
+def _between(q, i, j):
+    """Angle from link i to link j."""
+    return _sum([q[..., k] for k in range(i + 1, j + 1)])
+
+
+def _absolute(q):
+    """Sums q_1 + ... + q_i, one per joint."""
+    found = [q[..., 0]]
+    for k in range(1, q.shape[-1]):
+        found.append(found[-1] + q[..., k])
+    return found
+
+
+def _behind(torque):
+    """Torque at every joint of torques that act on the links: those of all links behind it."""
+    found = [torque[-1]]
+    for part in reversed(torque[:-1]):
+        found.append(part + found[-1])
+    return found[::-1]
+
+
+def _sum(parts):
+    return sum(parts[1:], parts[0]) if parts else 0.0

@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clie_blocks.analysis.gap.links import coriolis_torque, gravity_torque, mass_entries
+from clie_blocks.analysis.gap.links import coriolis_torque, gravity_torque, mass_matrix
 
 SUBSTEPS = 5
 SWEEPS = 4  # for the friction impulses of coupled joints
@@ -31,7 +31,7 @@ class Piece:
         ``drive``   act(u, z, p, h) -> u, z;
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, p) -> largest torque against forward and against backward motion;
-        ``body``    act(s, p) -> own mass, mass shared with the other joint, and torque;
+        ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
         ``transmission`` act(twist, rate, p, link) -> torque from motor to link.
         `s` is a `State`; `p` holds the numbers of the effect, `z` its memory, one array (n,)
         per state; `h` is the period.
@@ -94,35 +94,50 @@ def loads(s, memory, pieces, p):
 
 
 def dry_friction(s, pieces, p):
-    """Largest friction torque against forward and backward motion [N m]."""
-    forward = backward = 0.0 * s.dq
-    for name, piece in _at(pieces, "friction"):
-        plus, minus = piece.act(s, p[name])
-        forward, backward = forward + plus, backward + minus
-    return forward, backward
+    """Largest friction torque against forward and against backward motion [N m], or None."""
+    found = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
+    return tuple(sum(side[1:], side[0]) for side in zip(*found)) if found else None
 
 
 def stopped(dq, own, cross, limits, h):
     """Velocity after dry friction acted for a time h: it stops a joint, never reverses it.
 
-    The impulses of two coupled joints depend on each other; a few sweeps settle them.
+    The impulses of coupled joints depend on each other; a few sweeps settle them.
     """
+    if limits is None:
+        return dq
     forward, backward = limits
-    own, cross = inverse_mass(own, cross)
-    impulse = np.clip(dq / own, -h * backward, h * forward)
-    for _ in range(SWEEPS if len(dq) == 2 else 0):
-        left = dq - cross * impulse[::-1]
-        impulse = np.clip(left / own, -h * backward, h * forward)
-    moved = dq - own * impulse
-    return moved - cross * impulse[::-1] if len(dq) == 2 else moved
+    if cross is None:
+        return dq - np.clip(dq * own, -h * backward, h * forward) / own
+    inverse, n = inverse_mass(own, cross), len(dq)
+    alone = [1.0 / inverse[k][k] for k in range(n)]
+    share = [[alone[k] * inverse[k][j] for j in range(n)] for k in range(n)]
+    impulse = [0.0 * dq[k] for k in range(n)]
+    for _ in range(SWEEPS):
+        for k in range(n):
+            left = alone[k] * dq[k] - _sum(share[k][j] * impulse[j] for j in range(n) if j != k)
+            impulse[k] = np.clip(left, -h * backward[k], h * forward[k])
+    return np.array([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
+                     for k in range(n)])
 
 
 def inverse_mass(own, cross):
-    """Diagonal and off-diagonal of the inverse of the mass matrix, row by row."""
-    if len(own) != 2:
-        return 1.0 / own, 0.0
-    determinant = own * own[::-1] - cross * cross[::-1]
-    return own[::-1] / determinant, -cross / determinant
+    """Inverse of the mass matrix as rows; the elimination needs no pivots."""
+    n = len(own)
+    rows = [[own[k] if j == k else cross[j][k] for j in range(n)] for k in range(n)]
+    if n == 2:  # half the time
+        (a, b), (c, d) = rows
+        scale = 1.0 / (a * d - b * c)
+        return [[scale * d, -scale * b], [-scale * c, scale * a]]
+    for p in range(n):
+        scale = 1.0 / rows[p][p]
+        rows[p] = [scale if j == p else scale * rows[p][j] for j in range(n)]
+        for k in range(n):
+            if k != p:
+                factor = rows[k][p]
+                rows[k] = [-factor * scale if j == p else rows[k][j] - factor * rows[p][j]
+                           for j in range(n)]
+    return rows
 
 
 def link_terms(s, pieces, p):
@@ -130,31 +145,46 @@ def link_terms(s, pieces, p):
 
     Returns
     -------
-    own, cross : ndarray, shape (n,)
-        Diagonal and off-diagonal part of row k of the mass matrix; `cross` is for two links.
+    own : ndarray, shape (n,)
+        Diagonal of the mass matrix.
+    cross : ndarray, shape (n, n), or None
+        ``cross[j][k]`` is the share of joint j's acceleration in the equation of joint k;
+        None where nothing couples the joints.
     torque : ndarray, shape (n,)
         Gravity and Coriolis torque.
 
     """
-    chain, ratio = s.chain, s.ratio
-    own = cross = torque = np.zeros(chain.n)
+    chain, ratio, cross = s.chain, s.ratio, None
+    own = torque = np.zeros(chain.n)
     if chain.has_coupling:
-        m_11, m_12, m_22 = mass_entries(chain, s.q[1])
-        own = np.array([m_11, m_22 + 0.0 * m_11]) - chain.diagonal
-        own, cross = own / ratio, m_12 / ratio
+        own, cross = split_mass(mass_matrix(chain, s.q))
+        own, cross = (own - chain.diagonal) / ratio, cross / ratio
         torque = coriolis_torque(chain, s.q, s.dq) / ratio
     if chain.has_gravity:
         torque = torque + gravity_torque(chain, s.q) / ratio
     for name, piece in _at(pieces, "body"):
         more_own, more_cross, more_torque = piece.act(s, p[name])
-        own, cross, torque = own + more_own, cross + more_cross, torque + more_torque
-    return own, cross, torque
+        own, torque = own + more_own, torque + more_torque
+        cross = more_cross if cross is None else cross + more_cross
+    return own, cross if chain.n > 1 else None, torque
+
+
+def split_mass(rows):
+    """Diagonal of a mass matrix, and the whole of it."""
+    return np.array([row[k] for k, row in enumerate(rows)]), np.array(rows)
 
 
 def acceleration(torque, own, cross):
-    """Solve own_k ddq_k + cross_k ddq_j = torque_k; with two joints j is the other one."""
-    own, cross = inverse_mass(own, cross)
-    return own * torque + cross * torque[::-1] if len(torque) == 2 else own * torque
+    """Solve own_k ddq_k + sum of cross_jk ddq_j = torque_k."""
+    if cross is None:
+        return torque / own
+    return np.array([_sum(x * torque[j] for j, x in enumerate(row))
+                     for row in inverse_mass(own, cross)])
+
+
+def _sum(parts):
+    first, *rest = parts
+    return sum(rest, first)
 
 
 def _at(pieces, port):

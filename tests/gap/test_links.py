@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks import manipulator
-from clie_blocks.analysis.gap import links
+from clie_blocks.analysis.gap import links, simulated
 
 
 @pytest.fixture
@@ -20,27 +20,104 @@ def arm():
 def test_mass_gravity_and_coriolis_agree_with_the_arm_of_the_blocks(arm):
     rng = np.random.default_rng(0)
     q, dq = rng.normal(size=(2, 7, 2))
-    m_11, m_12, m_22 = links.mass_entries(arm, q[:, 1])
     for i in range(7):
         matrix = manipulator.mass_matrix(q[i], arm.mass, arm.length, arm.com, arm.inertia)
-        assert np.allclose(matrix, [[m_11[i], m_12[i]], [m_12[i], m_22]])
+        assert np.allclose(matrix, links.mass_matrix(arm, q[i]))
         weight = manipulator.gravity(q[i], arm.mass, arm.length, arm.com)
         assert np.allclose(links.gravity_torque(arm, q)[i], weight)
         swirl = manipulator.coriolis(q[i], dq[i], arm.mass, arm.length, arm.com) @ dq[i]
         assert np.allclose(links.coriolis_torque(arm, q, dq)[i], swirl)
 
 
-def test_coupling_torque_does_the_work_that_changes_the_kinetic_energy(arm):
-    time = np.linspace(0.0, 2.0, 20001)
-    q = np.stack([np.sin(2 * time), np.cos(3 * time)], axis=1)
-    dq = np.stack([2 * np.cos(2 * time), -3 * np.sin(3 * time)], axis=1)
-    ddq = np.stack([-4 * np.sin(2 * time), -9 * np.cos(3 * time)], axis=1)
-    m_11, m_12, m_22 = links.mass_entries(arm, q[:, 1])
-    energy = 0.5 * (m_11 * dq[:, 0]**2 + 2 * m_12 * dq[:, 0] * dq[:, 1] + m_22 * dq[:, 1]**2)
-    torque = links.coupling_torque(arm, q, dq, ddq) + arm.diagonal * ddq
+@pytest.fixture(params=[2, 4, 6])
+def chain(request):
+    return _drawn(request.param)
+
+
+def _drawn(n, seed=1):
+    rng = np.random.default_rng(seed)
+    length, mass = rng.uniform(0.2, 0.5, n), rng.uniform(0.3, 1.2, n)
+    return links.PlanarChain(
+        length=length, mass=mass, com=0.6 * length, inertia=0.05 * mass * length**2,
+        bearing_damping=np.zeros(n), g=9.81, has_gravity=True, has_coupling=True,
+        diagonal=np.linspace(0.5, 0.1, n), known=True)
+
+
+def test_coupling_torque_does_the_work_that_changes_the_kinetic_energy(chain):
+    time = np.linspace(0.0, 2.0, 20001)[:, None]
+    rate, turn = np.linspace(2.0, 3.0, chain.n), np.arange(chain.n)
+    q, dq = np.sin(rate * time + turn), rate * np.cos(rate * time + turn)
+    ddq = -rate**2 * q
+    energy = 0.5 * (links.inertial_torque(chain, q, dq) * dq).sum(axis=1)
+    torque = links.coupling_torque(chain, q, dq, ddq) + chain.diagonal * ddq
     power = (torque * dq).sum(axis=1)
-    work = np.concatenate(([0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(time))))
-    assert np.allclose(energy - energy[0], work, atol=1e-6)
+    work = np.concatenate(([0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(time[:, 0]))))
+    assert np.ptp(work) > 0.1
+    assert np.allclose(energy - energy[0], work, atol=1e-6 * np.ptp(energy))
+
+
+def test_gravity_torque_is_the_slope_of_the_potential_energy(chain):
+    def potential(q):
+        angle = np.cumsum(q)
+        joints = np.concatenate(([0.0], np.cumsum(chain.length * np.sin(angle))))
+        return 9.81 * np.sum(chain.mass * (joints[:-1] + chain.com * np.sin(angle)))
+
+    q, step = np.linspace(-1.0, 0.7, chain.n), 1e-5 * np.eye(chain.n)
+    slope = [(potential(q + h) - potential(q - h)) / 2e-5 for h in step]
+    assert np.allclose(links.gravity_torque(chain, q), slope, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 6])
+def test_mass_and_torque_agree_with_the_engine(n):
+    mujoco = pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+    chain, rng = _drawn(n), np.random.default_rng(n)
+    model = mujoco.MjModel.from_xml_string(_engine_chain(chain))
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.qacc[:] = rng.normal(size=(3, n))
+    mujoco.mj_forward(model, data)
+    q, dq = data.qpos.copy(), data.qvel.copy()
+    matrix, torque = np.zeros((n, n)), np.zeros(n)
+    mujoco.mj_fullM(model, data, matrix)
+    assert np.allclose(links.mass_matrix(chain, q), matrix, rtol=1e-9, atol=1e-12)
+    ddq = rng.normal(size=n)
+    data.qacc[:] = ddq
+    mujoco.mj_rne(model, data, 1, torque)
+    found = (links.coupling_torque(chain, q, dq, ddq) + chain.diagonal * ddq
+             + links.gravity_torque(chain, q)) if n > 1 else (
+        links.inertial_torque(chain, q, ddq) + links.gravity_torque(chain, q))
+    assert np.allclose(found, torque, rtol=1e-9, atol=1e-9)
+
+
+def _engine_chain(chain):
+    inside = ""
+    for k in reversed(range(chain.n)):
+        at, spin = (chain.length[k - 1] if k else 0.0), chain.inertia[k]
+        inside = (f'<body pos="{at} 0 0"><joint axis="0 -1 0"/><inertial pos="{chain.com[k]} 0 0" '
+                  f'mass="{chain.mass[k]}" diaginertia="{spin} {spin} {spin}"/>{inside}</body>')
+    return (f'<mujoco><option gravity="0 0 -9.81"/><worldbody>{inside}</worldbody></mujoco>')
+
+
+def test_the_acceleration_solves_the_equation_of_a_chain_behind_gears(chain):
+    ratio, rng = np.linspace(3.0, 50.0, chain.n), np.random.default_rng(4)
+    rows = links.mass_matrix(chain, rng.normal(size=chain.n))
+    rotor, torque = 1e-3 * ratio, rng.normal(size=chain.n)
+    own, cross = simulated.split_mass(rows)
+    found = simulated.acceleration(torque, rotor + own / ratio, cross / ratio)
+    matrix = np.diag(rotor) + np.array(rows) / ratio[:, None]
+    assert np.allclose(found, np.linalg.solve(matrix, torque), rtol=1e-9)
+
+
+def test_stuck_joints_of_a_chain_stay_stuck_and_slipping_ones_feel_their_whole_friction(chain):
+    n = chain.n
+    own, cross = simulated.split_mass(links.mass_matrix(chain, np.linspace(-1.0, 0.7, n)))
+    own, dq = own + 0.3, np.linspace(0.3, 1.0, n)
+    limits = np.where(np.arange(n) % 2, 1e-3, 10.0)
+    after = simulated.stopped(dq, own, cross, (limits, limits), 1.0)
+    matrix = cross + 0.3 * np.eye(n)
+    impulse = matrix @ (dq - after)
+    stuck = np.arange(n) % 2 == 0
+    assert np.allclose(after[stuck], 0.0, atol=2e-3)
+    assert np.allclose(impulse[~stuck], 1e-3, rtol=1e-6)
 
 
 def test_one_kilogram_at_the_tip_is_a_pendulum_for_one_joint():

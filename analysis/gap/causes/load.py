@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap import links
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulated import Piece, split_mass
 
 
 def _spring(s, z, p):
@@ -44,11 +44,7 @@ GRAVITY = Cause(
 def tip_mass(s):
     """Own mass, shared mass and torque of 1 kg at the tip, motor side."""
     unit = links.unit_tip_chain(s.chain)
-    if unit.n == 1:
-        own, cross = unit.length * unit.length + 0.0 * s.q, 0.0 * s.q
-    else:
-        m_11, m_12, m_22 = links.mass_entries(unit, s.q[1])
-        own, cross = np.array([m_11, m_22 + 0.0 * m_11]), m_12
+    own, cross = split_mass(links.mass_matrix(unit, s.q))
     torque = links.coriolis_torque(unit, s.q, s.dq)
     if s.chain.has_gravity:
         torque = torque + links.gravity_torque(unit, s.q)
@@ -71,16 +67,15 @@ PAYLOAD = Cause("payload", (Piece("body", _payload),),
 
 
 def _coupling(s, p):
-    m_11, m_12, m_22 = links.mass_entries(s.chain, s.q[1])
-    own = np.array([m_11, m_22 + 0.0 * m_11]) - s.chain.diagonal
+    own, cross = split_mass(links.mass_matrix(s.chain, s.q))
     torque = links.coriolis_torque(s.chain, s.q, s.dq)
-    return (p["share"] * own / s.ratio, p["share"] * m_12 / s.ratio,
+    return (p["share"] * (own - s.chain.diagonal) / s.ratio, p["share"] * cross / s.ratio,
             p["share"] * torque / s.ratio)
 
 
 def _coupling_probes(scene):
     """Whole coupling of the stated links, where the nominal model leaves it out."""
-    if scene.problem.n != 2 or scene.problem.chain.has_coupling:
+    if scene.problem.n < 2 or scene.problem.chain.has_coupling:
         return []
     return [Probe({"share": 1.0 + 0 * scene.torque})]
 
