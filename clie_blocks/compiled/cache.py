@@ -8,7 +8,7 @@ from pathlib import Path
 from clie_blocks.errors import ClieError
 from clie_blocks.output import write
 
-KEPT = 200
+KEPT = 1000
 
 
 def folder():

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from clie_blocks.compiled.callback_nodes import operation
 from clie_blocks.compiled.memory import SINGLE
 from clie_blocks.compiled.symbols import Symbol, topological
+from clie_blocks.compiled.vector_math import vector_function
 
 
 class Value(NamedTuple):
@@ -84,11 +85,37 @@ class Builder:
                                 [self._operand(a, varying) for a in args]), varying)
 
     def libm(self, name, *args):
-        """Write a call of the C library, lane by lane."""
+        """Write a call of the C library: for many lanes at once where it can, or lane by lane."""
         varying = _varying(*args)
         operands = [self._operand(a, varying) for a in args]
         if self._scalar(varying):
             return Value(self._call(name, "double", operands), varying)
+        found = vector_function(name, self.width, len(args))
+        result = self._in_parts(*found, operands) if found else self._by_lane(name, operands)
+        return Value(result, varying)
+
+    def _in_parts(self, symbol, length, operands):
+        """Write calls of a function of vectors, each for a part of the lanes."""
+        kind, whole = f"<{length} x double>", self.type(True)
+        if length == self.width:
+            return self._call(symbol, kind, operands)
+        result = "poison"
+        for first in range(0, self.width, length):
+            lanes = range(first, first + length)
+            pick = ", ".join(f"i32 {lane}" for lane in lanes)
+            part = self._call(symbol, kind, [self.put(
+                f"shufflevector {whole} {operand}, {whole} poison, <{length} x i32> <{pick}>")
+                for operand in operands])
+            spread = ", ".join(f"i32 {min(lane, length - 1)}" for lane in range(self.width))
+            wide = self.put(f"shufflevector {kind} {part}, {kind} poison, "
+                            f"<{self.width} x i32> <{spread}>")
+            place = ", ".join(f"i32 {self.width + lane - first if lane in lanes else lane}"
+                              for lane in range(self.width))
+            result = self.put(f"shufflevector {whole} {result}, {whole} {wide}, "
+                              f"<{self.width} x i32> <{place}>")
+        return result
+
+    def _by_lane(self, name, operands):
         result = "poison"
         for lane in range(self.width):
             picked = [self.put(f"extractelement {self.type(True)} {operand}, i32 {lane}")
@@ -96,7 +123,7 @@ class Builder:
             one = self._call(name, "double", picked)
             result = self.put(f"insertelement {self.type(True)} {result}, double {one}, "
                               f"i32 {lane}")
-        return Value(result, varying)
+        return result
 
     def call_back(self, index, size, operands):
         """Write a call of a Python function and return the memory with its values; one lane."""

@@ -5,10 +5,18 @@ import os
 import threading
 import tracemalloc
 
+import control as ct
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import compile_diagram, held_normal, keeping, reduce, simulate
+from clie_blocks.compiled import (
+    compile_diagram,
+    held_normal,
+    keeping,
+    reduce,
+    simulate,
+    vector_math,
+)
 from clie_blocks.compiled.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
@@ -217,3 +225,24 @@ def test_a_long_batch_reports_its_progress(program, monkeypatch):
     program.batch(10.0, 1e-4, inputs={"q_d": 1.0}, params={"pd.gain": GAINS}, every=1000)
     assert labels == [("running loop 21 times", 100_000)]
     assert sum(reported) == 100_000 and len(reported) > 3
+
+
+FUNCTIONS = (np.sin, np.cos, np.exp, np.tanh, np.arctan)
+ANGLES = np.array([0.0, -0.0, 0.7, -3.0, 1e5, -800.0, np.inf, -np.inf, np.nan, 1e-300, 30.0, 2.0,
+                   -1e-8, 1.0, 5.0, -0.5])
+
+
+@pytest.mark.parametrize("runs", [2, 3, 4, 8, 13, 16])
+@pytest.mark.parametrize("library", [True, False])
+def test_elementary_functions_of_lanes_are_those_of_numpy(monkeypatch, runs, library):
+    if not library:
+        monkeypatch.setattr(vector_math, "_library", lambda: None)
+    block = ct.nlsys(None, lambda t, x, u, params: np.stack(
+        [function(params["angle"]) for function in FUNCTIONS]), inputs=["u"], name="functions",
+        outputs=[f"y[{k}]" for k in range(len(FUNCTIONS))], params={"angle": 1.0})
+    angle = ANGLES[-runs:]
+    batch = compile_diagram(block).batch(
+        1e-3, step=1e-3, inputs={"u": 0.0}, params={"angle": angle}, threads=1)
+    with np.errstate(invalid="ignore"):
+        expected = np.stack([function(angle) for function in FUNCTIONS], axis=1)
+    np.testing.assert_allclose(batch.outputs[:, :, 0], expected, rtol=2e-15)
