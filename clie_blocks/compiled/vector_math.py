@@ -1,8 +1,8 @@
 """Elementary functions of several lanes in one call, where the C library has them.
 
-glibc brings sin, cos, exp and others for 2, 4 and 8 numbers at once (libmvec): eight take about the time of one.
-They are off by 4 units in the last place at most.  Without the library every lane
-calls the scalar function.
+glibc brings sin, cos, exp and others for 2, 4 and 8 numbers at once (libmvec); eight take about
+as long as one, and they are off by 4 units in the last place at most.  Without the library every
+lane calls the scalar function.
 """
 
 import ctypes
