@@ -7,7 +7,7 @@ import numpy as np
 from clie_blocks.analysis.blind.robot import G
 from clie_blocks.output import write
 
-_NAMES = {"arm": "two-link arm", "pendulum": "servo with pendulum load",
+_NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
           "axes": "axes side by side"}
 
 
@@ -56,8 +56,9 @@ def robot_text(robot, motions):
             length=_list(robot.length), mass=_list(robot.mass), com=_list(robot.com),
             inertia=_list(robot.inertia), bearing=_list(robot.bearing)))
     parts.append(_LAW.format(
-        gravity=str(robot.gravity).lower(), coupling=str(robot.kind == "arm").lower(), g=G,
+        gravity=str(robot.gravity).lower(), coupling=str(robot.coupling).lower(), g=G,
         kp=_list(robot.kp), kd=_list(robot.kd), high=robot.corners[0], low=robot.corners[1],
+        discretisation=robot.discretisation,
         period=robot.period, step=_list(robot.command_step), shaft=robot.shaft,
         resolution=f"{robot.resolution[0]:.10g}"))
     parts += [_EXPERIMENT.format(
@@ -100,7 +101,7 @@ Kp = {kp}
 Kd = {kd}
 velocity_filter_highpass_rad_s = {high}
 velocity_filter_lowpass_rad_s = {low}
-velocity_filter_discretisation = "tustin"   # started at rest at the first measured position
+velocity_filter_discretisation = "{discretisation}"   # at rest before the first sample
 sample_time_s = {period}
 hold = "zero-order"        # the command acts from its own sample instant on
 command_resolution_nm = {step}

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.analysis.blind.robot import G, link_inertia
+from clie_blocks.analysis.blind.robot import G
+from clie_blocks.analysis.blind.world import tip_way
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +46,8 @@ class Scene:
         The robot.
     truth : dict
         Its numbers without the effect.
-    loudest : ndarray, shape (n,)
-        Largest command without the effect [N m].
+    runs : list of (q, u)
+        What it does without the effect.
     joint : int
         Joint that is hit.
 
@@ -54,13 +55,23 @@ class Scene:
 
     robot: object
     truth: dict
-    loudest: np.ndarray
+    runs: list
     joint: int
 
     @property
     def torque(self):
         """Torque that bends the set-point by a milliradian, shape (n,) [N m, motor side]."""
         return 1e-3 * self.robot.kp
+
+    @property
+    def loudest(self):
+        """Largest command without the effect, shape (n,) [N m]."""
+        return np.max([np.abs(u).max(axis=0) for _, u in self.runs], axis=0)
+
+    @property
+    def farthest(self):
+        """Largest angle without the effect, shape (n,) [rad]."""
+        return np.max([q.max(axis=0) for q, _ in self.runs], axis=0)
 
     def at(self, key, value):
         """Numbers ``key`` with a value at the joint that is hit, else as they were."""
@@ -146,6 +157,11 @@ def _payload(rng, scene):
     return lambda size: {"payload": size * last}
 
 
+def _coupling(rng, scene):
+    """Links that pull at each other: a share of those drawn, the heavier the larger."""
+    return lambda size: {"links": np.full(scene.robot.n, min(0.1 * size, 1.5))}
+
+
 def _spring(rng, scene):
     robot = scene.robot
     return _scaled(scene, "stiffness", 3e-3 * robot.kp * robot.ratio,
@@ -154,14 +170,12 @@ def _spring(rng, scene):
 
 def _elastic(rng, scene):
     robot = scene.robot
-    link = link_inertia(robot.kind, robot.length, robot.mass, robot.com, robot.inertia,
-                        robot.pose)
     ratio = rng.uniform(0.03, 0.08)
 
     def change(size):
         stiffness = 150.0 / size * robot.kp * robot.ratio
         return (scene.at("twist_stiffness", stiffness)
-                | scene.at("twist_damping", 2 * ratio * np.sqrt(stiffness * link)))
+                | scene.at("twist_damping", 2 * ratio * np.sqrt(stiffness * robot.link)))
     return change
 
 
@@ -175,9 +189,8 @@ def _saturation(rng, scene):
 
 def _ripple(rng, scene):
     """A harmonic of the motor's turn, high enough to show within the travel."""
-    ratio = scene.robot.ratio[scene.joint]
-    order = ratio * (rng.integers(1, 4) + np.floor(8.0 / ratio))
-    return _scaled(scene, "ripple", scene.torque, phase=rng.uniform(0, 6.28), order=order)
+    poles = rng.integers(1, 4) + np.floor(8.0 / scene.robot.ratio[scene.joint])
+    return _scaled(scene, "ripple", scene.torque, phase=rng.uniform(0, 6.28), poles=poles)
 
 
 def _tone(rng, scene):
@@ -191,6 +204,23 @@ def _fault(rng, scene):
     return _scaled(scene, key, unit * scene.torque, fault_share=rng.uniform(0.3, 0.7))
 
 
+def _hard_stop(rng, scene):
+    """End of the travel a little before the farthest angle."""
+    return lambda size: scene.at("hard_stop", scene.farthest - 1e-3 * size)
+
+
+def _wall(rng, scene):
+    """Wall that the tip meets a little before the end of its way."""
+    robot = scene.robot
+    at, along = tip_way(robot)
+    angles = [np.cumsum(q, axis=1) for q, _ in scene.runs]
+    ways = [(np.cos(a) @ robot.length - at[0]) * along[0]
+            + (np.sin(a) @ robot.length - at[1]) * along[1] for a in angles]
+    farthest = max(way.max() for way in ways)
+    return lambda size: {"wall": np.full(
+        robot.n, max(farthest - 1e-3 * size * robot.length.sum(), 1e-6))}
+
+
 def _gap_at(key, unit, **fixed):
     return lambda rng, scene: _scaled(scene, key, unit, **fixed)
 
@@ -199,7 +229,7 @@ EFFECTS = {
     "coulomb": _coulomb, "stribeck": _stribeck, "asymmetric_coulomb": _asymmetric,
     "quadratic_drag": _quadratic, "load_dependent_friction": _load_dependent,
     "presliding": _presliding, "friction_drift": _drift,
-    "gravity": _gravity, "payload": _payload, "spring": _spring,
+    "gravity": _gravity, "payload": _payload, "coupling": _coupling, "spring": _spring,
     "joint_elasticity": _elastic, "backlash": _backlash,
     "actuator_saturation": _saturation,
     "dead_zone": lambda rng, scene: _scaled(scene, "dead", scene.torque),
@@ -227,11 +257,13 @@ OUTSIDERS = {
     "soft_stop": lambda rng, scene: _scaled(
         scene, "stop_stiffness", 20 * scene.torque,
         stop=scene.robot.pose + rng.uniform(0.05, 0.12)),
+    "hard_stop": _hard_stop, "wall": _wall,
     "motor_heating": _gap_at("heating", 0.02), "supply_sag": _gap_at("sag", 0.02),
     "hidden_integral": lambda rng, scene: _scaled(scene, "integral", 0.02 * scene.robot.kp),
     "gain_scaling": lambda rng, scene: lambda size: scene.at("kp_factor", 1 + 0.01 * size)}
 
-WHOLE_ROBOT = ("gravity", "payload")
-NEEDS = {  # kind of robot, and whether it hangs in gravity
-    "gravity": (("arm", "pendulum"), False), "payload": (("arm", "pendulum"), None),
-    "load_dependent_friction": (("arm", "pendulum"), True)}
+WHOLE_ROBOT = ("gravity", "payload", "coupling", "wall")
+NEEDS = {  # kinds of robot; whether it hangs in gravity; whether its coupling is known
+    "gravity": (("arm", "pendulum"), False, True), "payload": (("arm", "pendulum"), None, True),
+    "coupling": (("arm",), False, False), "wall": (("arm", "pendulum"), None, True),
+    "load_dependent_friction": (("arm", "pendulum"), True, True)}

@@ -6,7 +6,7 @@ Each optional part is a small function of its own and is called only where a lan
 import numpy as np
 
 from clie_blocks.analysis.blind.robot import NEUTRAL
-from clie_blocks.analysis.blind.world import STEP, world
+from clie_blocks.analysis.blind.world import RUBBING, world
 
 WILD = 100.0  # rad/s
 NOWHERE = 1e3  # rad: what is said of a copy that went wild
@@ -46,15 +46,15 @@ def run(robot, lanes, motions, noises, seed=0):
     q_d, pe = (_stacked([getattr(m, key) for m in motions], count) for key in ("q_d", "pe"))
     noise = _stacked(noises, count)
     duration = np.array([len(m.q_d) for m in motions])[:, None] * robot.period
-    controller = _Controller(robot, p)
+    encoder, controller = _Encoder(robot, p), _Controller(robot, p)
     drive = _Drive(robot, p, duration, seed)
-    disturb = _Disturbances(robot, p, duration, seed)
+    plant.disturb(_Disturbances(robot, p, duration, seed, plant.h))
     measured, commands = np.empty(q_d.shape), np.empty(q_d.shape)
     for i in range(count):
         t = i * robot.period
-        measured[i] = _seen(plant.q(), noise[i], robot, p)
+        measured[i] = encoder(plant.q(), noise[i])
         commands[i] = controller(q_d[i], measured[i], pe[i])
-        plant.move(t, drive(t, commands[i]), disturb)
+        plant.move(t, drive(t, commands[i]))
     measured[:, plant.wild] = NOWHERE
     return [(measured[:len(m.q_d), j], commands[:len(m.q_d), j]) for j, m in enumerate(motions)]
 
@@ -65,32 +65,76 @@ def _stacked(parts, count):
                      for part in parts], axis=1)
 
 
-def _seen(q, noise, robot, p):
-    """What the encoder says."""
-    q = q + p["eccentric"] * np.sin(robot.shaft * q + p["phase"]) + noise
-    step = np.maximum(robot.resolution, p["step"])
-    return np.round(np.round(q / step) * step / robot.resolution) * robot.resolution
+class _Encoder:
+    """What the encoder says: eccentric, noisy, rounded to its own step and to the log's."""
+
+    def __init__(self, robot, p):
+        self.shaft, self.phase, self.resolution = robot.shaft, p["phase"], robot.resolution
+        self.step = np.maximum(robot.resolution, p["step"])
+        self.coarse = bool(np.any(self.step > robot.resolution))
+        self.eccentric = p["eccentric"] if p["eccentric"].any() else None
+
+    def __call__(self, q, noise):
+        seen = q + noise
+        if self.eccentric is not None:
+            seen += self.eccentric * np.sin(self.shaft * q + self.phase)
+        if self.coarse:
+            seen = np.rint(seen / self.step) * self.step
+        return np.rint(seen / self.resolution) * self.resolution
+
+
+def filter_coefficients(high, low, period, discretisation):
+    """Sampled form of ``high s / (s + high)  low / (s + low)`` as b, a, each three arrays.
+
+    Parameters
+    ----------
+    high, low : ndarray
+        Corners [rad/s], different ones.
+    period : float
+        Sample time [s].
+    discretisation : str
+        ``tustin``, ``backward``, ``zoh`` behind a hold, or ``matched`` poles and zeros.
+
+    """
+    if discretisation in ("zoh", "matched"):
+        e_high, e_low = np.exp(-high * period), np.exp(-low * period)
+        a = [1.0, -e_high - e_low, e_high * e_low]
+        if discretisation == "matched":
+            gain = (1 - e_high) * (1 - e_low) / period
+            return [gain, -gain, 0.0], a
+        gain = high * low * (e_low - e_high) / (high - low)
+        return [0.0, gain, -gain], a
+    half = period / 2 if discretisation == "tustin" else period
+    back = half if discretisation == "tustin" else 0.0  # weight of the sample before
+    scale = 1 / ((1 + high * half) * (1 + low * half))
+    b = [scale * high * low * x for x in (half, back - half, -back)]
+    first, second = high * back - 1, low * back - 1
+    return b, [1.0, scale * ((1 + high * half) * second + (1 + low * half) * first),
+               scale * first * second]
 
 
 class _Controller:
-    """PD law with the velocity filter G1 in Tustin's form, at rest before the first sample."""
+    """PD law with the velocity filter G1, at rest before the first sample."""
 
     def __init__(self, robot, p):
-        self.robot, self.integral = robot, p["integral"]
-        high, low = (p["corner"] * corner * robot.period for corner in robot.corners)
-        self.past, self.keep_fast = (2 - high) / (2 + high), 2 * high / robot.period / (2 + high)
-        self.keep_slow, self.share = (2 - low) / (2 + low), low / (2 + low)
-        self.kp, self.last = robot.kp * p["kp_factor"], None
-        self.fast = self.slow = self.sum = 0.0
+        high, low = (p["corner"] * corner for corner in robot.corners)
+        self.b, self.a = filter_coefficients(high, low, robot.period, robot.discretisation)
+        self.kp, self.kd, self.step = robot.kp * p["kp_factor"], robot.kd, robot.command_step
+        self.integral = robot.period * p["integral"] if p["integral"].any() else None
+        self.begin, self.first, self.second, self.sum = None, 0.0, 0.0, 0.0
 
     def __call__(self, q_d, q, pe):
-        last = q if self.last is None else self.last
-        fast = self.past * self.fast + self.keep_fast * (q - last)
-        self.slow = self.keep_slow * self.slow + self.share * (fast + self.fast)
-        self.fast, self.last = fast, q
-        self.sum = self.sum + self.robot.period * self.integral * (q_d - q)
-        u = self.kp * (q_d - q) - self.robot.kd * self.slow + pe + self.sum
-        return np.round(u / self.robot.command_step) * self.robot.command_step
+        if self.begin is None:
+            self.begin = q
+        b, a, x = self.b, self.a, q - self.begin
+        speed = b[0] * x + self.first
+        self.first = b[1] * x - a[1] * speed + self.second
+        self.second = b[2] * x - a[2] * speed
+        u = self.kp * (q_d - q) - self.kd * speed + pe
+        if self.integral is not None:
+            self.sum = self.sum + self.integral * (q_d - q)
+            u += self.sum
+        return np.rint(u / self.step) * self.step
 
 
 class _Drive:
@@ -132,20 +176,23 @@ class _Drive:
 class _Disturbances:
     """Torques [N m, motor side] that oppose the motion and the level of dry friction."""
 
-    def __init__(self, robot, p, duration, seed):
-        self.p, self.ratio, self.fault = p, robot.ratio, p["fault_share"] * duration
-        self.rng, self.noise, self.bristle = np.random.default_rng([seed, 2]), 0.0, 0.0
+    def __init__(self, robot, p, duration, seed, h):
+        self.p, self.ratio, self.fault, self.h = p, robot.ratio, p["fault_share"] * duration, h
+        self.rng, self.noise = np.random.default_rng([seed, 2]), 0.0
+        self.constant = p["offset"] + p["bias"]
         self.torques = [part for key, part in (
-            ("bias", self._bias), ("offset", self._offset), ("ripple", self._ripple),
             ("tone", self._tone), ("fault_torque", self._step), ("fault_drag", self._step_drag),
             ("warm_drag", self._warm), ("wavy_drag", self._wavy), ("wandering", self._wander),
-            ("stop_stiffness", self._stop), ("random", self._random), ("bristle", self._bristles))
-            if np.any(p[key])]
-        keys = ("level", "slope", "wavy_level", "warm_level", "fault_level")
-        self.rubs = any(np.any(p[key] > 0) for key in keys)
+            ("stop_stiffness", self._stop), ("random", self._random)) if np.any(p[key])]
+        self.rubs = any(np.any(p[key] > 0) for key in RUBBING)
+
+    @property
+    def varies(self):
+        """Whether there is more than a constant torque."""
+        return bool(self.torques) or self.rubs
 
     def torque(self, t, q, dq):
-        return sum((part(t, q, dq) for part in self.torques), np.zeros_like(q))
+        return sum((part(t, q, dq) for part in self.torques), self.constant)
 
     def level(self, t, q, dq, load):
         """Dry friction [N m, motor side]: Stribeck, load, pose, warming, fault."""
@@ -155,15 +202,6 @@ class _Disturbances:
         level = level + p["wavy_level"] * np.maximum(np.sin(p["waves"] * q + p["phase"]), 0.0)
         level = level + p["warm_level"] * (1 - np.exp(-t / p["warm_time"]))
         return level + p["fault_level"] * (t > self.fault)
-
-    def _offset(self, t, q, dq):
-        return self.p["offset"]
-
-    def _bias(self, t, q, dq):
-        return self.p["bias"]
-
-    def _ripple(self, t, q, dq):
-        return self.p["ripple"] * np.sin(self.p["order"] * q + self.p["phase"])
 
     def _tone(self, t, q, dq):
         return self.p["tone"] * np.sin(2 * np.pi * self.p["tone_hz"] * t + self.p["phase"])
@@ -188,15 +226,9 @@ class _Disturbances:
 
     def _random(self, t, q, dq):
         rate = 2 * np.pi * 1.0  # corner of 1 Hz
-        kick = np.sqrt(2 * rate * STEP) * self.rng.standard_normal(q.shape)
-        self.noise = self.noise * (1 - rate * STEP) + kick
+        kick = np.sqrt(2 * rate * self.h) * self.rng.standard_normal(q.shape)
+        self.noise = self.noise * (1 - rate * self.h) + kick
         return self.p["random"] * self.noise
-
-    def _bristles(self, t, q, dq):
-        """Bristles that yield over `bristle_range`: their deflection follows the travel."""
-        way = np.exp(-np.abs(dq) * STEP / self.p["bristle_range"])
-        self.bristle = np.sign(dq) + (self.bristle - np.sign(dq)) * way
-        return self.p["bristle"] * self.bristle
 
 
 class _Plant:
@@ -205,7 +237,8 @@ class _Plant:
     def __init__(self, engine, model, data, robot, p, lanes):
         self.step, self.model, self.data = engine.mj_step, model, data
         self.ratio, self.shape = robot.ratio, (lanes, robot.n)
-        self.substeps = round(robot.period / STEP)
+        self.h = model.opt.timestep
+        self.substeps = round(robot.period / self.h)
         names = [model.joint(j).name for j in range(model.njnt)]
         order = {name: j for j, name in enumerate(names)}
         pairs = [(lane, k) for lane in range(lanes) for k in range(robot.n)]
@@ -220,28 +253,40 @@ class _Plant:
         self.begin = angles
         self.data.qpos[self.motor] = angles.ravel()
 
+    def disturb(self, disturbances):
+        """Take note of what opposes the motion."""
+        self.disturbances = disturbances
+        self.data.qfrc_applied[self.motor] = -(self.ratio * disturbances.constant).ravel()
+
     def q(self):
         """Joint angles behind the gears."""
         q = self.data.qpos[self.motor]
-        q[self.twisted] += self.data.qpos[self.twist]
+        if len(self.twist):
+            q[self.twisted] += self.data.qpos[self.twist]
         return q.reshape(self.shape)
 
-    def move(self, t, u, disturbances):
+    def move(self, t, u):
         """Advance by one sample of the controller under held commands."""
-        data = self.data
-        data.ctrl[:] = u.ravel()
-        for s in range(self.substeps):
-            now = t + s * STEP
-            q, dq = (x[self.motor].reshape(self.shape) for x in (data.qpos, data.qvel))
-            torque = disturbances.torque(now, q, dq)
-            data.qfrc_applied[self.motor] = -(self.ratio * torque).ravel()
-            if disturbances.rubs:
-                load = (data.qfrc_bias - data.qfrc_gravcomp)[self.motor].reshape(self.shape)
-                level = disturbances.level(now, q, dq, load)
-                self.model.dof_frictionloss[self.motor] = (self.ratio * level).ravel()
-            self.step(self.model, data)
-        if not np.abs(data.qvel).max() < WILD:  # one copy must not spoil the others
+        self.data.ctrl[:] = u.ravel()
+        if self.disturbances.varies:
+            for s in range(self.substeps):
+                self._oppose(t + s * self.h)
+                self.step(self.model, self.data)
+        else:
+            self.step(self.model, self.data, self.substeps)
+        if not np.abs(self.data.qvel).max() < WILD:  # one copy must not spoil the others
             self._brake()
+
+    def _oppose(self, t):
+        data, disturbances = self.data, self.disturbances
+        q, dq = (x[self.motor].reshape(self.shape) for x in (data.qpos, data.qvel))
+        if disturbances.torques:
+            torque = disturbances.torque(t, q, dq)
+            data.qfrc_applied[self.motor] = -(self.ratio * torque).ravel()
+        if disturbances.rubs:
+            load = (data.qfrc_bias - data.qfrc_gravcomp)[self.motor].reshape(self.shape)
+            level = disturbances.level(t, q, dq, load)
+            self.model.dof_frictionloss[self.motor] = (self.ratio * level).ravel()
 
     def _brake(self):
         """Hold the copies that have gone wild at their start."""
@@ -252,4 +297,5 @@ class _Plant:
         twist = self.twist[np.repeat(lost, self.shape[1])[self.twisted]]
         self.data.qvel[twist] = self.data.qpos[twist] = 0.0
         self.data.qacc_warmstart[:] = 0.0
+        self.data.act[:] = np.nan_to_num(self.data.act, posinf=0.0, neginf=0.0)
         self.wild |= lost

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+DURATIONS = (10, 12) * 4 + (14, 16, 18, 20) * 2 + (25, 25, 40, 60)  # s, of the longest log
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -42,11 +44,13 @@ def draw_motions(rng, robot):
     rest = [name for name in SHAPES if name not in (slow, broad)]
     names = [slow, broad, str(rng.choice(rest))]
     rng.shuffle(names)
-    return [_motion(rng, robot, name) for name in names]
+    longest = float(rng.choice(DURATIONS))
+    return [_motion(rng, robot, name, round(longest * rng.uniform(0.8, 1.0)) if longest > 12
+                    else longest) for name in names]
 
 
-def _motion(rng, robot, name):
-    t = robot.period * np.arange(round(float(rng.choice([16, 18, 20, 22])) / robot.period))
+def _motion(rng, robot, name, duration):
+    t = robot.period * np.arange(round(duration / robot.period))
     offset, torque = SHAPES[name](rng, robot, t)
     q_d = np.round(robot.pose + offset, 4)
     pe = np.round(torque / robot.command_step) * robot.command_step

@@ -1,11 +1,15 @@
 """Robots drawn at random: what an engineer knows of them, and what they truly are."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
+DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward")
+SIZES = {  # number of joints
+    "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 4, 5, 6),
+    "axes": (1, 2, 2, 3, 3, 3, 4, 5, 6)}
 
 NEUTRAL = {
     # joint
@@ -15,13 +19,13 @@ NEUTRAL = {
     "bristle": 0.0, "bristle_range": 1.0, "wavy_level": 0.0, "wavy_drag": 0.0, "waves": 1.0,
     "warm_drag": 0.0, "warm_level": 0.0, "warm_time": 1.0,
     # load
-    "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
-    "stop_stiffness": 0.0, "wandering": 0.0,
+    "links": 1.0, "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
+    "stop_stiffness": 0.0, "hard_stop": np.inf, "wall": 0.0, "wandering": 0.0,
     # transmission
     "twist_stiffness": 0.0, "twist_damping": 0.0, "half_gap": 0.0,
     # drive
     "limit": np.inf, "dead": 0.0, "lag": 0.0, "delay": 0.0, "gain": 1.0, "ripple": 0.0,
-    "order": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "sag": 0.0,
+    "poles": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "sag": 0.0,
     # sensor and controller
     "step": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
     # time
@@ -36,11 +40,13 @@ class Robot:
     Parameters
     ----------
     kind : str
-        ``arm`` (two links), ``pendulum`` (one link) or ``axes`` (joints side by side).
+        ``arm`` (two to six links), ``pendulum`` (one link) or ``axes`` (joints side by side).
     period : float
         Of the controller and the logs [s].
     gravity : bool
         The links hang in gravity, and the nominal model knows it.
+    coupling : bool
+        The nominal model knows how the links pull at each other.
     ratio, rotor, drag : ndarray
         Gear ratio; rotor inertia [kg m^2] and damping [N m s] of the datasheet, motor side.
     length, mass, com, inertia, bearing : ndarray
@@ -51,6 +57,8 @@ class Robot:
         Gains, motor side [N m/rad, N m s/rad].
     corners : tuple of float
         High-pass and low-pass corner of the velocity filter [rad/s].
+    discretisation : str
+        Of that filter.
     command_step, resolution, sigma : ndarray
         Rounding of the command [N m] and of the position [rad]; sensor noise [rad].
     shaft : float
@@ -61,6 +69,7 @@ class Robot:
     kind: str
     period: float
     gravity: bool
+    coupling: bool
     ratio: np.ndarray
     rotor: np.ndarray
     drag: np.ndarray
@@ -73,6 +82,7 @@ class Robot:
     kp: np.ndarray
     kd: np.ndarray
     corners: tuple
+    discretisation: str
     command_step: np.ndarray
     resolution: np.ndarray
     sigma: np.ndarray
@@ -82,6 +92,11 @@ class Robot:
     def n(self):
         """Number of joints."""
         return len(self.ratio)
+
+    @property
+    def link(self):
+        """Diagonal of the mass matrix of the links at the pose, shape (n,) [kg m^2]."""
+        return link_inertia(self.kind, self.length, self.mass, self.com, self.inertia, self.pose)
 
     @property
     def floor(self):
@@ -109,7 +124,7 @@ def link_inertia(kind, length, mass, com, inertia, pose):
     return diagonal
 
 
-def draw_robot(rng, kind=None, gravity=None):
+def draw_robot(rng, kind=None, gravity=None, coupling=True):
     """Draw a robot.
 
     Parameters
@@ -120,6 +135,8 @@ def draw_robot(rng, kind=None, gravity=None):
         Where an effect needs one.
     gravity : bool, optional
         Where an effect needs it.
+    coupling : bool
+        The nominal model of an arm knows its coupling.
 
     Returns
     -------
@@ -128,17 +145,18 @@ def draw_robot(rng, kind=None, gravity=None):
 
     """
     kind = kind or str(rng.choice(["arm", "arm", "pendulum", "axes"]))
-    n = {"arm": 2, "pendulum": 1, "axes": 3}[kind]
+    n = int(rng.choice(SIZES[kind]))
     gravity = bool(rng.random() < 0.5) if gravity is None else gravity
     gravity = gravity and kind != "axes"
-    length = rng.uniform(0.2, 0.6, n)
-    mass = rng.uniform(0.3, 1.5, n) * 0.5 ** np.arange(n)
+    length = rng.uniform(0.2, 0.6, n) * np.sqrt(2 / max(n, 2))
+    mass = rng.uniform(0.3, 1.5, n) * (0.5 if n <= 3 else 0.7) ** np.arange(n)
     com = length * rng.uniform(0.4, 0.9, n)
     inertia = mass * length**2 * rng.uniform(0.03, 0.08, n)
-    pose = rng.uniform(-1.6, 0.9, n) * (1.0, 0.5, 0.5)[:n]
+    pose = rng.uniform(-1.6, 0.9, n) * np.where(np.arange(n) > 0, 0.5, 1.0)
     ratio = np.round(np.exp(rng.uniform(0.0, np.log(200.0), n)), 1)
     link = link_inertia(kind, length, mass, com, inertia, pose)
-    rotor = _digits(link * np.exp(rng.uniform(np.log(0.7), np.log(8.0), n)) / ratio**2)
+    light = 0.7 if n <= 3 else 1.5  # share of the rotors; the coupling of long arms stays tame
+    rotor = _digits(link * np.exp(rng.uniform(np.log(light), np.log(8.0), n)) / ratio**2)
     whole = rotor * ratio**2 + link
     damping = whole * rng.uniform(0.6, 4.0, n)
     bearing = _digits(damping * rng.uniform(0.1, 0.4, n))
@@ -149,9 +167,10 @@ def draw_robot(rng, kind=None, gravity=None):
     kp = _digits(whole * speed**2 / ratio)
     kd = _digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
     return Robot(
-        kind, float(rng.choice(PERIODS)), gravity, ratio, rotor, drag, length, mass,
-        com, inertia, bearing, np.round(pose, 2), kp, kd,
-        (float(rng.choice([150.0, 200.0, 250.0])), float(rng.choice([250.0, 300.0, 400.0]))),
+        kind, float(rng.choice(PERIODS)), gravity, coupling and kind == "arm", ratio, rotor, drag,
+        length, mass, com, inertia, bearing, np.round(pose, 2), kp, kd,
+        (float(rng.choice([150.0, 200.0, 240.0])), float(rng.choice([250.0, 300.0, 400.0]))),
+        str(rng.choice(DISCRETISATIONS)),
         _step(kp * 4e-4), np.full(n, rng.choice([2e-5, 4e-5, 5e-5, 1e-4])),
         rng.uniform(0.8e-4, 2.2e-4, n), float(rng.choice([8, 10, 12, 16, 20, 24])))
 
@@ -162,7 +181,22 @@ def draw_truth(rng, robot):
     truth["rotor"] = robot.rotor * (1 + 0.01 * rng.uniform(-1, 1, robot.n))
     truth["drag"] = robot.drag * (1 + 0.15 * rng.uniform(-1, 1, robot.n))
     truth["offset"] = 0.01 * robot.kp * rng.uniform(-1, 1, robot.n)
+    if robot.kind == "arm" and not robot.coupling:
+        truth["links"] = np.zeros(robot.n)
     return truth
+
+
+def restated(robot, truth):
+    """Robot whose data sheet holds the share of the links that is really there.
+
+    Only an arm whose coupling is hidden has another share than one: its links are lighter than
+    drawn, its rotors heavier, and every joint turns the same inertia as before.
+    """
+    share = truth["links"][0]
+    if robot.coupling or robot.kind != "arm":
+        return robot
+    return replace(robot, mass=share * robot.mass, inertia=share * robot.inertia,
+                   rotor=robot.rotor + (1 - share) * robot.link / robot.ratio**2)
 
 
 def _digits(values):

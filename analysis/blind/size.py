@@ -30,11 +30,6 @@ class Reference:
     runs: list
     columns: list
 
-    @property
-    def loudest(self):
-        """Largest command of each joint [N m]."""
-        return np.max([np.abs(u).max(axis=0) for _, u in self.runs], axis=0)
-
 
 def reference(robot, truth, motions, noises):
     """Run the healthy robot, and with each of its numbers moved a little.
@@ -51,19 +46,28 @@ def reference(robot, truth, motions, noises):
         Sensor noise.
 
     """
-    moved = []
-    for key, share in MOVED.items():
-        for k in range(robot.n):
-            other = truth[key].copy()
-            other[k] += share * (robot.kp[k] if key == "offset" else other[k])
-            moved.append({**truth, key: other})
+    apart = robot.kind == "axes" or not truth["links"].any()
+    groups = [range(robot.n)] if apart else [[k] for k in range(robot.n)]
+    moved = [_moved(robot, truth, key, joints) for key in MOVED for joints in groups]
     lanes = [lane for lane in [truth, *moved] for _ in motions]
     copies = len(moved) + 1
     found = run(robot, lanes, motions * copies, noises * copies)
-    runs, count = found[:len(motions)], len(motions)
-    columns = [np.stack([_weighted(robot, found[count * c + j][0] - runs[j][0])
-                         for c in range(1, copies)], axis=1) for j in range(count)]
-    return Reference(runs, columns)
+    count = len(motions)
+    runs = found[:count]
+    changes = [[found[count * c + j][0] - runs[j][0] for c in range(1, copies)]
+               for j in range(count)]
+    if apart:  # each joint answers for itself
+        changes = [[change * (np.arange(robot.n) == k) for change in log for k in range(robot.n)]
+                   for log in changes]
+    return Reference(runs, [np.stack([_weighted(robot, change) for change in log], axis=1)
+                            for log in changes])
+
+
+def _moved(robot, truth, key, joints):
+    other = truth[key].copy()
+    for k in joints:
+        other[k] += MOVED[key] * (robot.kp[k] if key == "offset" else other[k])
+    return {**truth, key: other}
 
 
 def prediction(robot, ref, runs):

@@ -13,17 +13,26 @@ from clie_blocks.analysis.blind.hidden import (
 )
 from clie_blocks.analysis.blind.loop import run
 from clie_blocks.analysis.blind.motion import draw_motions
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth
+from clie_blocks.analysis.blind.robot import draw_robot, draw_truth, restated
 from clie_blocks.analysis.blind.size import FITTED, prediction, ratio_of, reference
 
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
 RUNGS = 8.0 ** np.linspace(-1, 1, 5)  # sizes tried side by side
-LADDERS = 2
+LADDERS = 3
 LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
+STILL = 0.02  # rad: a joint that moves less has not been excited
+CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
+ATTEMPTS = 20
 UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
     "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
-KINDS = ("single",) * 11 + ("none",) * 2 + ("pair",) * 3 + ("unknown",) * 4
-PARAMETRIC_SHARE = 0.4  # of the trials without an effect
+KINDS = (("single",) * 27 + ("pair",) * 5 + ("triple",) * 2 + ("none",) * 4
+         + ("parametric",) * 4 + ("unknown",) * 8)
+COUNT = {"pair": 2, "triple": 3}
+ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
+
+
+class RejectedError(Exception):
+    """A draw that no laboratory would have logged; the words say why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,39 +74,68 @@ def make_trial(seed, index):
         The same for the same numbers.
 
     """
-    rng = np.random.default_rng([seed, index])
     kind, names, severity = plan(seed, index)
-    needs = [NEEDS[name] for name in names if name in NEEDS]
-    robot = draw_robot(rng, str(rng.choice(needs[0][0])) if needs else None,
-                       needs[0][1] if needs else None)
+    rejected = []
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, index, attempt])
+        try:
+            trial = _attempt(rng, kind, names, severity, index)
+        except RejectedError as reason:
+            rejected.append(str(reason))
+        else:
+            trial.label["rejected"] = rejected
+            return trial
+    raise RuntimeError(f"trial {index} of seed {seed}: {rejected}")
+
+
+def _attempt(rng, kind, names, severity, index):
+    needs = next((NEEDS[name] for name in names if name in NEEDS), None)
+    robot = draw_robot(rng) if needs is None else draw_robot(
+        rng, str(rng.choice(needs[0])), *needs[1:])
     truth, motions = draw_truth(rng, robot), draw_motions(rng, robot)
     noises = [robot.sigma * rng.standard_normal(motion.q_d.shape) for motion in motions]
     ref = reference(robot, truth, motions, noises)
     if kind == "parametric":
         truth = _beyond(rng, robot, truth)
-    hidden = [draw_hidden(rng, name, Scene(robot, truth, ref.loudest,
+    hidden = [draw_hidden(rng, name, Scene(robot, truth, ref.runs[:len(FITTED)],
                                            int(rng.integers(robot.n)))) for name in names]
-    sizes = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
-    runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
-    while hidden and _lost(motions, runs):
-        sizes = [size / 2 for size in sizes]
-        runs = _afflicted(robot, truth, motions, noises, hidden, sizes, index)
-    return Trial(robot, motions, runs, _label(
-        kind, hidden, sizes, severity, robot, motions, prediction(robot, ref, runs)))
+    _accept_healthy(motions, ref.runs, hidden)
+    found = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
+    numbers = _numbers(truth, hidden, [size for size, _ in found])
+    runs = run(robot, [numbers] * len(motions), motions, noises, seed=index)
+    _accept_afflicted(motions, runs, numbers)
+    label = _label(kind, hidden, found, severity, robot, motions, prediction(robot, ref, runs))
+    return Trial(restated(robot, numbers), motions, runs, label)
+
+
+def _accept_healthy(motions, runs, hidden):
+    if _lost(motions, runs):
+        raise RejectedError("the healthy robot is unstable")
+    for one in hidden:
+        for joint in one.joints:
+            if max(np.ptp(q[:, joint - 1]) for q, _ in runs) < STILL:
+                raise RejectedError(f"joint {joint} stands still")
+
+
+def _accept_afflicted(motions, runs, numbers):
+    if _lost(motions, runs):
+        raise RejectedError("unstable or stuck with its effects")
+    if max(np.max(np.mean(np.abs(u) >= numbers["limit"], axis=0)) for _, u in runs) > CLIPPED:
+        raise RejectedError("at the limit of its drive most of the time")
 
 
 def _lost(motions, runs):
     return any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs))
 
 
-def _afflicted(robot, truth, motions, noises, hidden, sizes, seed):
-    """Runs of the robot with all its effects."""
+def _numbers(truth, hidden, sizes):
+    """True numbers of the robot with all its effects."""
     numbers = truth
     for one, size in zip(hidden, sizes):
         changed = one.onto(truth, size)
         numbers = {key: np.where(changed[key] == truth[key], numbers[key], changed[key])
                    for key in numbers}
-    return run(robot, [numbers] * len(motions), motions, noises, seed=seed)
+    return numbers
 
 
 def plan(seed, index):
@@ -108,20 +146,28 @@ def plan(seed, index):
     lap, place = divmod(index, len(kinds))
     kind = str(kinds[place])
     turn = lap * KINDS.count(kind) + int(np.sum(kinds[:place] == kind))
-    severity = list(SEVERITY)[turn % 3]
     if kind == "single":
-        return kind, (str(single[turn % len(single)]),), severity
+        return kind, (str(single[turn % len(single)]),), _severity(turn, len(single), 0)
     if kind == "unknown":
-        return kind, (str(outside[turn % len(outside)]),), list(SEVERITY)[1 + turn % 2]
-    if kind == "pair":
-        return kind, _pair(np.random.default_rng([seed, 1, turn])), "medium"
-    chance = np.random.default_rng([seed, 2, turn]).random()
-    return ("parametric" if chance < PARAMETRIC_SHARE else "none"), (), None
+        return kind, (str(outside[turn % len(outside)]),), _severity(turn, len(outside), 1)
+    if kind in COUNT:
+        return kind, _several(np.random.default_rng([seed, 1, turn]), COUNT[kind]), "medium"
+    return kind, (), None
 
 
-def _pair(rng):
+def _severity(turn, lap, least):
+    """Sizes in turn, shifted from lap to lap so that every effect meets all of them."""
+    sizes = list(SEVERITY)[least:]
+    return sizes[(turn + turn // lap) % len(sizes)]
+
+
+def _several(rng, count):
+    """Effects that any robot may have at once."""
     free = [name for name in EFFECTS if name not in NEEDS]
-    return tuple(map(str, rng.choice(free, 2, replace=False)))
+    while True:
+        names = tuple(map(str, rng.choice(free, count, replace=False)))
+        if all(len(set(names) & set(group)) < 2 for group in ONE_OF):
+            return names
 
 
 def _beyond(rng, robot, truth):
@@ -133,9 +179,9 @@ def _beyond(rng, robot, truth):
 
 
 def _sized(robot, truth, motions, noises, ref, hidden, severity):
-    """Size at which an effect has the wanted ratio to the noise floor, or the nearest found."""
+    """Size at which an effect has the wanted ratio to the noise floor, and whether it has."""
     if hidden.name in UNSEEN:
-        return UNSEEN[hidden.name][severity]
+        return UNSEEN[hidden.name][severity], True
     wanted, centre = np.log(SEVERITY[severity] ** 2 - 1) / 2, 1.0
     for _ in range(LADDERS):
         sizes = centre * RUNGS
@@ -143,12 +189,12 @@ def _sized(robot, truth, motions, noises, ref, hidden, severity):
         if wanted < traces[0]:
             centre = sizes[0]
         elif wanted > traces.max():
-            centre = sizes[-1]
+            centre = sizes[int(np.argmax(traces))]
         else:
             above = int(np.argmax(traces >= wanted))
             part = slice(max(above - 1, 0), above + 1)
-            return float(np.exp(np.interp(wanted, traces[part], np.log(sizes[part]))))
-    return float(centre)
+            return float(np.exp(np.interp(wanted, traces[part], np.log(sizes[part])))), True
+    return float(centre), False
 
 
 def _traces(robot, lanes, motions, noises, ref):
@@ -161,17 +207,21 @@ def _traces(robot, lanes, motions, noises, ref):
     return np.log(np.maximum(np.square(np.nan_to_num(ratios, nan=1e6)) - 1, 1e-8)) / 2
 
 
-def _label(kind, hidden, sizes, severity, robot, motions, errors):
+def _label(kind, hidden, found, severity, robot, motions, errors):
     floor = robot.floor
     judged = float(np.sqrt(np.sum((errors[2] * floor) ** 2)))
     least = float(np.sqrt(np.sum(floor**2)))
     return {
         "kind": kind, "labels": [one.name for one in hidden] or ["none"],
         "effects": [{"effect": one.name, "joints": list(one.joints), "size": size,
-                     "numbers": _changed(one, size)} for one, size in zip(hidden, sizes)],
+                     "numbers": _changed(one, size)} for one, (size, _) in zip(hidden, found)],
+        "rescaled": [one.name for one, (_, reached) in zip(hidden, found) if not reached],
         "severity": severity, "target_ratio": SEVERITY.get(severity), "ratio": ratio_of(errors),
         "ratio_log3": errors[2].tolist(), "robot": f"{robot.kind} of {robot.n}",
-        "period": robot.period, "excitations": [motion.excitation for motion in motions],
+        "gear_ratios": robot.ratio.tolist(), "gravity": robot.gravity, "period": robot.period,
+        "discretisation": robot.discretisation,
+        "excitations": [motion.excitation for motion in motions],
+        "seconds": [round(len(motion.q_d) * robot.period, 3) for motion in motions],
         "gap": {"nominal": judged, "true_model": least,
                 "achievable_reduction": 1 - least / judged}}
 

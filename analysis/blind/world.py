@@ -1,21 +1,36 @@
-"""Robots as MuJoCo bodies; several stand side by side in one world and never touch."""
+"""Robots as MuJoCo bodies; several stand side by side in one world and never touch.
+
+What the engine has of its own is used: dry friction, damping, springs, limits, contact, tilted
+mounts, delay, lag and limit of a drive, cogging and bristles of its motor.
+"""
 
 import numpy as np
 
-from clie_blocks.analysis.blind.robot import G, link_inertia
+from clie_blocks.analysis.blind.robot import G
 from clie_blocks.errors import MissingExtraError
 
-STEP = 5e-4  # s, of the engine
+STEP, COARSE = 5e-4, 1e-3  # s, of the engine: where something is stiff, and elsewhere
+RUBBING = ("level", "slope", "wavy_level", "warm_level", "fault_level")
+_STIFF = (*RUBBING, "bristle", "twist_stiffness", "half_gap", "lag", "delay", "wall")
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
-_DRY = ('solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"')
+_DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
+_SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
 _XML = """<mujoco>
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{step}" gravity="0 0 {down}" integrator="RK4">
-    <flag contact="disable" autoreset="disable"/>
+    <flag autoreset="disable"/>
   </option>
   <worldbody>{bodies}</worldbody>
+  <contact>{contacts}</contact>
   <actuator>{motors}</actuator>
 </mujoco>"""
+
+
+def step_of(robot, lanes):
+    """Step of the engine [s]: fine where a lane has something stiff."""
+    stiff = any(np.any(lane[key] > 0) for lane in lanes for key in _STIFF)
+    stiff = stiff or any(np.isfinite(lane["hard_stop"]).any() for lane in lanes)
+    return STEP if stiff else min(COARSE, robot.period)
 
 
 def world(robot, lanes):
@@ -43,45 +58,54 @@ def world(robot, lanes):
         import mujoco
     except ImportError:
         raise MissingExtraError("making blind trials", "MuJoCo", "mujoco") from None
-    build = _axes if robot.kind == "axes" else _chain
+    walled = [j for j, lane in enumerate(lanes) if lane["wall"].any()]
+    bodies = [(_axes if robot.kind == "axes" or not lane["links"].any() else _chain)(
+        robot, lane, j) for j, lane in enumerate(lanes)]
     return mujoco.MjModel.from_xml_string(_XML.format(
-        step=STEP, down=-G,
-        bodies="".join(build(robot, lane, j) for j, lane in enumerate(lanes)),
-        motors="".join(_motor(robot, lane, j, k)
+        step=step_of(robot, lanes), down=-G,
+        bodies="".join(bodies + [_wall(robot, lanes[j], j) for j in walled]),
+        contacts="".join(f'<pair geom1="tip{j}" geom2="wall{j}" solref="0.02 1"/>'
+                         for j in walled),
+        motors="".join(_motor(robot, lane, j, k) + _passive(robot, lane, j, k)
                        for j, lane in enumerate(lanes) for k in range(robot.n))))
 
 
 def _chain(robot, p, lane):
-    inside, weightless = "", _weightless(robot, p)
+    """Links one behind the other; what is missing of their inertia turns with the rotors."""
+    share = p["links"][0]
+    p = {**p, "rotor": p["rotor"] + (1 - share) * robot.link / robot.ratio**2}
+    inside, weightless = _tip(robot, p, lane), _weightless(robot, p)
     for k in reversed(range(robot.n)):
         tip = _mass(p["payload"][k], robot.length[k], weightless)
-        inertial = _inertial(robot.mass[k], robot.inertia[k], robot.com[k])
+        inertial = _inertial(share * robot.mass[k], share * robot.inertia[k], robot.com[k])
         at = robot.length[k - 1] if k else 0.0
         inside = _jointed(robot, p, lane, k, at, inertial + tip + inside, weightless)
     return inside
 
 
 def _axes(robot, p, lane):
-    turning = link_inertia(robot.kind, robot.length, robot.mass, robot.com, robot.inertia,
-                           robot.pose)
-    p = {**p, "rotor": p["rotor"] - turning / robot.ratio**2}
-    return "".join(_jointed(robot, p, lane, k, 0.0, _inertial(_SPECK, turning[k], 0.0), 1.0)
+    """Joints that do not know of each other, each with the inertia of its links at the pose."""
+    if robot.kind == "axes":  # the data sheet counts the links to the rotors
+        p = {**p, "rotor": p["rotor"] - robot.link / robot.ratio**2}
+    return "".join(_jointed(robot, p, lane, k, 0.0, _inertial(_SPECK, robot.link[k], 0.0), 1.0)
                    for k in range(robot.n))
 
 
 def _jointed(robot, p, lane, k, at, link, weightless):
     """Body behind a gear; positive angles lift a link along x out of the horizontal."""
     r2 = robot.ratio[k] ** 2
-    hinge = (f'name="a{lane}_{k}" type="hinge" axis="0 -1 0" armature="{p["rotor"][k] * r2}" '
-             f'frictionloss="1e-9" {_DRY} stiffness="{p["stiffness"][k]}" '
-             f'springref="{p["rest"][k]}"')
     drag, quadratic = p["drag"][k] * r2, p["quadratic"][k] * robot.ratio[k]
+    dry = _DRY if any(p[key][k] > 0 for key in RUBBING) else ""
+    stop = p["hard_stop"][k]
+    if np.isfinite(stop):
+        dry += f' range="{stop - 10} {stop}" {_SOLID}'
+    hinge = (f'<joint name="a{lane}_{k}" type="hinge" axis="0 -1 0" '
+             f'armature="{p["rotor"][k] * r2}" {dry} stiffness="{p["stiffness"][k]}" '
+             f'springref="{p["rest"][k]}" damping="{drag + robot.bearing[k]} {quadratic} 0"/>')
     twist = _twist(p, lane, k)
     if not twist:
-        return (f'<body pos="{at} 0 0" gravcomp="{weightless}"><joint {hinge} '
-                f'damping="{drag + robot.bearing[k]} {quadratic} 0"/>{link}</body>')
-    return (f'<body pos="{at} 0 0" gravcomp="1">{_inertial(_SPECK, _SPECK, 0.0)}'
-            f'<joint {hinge} damping="{drag + robot.bearing[k]} {quadratic} 0"/>'
+        return f'<body pos="{at} 0 0" gravcomp="{weightless}">{hinge}{link}</body>'
+    return (f'<body pos="{at} 0 0" gravcomp="1">{_inertial(_SPECK, _SPECK, 0.0)}{hinge}'
             f'<body gravcomp="{weightless}">{twist}{link}</body></body>')
 
 
@@ -89,8 +113,7 @@ def _twist(p, lane, k):
     """Second hinge behind the motor: a spring, or a gap between stiff flanks."""
     name = f'<joint name="b{lane}_{k}" type="hinge" axis="0 -1 0"'
     if p["half_gap"][k] > 0:
-        return (f'{name} range="{-p["half_gap"][k]} {p["half_gap"][k]}" solreflimit="0.004 1" '
-                'solimplimit="0.99 0.99 0.001 0.5 2"/>')
+        return f'{name} range="{-p["half_gap"][k]} {p["half_gap"][k]}" {_SOLID}/>'
     if p["twist_stiffness"][k] > 0:
         return (f'{name} stiffness="{p["twist_stiffness"][k]}" '
                 f'damping="{p["twist_damping"][k]}"/>')
@@ -110,9 +133,46 @@ def _motor(robot, p, lane, k):
     return f'<general {" ".join(parts)}/>'
 
 
+def _passive(robot, p, lane, k):
+    """Cogging and bristles of a motor that nobody feeds."""
+    parts, ratio = [], robot.ratio[k]
+    if p["ripple"][k] > 0:
+        parts.append(f'cogging="{p["ripple"][k]} {round(p["poles"][k])} {p["phase"][k]}"')
+    if p["bristle"][k] > 0:
+        level = p["bristle"][k]
+        stiffness = level / (p["bristle_range"][k] * ratio)
+        parts.append(f'lugre="{stiffness} 0 {level} {level} 1"')
+    if not parts:
+        return ""
+    return (f'<dcmotor joint="a{lane}_{k}" gear="{ratio}" input="none" motorconst="0 0" '
+            f'resistance="1" {" ".join(parts)}/>')
+
+
 def _weightless(robot, p):
     """Share of its weight that the mounting takes: all of it when level, less when tilted."""
     return 0.0 if robot.gravity else 1.0 - np.sin(p["tilt"][0])
+
+
+def _tip(robot, p, lane):
+    if not p["wall"].any():
+        return ""
+    return (f'<geom name="tip{lane}" type="sphere" size="0.0001" pos="{robot.length[-1]} 0 0" '
+            'mass="0" contype="0" conaffinity="0"/>')
+
+
+def _wall(robot, p, lane):
+    """Plane across the way of the tip, as far along it as ``wall`` says."""
+    at, along = tip_way(robot)
+    x, z = at + p["wall"].max() * along
+    return (f'<geom name="wall{lane}" type="plane" size="1 1 1" pos="{x} 0 {z}" '
+            f'zaxis="{-along[0]} 0 {-along[1]}" contype="0" conaffinity="0"/>')
+
+
+def tip_way(robot):
+    """Tip at the pose, and the direction in which the first joint moves it, each (x, z) [m]."""
+    angle = np.cumsum(robot.pose)
+    at = np.array([robot.length @ np.cos(angle), robot.length @ np.sin(angle)])
+    return at, np.array([-at[1], at[0]]) / np.hypot(*at)
 
 
 def _mass(mass, at, weightless):

@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import cont2discrete, lfilter
 
+from clie_blocks.analysis.blind.loop import filter_coefficients
 from clie_blocks.analysis.blind.robot import G
 
 
@@ -33,18 +34,38 @@ def _exact(joint, u):
     return np.array(found)[:, None]
 
 
-def test_the_command_follows_from_the_measured_angle_by_the_stated_law(bench):
+@pytest.mark.parametrize("discretisation", ["tustin", "zoh", "backward", "matched"])
+def test_the_command_follows_from_the_measured_angle_by_the_stated_law(bench, discretisation):
     joint = bench("arm", seed=5)
-    robot = dataclasses.replace(joint.robot, command_step=1e-3 * joint.robot.kp)
+    robot = dataclasses.replace(joint.robot, command_step=1e-3 * joint.robot.kp,
+                                discretisation=discretisation)
     joint.robot = robot
     motion = joint.motion(0.8, torque=0.2 * robot.kp, angle=0.1)
     q, u = joint.run(motion)
-    high, low = robot.corners
-    numerator, denominator, _ = cont2discrete(
-        ([high * low, 0], [1, high + low, high * low]), robot.period, "tustin")
-    speed = lfilter(numerator.ravel(), denominator, q - q[0], axis=0)
+    numerator, denominator = _velocity_filter(robot)
+    speed = lfilter(numerator, denominator, q - q[0], axis=0)
     stated = robot.kp * (motion.q_d - q) - robot.kd * speed + motion.pe
     assert np.max(np.abs(u - stated) / robot.command_step) < 0.501
+
+
+def _velocity_filter(robot):
+    """G1 by the textbook's way of each discretisation."""
+    high, low, period = *robot.corners, robot.period
+    if robot.discretisation == "matched":
+        denominator = np.poly(np.exp([-high * period, -low * period]))
+        return np.array([1.0, -1.0]) * denominator.sum() / period, denominator
+    method = {"backward": "backward_diff"}.get(robot.discretisation, robot.discretisation)
+    numerator, denominator, _ = cont2discrete(
+        ([high * low, 0], [1, high + low, high * low]), period, method)
+    return numerator.ravel(), denominator
+
+
+@pytest.mark.parametrize("discretisation", ["tustin", "zoh", "backward", "matched"])
+def test_every_velocity_filter_gives_the_slope_of_a_ramp(discretisation):
+    b, a = filter_coefficients(np.array(150.0), np.array(300.0), 1e-3, discretisation)
+    speed = lfilter(b, a, 0.7e-3 * np.arange(400))
+    held = 5e-3 if discretisation == "zoh" else 1e-6  # a ramp in steps
+    assert speed[-1] == pytest.approx(0.7, rel=held)
 
 
 def test_dry_friction_holds_what_is_weaker_and_yields_to_what_is_stronger(bench):
@@ -119,19 +140,20 @@ def test_a_limited_drive_accelerates_with_its_limit(bench):
 
 
 @pytest.mark.parametrize("numbers", [
-    {"dead": 1e-2}, {"ripple": 1e-2, "order": 9.0}, {"tone": 1e-2}, {"bias": 1e-2},
+    {"dead": 1e-2}, {"ripple": 1e-2, "poles": 9.0}, {"tone": 1e-2}, {"bias": 1e-2},
     {"stiffness": 5.0}, {"quadratic": 1.0}, {"bristle": 1e-2, "bristle_range": 5e-3},
     {"warm_level": 1e-2}, {"warm_drag": 0.1}, {"fault_torque": 1e-2}, {"fault_drag": 0.1},
     {"fault_level": 1e-2}, {"wavy_level": 2e-2, "waves": 8.0}, {"wavy_drag": 0.1, "waves": 8.0},
     {"wandering": 0.1}, {"random": 1e-2}, {"lost": 0.2}, {"heating": 0.3}, {"sag": 0.2},
     {"eccentric": 1e-2}, {"step": 1e-2}, {"corner": 0.5}, {"integral": 0.5}, {"kp_factor": 1.1},
-    {"gain": 1.1}, {"stop": 0.02, "stop_stiffness": 0.1}], ids=lambda n: next(iter(n)))
+    {"gain": 1.1}, {"hard_stop": 0.02}, {"wall": 2e-3}, {"stop": 0.02, "stop_stiffness": 0.1}],
+    ids=lambda n: next(iter(n)))
 def test_each_number_moves_the_robot_and_its_neutral_value_does_not(bench, numbers):
     joint = bench()
     scale = {key: value * joint.robot.kp if key in TORQUES else value
              for key, value in numbers.items()}
-    if "stop" in scale:
-        scale["stop"] = scale["stop"] + joint.robot.pose
+    for key in {"stop", "hard_stop"} & set(scale):
+        scale[key] = scale[key] + joint.robot.pose
     motion = joint.motion(1.0, torque=0.2 * joint.robot.kp)
     healthy = joint.run(motion)[0]
     assert np.max(np.abs(joint.run(motion, **scale)[0] - healthy)) > 1e-5
@@ -150,3 +172,59 @@ def test_load_dependent_friction_needs_a_load(bench):
         motion = joint.motion(1.0, torque=0.3 * joint.robot.kp)
         (rubbing, _), (free, _) = joint.run(motion, slope=0.1), joint.run(motion)
         assert (np.max(np.abs(rubbing - free)) > 1e-4) == gravity
+
+
+def test_bristles_of_the_motor_are_a_spring_for_small_torques_and_yield_to_large_ones(bench):
+    joint = bench()
+    torque = 0.01 * joint.robot.kp
+    motion = joint.motion(3.0, torque=torque)
+    moved = {}
+    for share in (300.0, 0.3, 0.0):
+        q, _ = joint.run(motion, bristle=share * torque, bristle_range=4e-3)
+        moved[share] = q[:, 0] - q[0, 0]
+    spring = torque[0] / (joint.robot.kp[0] + 300 * torque[0] / 4e-3)
+    assert moved[300.0].max() == pytest.approx(2 * spring, rel=0.05)  # the first swing
+    assert moved[0.3][-1] == pytest.approx(0.7 * moved[0.0][-1], rel=0.1)
+
+
+def test_cogging_of_the_motor_bends_a_slow_motion_as_often_as_it_has_poles(bench):
+    joint = bench()
+    robot = joint.robot
+    motion = joint.motion(4.0)
+    turn = 2 * np.pi / (9 * robot.ratio[0])  # one period of the ripple, at the joint
+    slow = robot.pose + np.linspace(0.0, 6 * turn, len(motion.q_d))[:, None]
+    motion = dataclasses.replace(motion, q_d=slow)
+    (bent, _), (straight, _) = (joint.run(motion, ripple=level * robot.kp, poles=9.0)
+                                for level in (1e-4, 0.0))
+    late = slice(len(slow) // 3, None)
+    wave = (bent - straight)[late, 0]
+    spectrum = np.abs(np.fft.rfft(wave - wave.mean()))
+    assert spectrum.argmax() == 4  # two thirds of six periods
+
+
+def test_a_hard_stop_ends_the_travel(bench):
+    joint = bench()
+    motion = joint.motion(1.0, torque=0.2 * joint.robot.kp)
+    q, _ = joint.run(motion, hard_stop=joint.robot.pose + 0.05)
+    free, _ = joint.run(motion)
+    assert free.max() - joint.robot.pose[0] > 0.1
+    assert q.max() - joint.robot.pose[0] == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_wall_ends_the_way_of_the_tip(bench):
+    joint = bench()
+    robot = joint.robot
+    motion = joint.motion(1.0, torque=0.2 * robot.kp)
+    q, _ = joint.run(motion, wall=0.05 * robot.length.sum())
+    assert np.sin(q.max() - robot.pose[0]) == pytest.approx(0.05, abs=0.01)
+
+
+def test_links_that_are_not_coupled_move_as_joints_side_by_side(bench):
+    arm = bench("arm", seed=5)
+    assert arm.robot.n > 1
+    one = arm.motion(1.0)
+    torque = 0.2 * arm.robot.kp * (np.arange(arm.robot.n) == 0)
+    motion = dataclasses.replace(one, pe=np.broadcast_to(torque, one.q_d.shape))
+    (apart, _), (coupled, _) = (arm.run(motion, links=share) for share in (0.0, 1.0))
+    apart, coupled = np.ptp(apart, axis=0), np.ptp(coupled, axis=0)
+    assert apart[0] > 0.02 and np.all(apart[1:] == 0.0) and np.all(coupled[1:] > 1e-3)

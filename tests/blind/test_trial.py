@@ -9,13 +9,19 @@ import numpy as np
 import pytest
 
 import clie_blocks.analysis.blind as blind
+from clie_blocks.analysis.blind.answers import FAMILY
 from clie_blocks.analysis.blind.folder import write_trial
 from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
 from clie_blocks.analysis.blind.loop import run
-from clie_blocks.analysis.blind.robot import NEUTRAL, draw_robot, draw_truth, link_inertia
-from clie_blocks.analysis.blind.score import FAMILY
+from clie_blocks.analysis.blind.robot import (
+    NEUTRAL,
+    draw_robot,
+    draw_truth,
+    link_inertia,
+    restated,
+)
 from clie_blocks.analysis.blind.size import prediction, ratio_of, reference
-from clie_blocks.analysis.blind.trial import KINDS, SEVERITY, make_trial, plan
+from clie_blocks.analysis.blind.trial import KINDS, ONE_OF, SEVERITY, make_trial, plan
 from clie_blocks.analysis.records import read_trial
 
 FILES = sorted(Path(blind.__file__).parent.glob("*.py"))
@@ -34,27 +40,46 @@ def test_nothing_comes_from_the_package_that_is_on_trial(path):
                    or name in ("clie_blocks.errors", "clie_blocks.output") for name in ours)
 
 
-def test_a_study_holds_all_kinds_and_all_effects_in_turn():
-    plans = [plan(5, index) for index in range(7 * len(KINDS))]
+def test_a_study_holds_all_kinds_and_every_effect_in_all_sizes():
+    plans = [plan(5, index) for index in range(3 * len(KINDS))]
     named = {kind: {name for k, names, _ in plans if k == kind for name in names}
              for kind in ("single", "unknown")}
     assert named == {"single": set(EFFECTS), "unknown": set(OUTSIDERS)}
-    assert {kind for kind, _, _ in plans} == {"single", "none", "parametric", "pair", "unknown"}
+    assert {kind for kind, _, _ in plans} == set(KINDS)
     sizes = {(names[0], severity) for kind, names, severity in plans if kind == "single"}
-    assert len({size for _, size in sizes}) == len(SEVERITY) and len(sizes) > 2 * len(EFFECTS)
+    assert len(sizes) == len(EFFECTS) * len(SEVERITY)
+
+
+def test_pairs_and_triples_hold_that_many_different_effects():
+    plans = [plan(6, index) for index in range(2 * len(KINDS))]
+    for kind, count in (("pair", 2), ("triple", 3)):
+        found = [set(names) for k, names, _ in plans if k == kind]
+        assert found and all(len(names) == count for names in found)
+        assert all(len(names & set(group)) < 2 for names in found for group in ONE_OF)
+
+
+def test_robots_have_one_to_six_joints_and_gears_up_to_200():
+    robots = [draw_robot(np.random.default_rng(k)) for k in range(300)]
+    assert {robot.n for robot in robots} == set(range(1, 7))
+    assert {robot.n for robot in robots if robot.kind == "arm"} == set(range(2, 7))
+    ratios = np.concatenate([robot.ratio for robot in robots])
+    assert 1.0 <= ratios.min() < 2.0 and 150.0 < ratios.max() <= 200.0
+    assert {robot.period for robot in robots} == {5e-4, 1e-3, 2e-3}
+    assert {robot.discretisation for robot in robots} >= {"tustin", "zoh", "backward"}
 
 
 def test_at_least_eight_effects_are_outside_the_vocabulary():
     assert len(OUTSIDERS) >= 8 and not set(OUTSIDERS) & set(FAMILY)
-    assert set(EFFECTS) == set(FAMILY) - {"coupling"}
+    assert set(EFFECTS) == set(FAMILY)
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, *OUTSIDERS])
 def test_an_effect_changes_numbers_only_at_its_joint_and_vanishes_with_its_size(name):
     rng = np.random.default_rng(8)
-    robot = draw_robot(rng, "arm", name == "load_dependent_friction")
+    robot = draw_robot(rng, "arm", name == "load_dependent_friction", name != "coupling")
     truth = draw_truth(rng, robot)
-    hidden = draw_hidden(rng, name, Scene(robot, truth, robot.kp, 1))
+    runs = [(robot.pose + 0.1 * np.sin(np.arange(50.0))[:, None], np.ones((50, robot.n)))]
+    hidden = draw_hidden(rng, name, Scene(robot, truth, runs, 1))
     strong, weak = hidden.onto(truth, 3.0), hidden.onto(truth, 1e-9)
     changed = {key for key in NEUTRAL if not np.array_equal(strong[key], truth[key])}
     assert changed
@@ -69,6 +94,16 @@ def test_link_inertia_of_a_stretched_arm_is_that_of_its_masses():
     inertia, stretched = np.array([0.01, 0.02]), np.array([0.7, 0.0])
     found = link_inertia("arm", length, mass, com, inertia, stretched)
     assert found == pytest.approx([1.0 * 0.04 + 0.01 + 0.6 * 0.8**2 + 0.02, 0.6 * 0.09 + 0.02])
+
+
+def test_hidden_coupling_leaves_every_joint_its_inertia_at_the_pose():
+    robot = draw_robot(np.random.default_rng(8), "arm", False, coupling=False)
+    truth = {**draw_truth(np.random.default_rng(9), robot), "links": np.full(robot.n, 0.4)}
+    stated = restated(robot, truth)
+    assert stated.link == pytest.approx(0.4 * robot.link)
+    assert stated.rotor * robot.ratio**2 + stated.link == pytest.approx(
+        robot.rotor * robot.ratio**2 + robot.link)
+    assert not stated.coupling
 
 
 def test_a_change_of_the_joint_model_leaves_no_trace_after_the_refit(bench):
@@ -93,8 +128,8 @@ def _noisy(robot):
 
 @pytest.fixture(scope="module")
 def made():
-    index = next(i for i in range(60) if plan(2, i)[0] == "none")
-    return index, make_trial(2, index)
+    index = next(i for i in range(60) if plan(2001, i)[0] == "none")
+    return index, make_trial(2001, index)
 
 
 def test_a_trial_is_read_by_the_package_and_says_nothing_of_its_label(made, tmp_path):
@@ -120,7 +155,7 @@ def test_a_healthy_trial_shows_nothing_beyond_the_noise(made):
 
 def test_the_same_seed_makes_the_same_trial(made, tmp_path):
     index, trial = made
-    again = make_trial(2, index)
+    again = make_trial(2001, index)
     assert all(np.array_equal(a, b) for one, two in zip(trial.runs, again.runs)
                for a, b in zip(one, two))
     assert again.label == trial.label
