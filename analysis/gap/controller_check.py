@@ -9,11 +9,10 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.control_law import replay, velocity_estimate
+from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 
 ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
 UNROUNDED = 1e-3  # rms of the replay error over that of the command, if no rounding is stated
-DISCRETISATIONS = ("tustin", "zoh", "backward", "forward")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -69,7 +68,7 @@ def controller_check(problem):
     wrong = []
     for k in np.flatnonzero(error > limit) if law.corners else ():
         corners[:, k] = _fitted_corners(problem, law, k)
-        candidate = _with_corners(law, k, corners[:, k])
+        candidate = law.with_filter(slice(k, k + 1), law.variant, corners[:, k])
         after = _replay_error(problem, candidate)[k]
         if after < 0.5 * error[k]:
             law, wrong = candidate, [*wrong, int(k)]
@@ -88,29 +87,20 @@ def _limits(problem):
 
 
 def _replay_error(problem, law):
-    squares = [np.mean((log.u - replay(law, log)) ** 2, axis=0) for log in problem.logs]
+    squares = [np.mean((log.u - law.replay(log.q, log.q_d, log.pe)) ** 2, axis=0)
+               for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
 def _other_discretisation(problem, law, error, limit, decisions):
-    for name in DISCRETISATIONS:
-        b, a = velocity_estimate("two_corner", law.period, law.corners, name)
-        ones = np.ones(problem.n)
-        other = dataclasses.replace(law, numerator=np.outer(b, ones),
-                                    denominator=np.outer(a, ones), discretisation=name)
+    for name in discretisations(law.period, law.corners):
+        other = law.with_filter(slice(None), name, law.corners)
         found = _replay_error(problem, other)
-        if (found <= limit).all() and name != law.discretisation:
-            decisions.append(f"the velocity filter runs as '{name}', not '{law.discretisation}'; "
+        if (found <= limit).all() and name != law.variant:
+            decisions.append(f"the velocity filter runs as '{name}', not '{law.variant}'; "
                              "no fault of the robot, the file is wrong")
             return other, found
     return law, error
-
-
-def _with_corners(law, k, corners):
-    b, a = velocity_estimate("two_corner", law.period, tuple(corners), law.discretisation)
-    numerator, denominator = law.numerator.copy(), law.denominator.copy()
-    numerator[:, k], denominator[:, k] = b, a
-    return dataclasses.replace(law, numerator=numerator, denominator=denominator)
 
 
 def _fitted_corners(problem, law, k):
@@ -123,8 +113,7 @@ def _fitted_corners(problem, law, k):
     target = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 
     def error(exponents):
-        b, a = velocity_estimate("two_corner", law.period, tuple(np.exp(exponents)),
-                                 law.discretisation)
+        b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
         return law.kd[k] * lfilter(b, a, moved) - target
 
     starts = np.log(np.array(law.corners)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])

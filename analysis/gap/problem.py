@@ -7,9 +7,10 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.control_law import ControlLaw, control_law
 from clie_blocks.analysis.gap.links import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.textbook import textbook_model
+from clie_blocks.analysis.records.control_law import ControlLaw, control_law
+from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNKNOWN_TOLERANCE = 10.0  # relative: a number that nobody stated may be anything
@@ -134,7 +135,7 @@ def problem(robot, records, held_out=None):
 
     """
     held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
-    law = control_law(robot, records[0].sample_time)
+    law = _stated_law(robot.controller, records[0])
     logs = [_log(record, robot, k) for k, record in enumerate(records)]
     if min(map(len, logs)) < LEAST_SAMPLES:
         raise NotIdentifiableError(
@@ -148,6 +149,14 @@ def problem(robot, records, held_out=None):
         nominal=_nominal(robot, chain, ratio, logs, law.period), chain=chain, gear_ratio=ratio,
         shaft_ratio=_given(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=_given(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints))
+
+
+def _stated_law(controller, record):
+    if controller.law not in ("pd", "cascade"):
+        raise NotIdentifiableError(
+            f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
+            "and 'cascade': state [controller] with its gains")
+    return control_law(controller, sample_time(record, controller))
 
 
 def _log(record, robot, k):

@@ -1,269 +1,119 @@
-"""The control law, replayed on the measured position, to see whether the stated law ran.
+"""The stated control law as one difference equation per joint.
 
-The residual ``r_c = u_log - law(q_log, q_d, pe)`` needs no model of the robot.  At the level of
-the log's rounding it proves that the law is understood; anything larger is a fault of the stated
-law or of the log, and must not be blamed on the robot.
+    u_k = kp (q_d - q) - kd v + pe,   v = F(z) q
+
+PD (11), a cascade of a position loop around a velocity loop, and a position servo all have this
+form.
 """
 
 import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.records.runs import runs
-from clie_blocks.errors import ClieError, NotIdentifiableError, nearest
-
-CORNERED = ("tustin", "zoh", "backward", "forward")
-SETTLED = 1e-4  # share of its start that a velocity filter has forgotten when it counts as settled
+from clie_blocks.analysis.records.robot import DISCRETISATIONS
+from clie_blocks.analysis.records.velocity_filter import velocity_filter
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Replay:
-    """The command that the stated law gives on the measured position.
+class ControlLaw:
+    """Sampled PD law with its velocity filter.
 
     Parameters
     ----------
-    u : ndarray, shape (N, n)
-        Command of the law [unit of u]; NaN where the record is not valid.
-    residual : ndarray, shape (N, n)
-        ``r_c``, logged minus replayed command [unit of u].
+    kp, kd : ndarray, shape (n,)
+        Gains [command/rad, command s/rad].
+    numerator, denominator : ndarray, shape (3, n)
+        Velocity filter F(z) of each joint.
+    period : float
+        Sample time [s].
+    resolution : ndarray, shape (n,)
+        Rounding step of the command, 0 for none.
+    saturation : ndarray, shape (n,)
+        Limit of the command, infinite for none.
+    corners : tuple of float or None
+        Corners of G1 (47) [rad/s], where it is the filter.
     variant : str
-        How the velocity was formed: a name of `variants`.
-    rms : ndarray, shape (n,)
-        Root mean square of the residual over `used` [unit of u].
-    lsb : ndarray, shape (n,)
-        `rms` in steps of the command's resolution: 0.29 is rounding alone; NaN when not stated.
-    used : ndarray of bool, shape (N,)
-        Samples that count: valid, drive enabled, filter no longer knowing how its run began.
-    tried : dict
-        `rms` by variant, of all that were tried.
+        How the velocity is formed, see `velocity_filter`; ``exact`` is a measured one.
 
     """
 
-    u: np.ndarray
-    residual: np.ndarray
-    variant: str
-    rms: np.ndarray
-    lsb: np.ndarray
-    used: np.ndarray
-    tried: dict
+    kp: np.ndarray
+    kd: np.ndarray
+    numerator: np.ndarray
+    denominator: np.ndarray
+    period: float
+    resolution: np.ndarray
+    saturation: np.ndarray
+    corners: tuple | None = None
+    variant: str = "difference"
+
+    def with_filter(self, k, variant, corners):
+        """Return the law with another velocity filter at the joints k, a slice of them."""
+        b, a = velocity_filter(variant, self.period, corners)
+        numerator, denominator = self.numerator.copy(), self.denominator.copy()
+        numerator[:, k], denominator[:, k] = b[:, None], a[:, None]
+        return dataclasses.replace(self, numerator=numerator, denominator=denominator,
+                                   variant=variant)
+
+    def rate(self, q):
+        """Velocity as the controller forms it, at rest at the first position, shape (N, n)."""
+        from scipy.signal import lfilter
+
+        moved = q - q[0]
+        return np.stack([lfilter(self.numerator[:, k], self.denominator[:, k], moved[:, k])
+                         for k in range(len(self.kp))], axis=1)
+
+    def command(self, q_err, dq, pe):
+        """Command for a position error, a velocity and an excitation, within its limits."""
+        u = self.kp * q_err - self.kd * dq + pe
+        return np.clip(u, -self.saturation, self.saturation)
+
+    def replay(self, q, q_d, pe):
+        """Command on measured positions, shape (N, n)."""
+        return self.command(q_d - q, self.rate(q), pe)
 
 
-def replay(record, controller, variant=None):
-    """Replay the stated control law, eq. (11) or its kin, on the measured position.
+def control_law(controller, period, variant=None):
+    """Return the law that a robot file states.
 
     Parameters
     ----------
-    record : Record
-        The log, with q, u and q_d.
     controller : Controller
-        Law, gains and velocity filter; see its docstring for the laws.
+        As stated.
+    period : float
+        Sample time [s].
     variant : str, optional
-        One of `variants`; by default the one that leaves the smallest residual.
-
-    Returns
-    -------
-    Replay
-        Command, residual and the variants that were tried.
-
-    Raises
-    ------
-    NotIdentifiableError
-        If the law is unknown, or u or q_d is not logged.
-    ClieError
-        If the variant is not known for this controller and record.
-
-    Notes
-    -----
-    The velocity filter starts each run of samples at rest at the first measured position.  A clock
-    that jitters is taken at its median step: the controller's own clock is not in the log.  Where
-    the log's channel ``torque_enable`` is zero the law does not act and nothing is compared.
+        How the velocity is formed; by default as stated, else ``tustin`` where corners are
+        stated, and the backward difference where nothing is.
 
     """
-    _check_logged(record, controller)
-    known = variants(record, controller)
-    if variant is not None and variant not in known:
-        raise ClieError(f"no variant {variant!r} of this control law; {nearest(variant, known)}")
-    found = {name: _replay(record, controller, name)
-             for name in (known if variant is None else (variant,))}
-    best = variant or _best({name: found[name].rms for name in found}, stated_variant(controller))
-    return dataclasses.replace(found[best],
-                               tried={name: result.rms for name, result in found.items()})
+    kp, kd = gains(controller)
+    corners = (controller.highpass, controller.lowpass) if controller.highpass else None
+    variant = variant or stated_variant(controller) or ("tustin" if corners else "difference")
+    corners = corners if variant in DISCRETISATIONS else None
+    b, a = velocity_filter("difference" if variant == "exact" else variant, period, corners)
+    zero = np.zeros(len(kp))
+    return ControlLaw(
+        kp=kp, kd=kd, numerator=np.outer(b, zero + 1),
+        denominator=np.outer(a, zero + 1), period=period,
+        resolution=zero if controller.command_resolution is None
+        else controller.command_resolution,
+        saturation=zero + np.inf if controller.saturation is None else controller.saturation,
+        corners=corners, variant=variant)
 
 
-def variants(record, controller):
-    """Names of the ways in which this controller may have formed its velocity.
-
-    ``tustin, zoh, backward, forward`` discretise G1 (47); ``two_tap`` is
-    ``(q_k - q_{k-2}) / (2 T)``; ``difference`` is ``(q_k - q_{k-1}) / T``; ``exact`` is the logged
-    velocity; ``none`` is a law without velocity.
-    """
-    if controller.law == "servo" and controller.kd is None:
-        return ("none",)
-    cornered = ()
-    if controller.highpass is not None and controller.lowpass is not None:
-        step = sample_time(record, controller)
-        cornered = tuple(name for name in CORNERED
-                         if max(map(abs, _poles(name, controller, step))) < 1)
-    return (*cornered, "two_tap", "difference", *(("exact",) if record.dq is not None else ()))
+def gains(controller):
+    """Gains on position and velocity as the PD law (11) has them, zero where there is none."""
+    if controller.law == "cascade":
+        return controller.kp * controller.kv, controller.kv
+    kd = controller.kd
+    return controller.kp, np.zeros_like(controller.kp) if kd is None else kd
 
 
 def stated_variant(controller):
-    """Name of the variant that the controller states, or None."""
+    """Name of the way in which the controller says that it forms its velocity, or None."""
     if controller.law == "servo" and controller.kd is None:
         return "none"
     if controller.velocity_filter == "two_corner":
         return controller.discretisation
     return controller.velocity_filter
-
-
-def sample_time(record, controller):
-    """Period of the controller [s]: the stated one where the log has that rate, else the log's."""
-    stated, logged = controller.sample_time, record.sample_time
-    agrees = stated is not None and abs(stated - logged) < 0.1 * stated
-    return stated if agrees else logged
-
-
-def in_steps(size, controller):
-    """Size in steps of the command's stated resolution, per joint; NaN where it is not stated."""
-    step = controller.command_resolution
-    return size * np.nan if step is None else size / np.where(step > 0, step, np.nan)
-
-
-def velocity(record, controller, variant):
-    """Velocity as the controller forms it from the measured position, eq. (47).
-
-    Parameters
-    ----------
-    record : Record
-        The log.
-    controller : Controller
-        Its corners; needed for the variants that discretise G1.
-    variant : str
-        One of `variants`.
-
-    Returns
-    -------
-    ndarray, shape (N, n)
-        Velocity [unit of q per second]; NaN outside the runs of valid samples.
-
-    """
-    if variant == "exact":
-        return record.dq
-    if variant == "none":
-        return np.zeros(record.q.shape)
-    step = sample_time(record, controller)
-    out = np.full(record.q.shape, np.nan)
-    for start, stop in runs(record, least=1):
-        out[start:stop] = _filtered(record.q[start:stop], variant, controller, step)
-    return out
-
-
-def velocity_polynomials(controller, variant, step):
-    """Velocity filter ``q -> dq`` as numerator and denominator in ``z^-1``.
-
-    Parameters
-    ----------
-    controller : Controller
-        Its corners.
-    variant : str
-        One of `variants`, except ``exact``.
-    step : float
-        Sample time [s].
-
-    """
-    if variant == "none":
-        return np.zeros(1), np.ones(1)
-    forward, back = _after_difference(controller, variant, step)
-    return np.convolve([1.0, -1.0], forward), back
-
-
-def law(controller, q_err, dq, pe):
-    """Command of the stated law: PD (11), cascade of two P loops, or position servo."""
-    gain = controller.kp * controller.kv if controller.law == "cascade" else controller.kp
-    damping = controller.kv if controller.law == "cascade" else controller.kd
-    u = gain * q_err - (0.0 if damping is None else damping * dq) + pe
-    if controller.saturation is not None:
-        u = np.clip(u, -controller.saturation, controller.saturation)
-    return u
-
-
-def settled(record, controller, variant):
-    """Mask of the samples at which the velocity filter has forgotten the start of its run."""
-    wait = 2
-    if variant in CORNERED:
-        slowest = max(map(abs, _poles(variant, controller, sample_time(record, controller))))
-        wait += int(np.ceil(np.log(SETTLED) / np.log(max(slowest, 1e-3))))
-    used = np.zeros(len(record), bool)
-    for start, stop in runs(record, least=1):
-        used[start + wait:stop] = True
-    return used
-
-
-def _check_logged(record, controller):
-    where = record.source or "the record"
-    if controller.law == "unknown":
-        raise NotIdentifiableError(f"{where}: the control law is not stated, so it cannot be "
-                                   "replayed; give [controller] law and gains in robot.toml")
-    for name, meaning in (("u", "command"), ("qd", "reference position")):
-        if getattr(record, name) is None:
-            raise NotIdentifiableError(f"{where} has no {meaning} {name}, so the control law "
-                                       f"cannot be replayed; log {name} too")
-
-
-def _replay(record, controller, variant):
-    pe = 0.0 if record.pe is None else record.pe
-    u = law(controller, record.qd - record.q, velocity(record, controller, variant), pe)
-    residual = record.u - u
-    used = settled(record, controller, variant) & np.isfinite(residual).all(axis=1)
-    if "torque_enable" in record.extra:
-        used &= np.atleast_2d(record.extra["torque_enable"].T).all(axis=0)
-    if not used.any():
-        raise NotIdentifiableError(f"{record.source or 'the record'} has no run of valid samples "
-                                   "long enough for the velocity filter to settle")
-    rms = np.sqrt(np.mean(residual[used] ** 2, axis=0))
-    return Replay(u, residual, variant, rms, in_steps(rms, controller), used, {})
-
-
-def _best(tried, stated):
-    """Variant of the smallest residual; joints count alike, and the stated one wins a tie."""
-    tiny = np.finfo(float).tiny
-    size = {name: np.mean(np.log(rms + tiny)) for name, rms in tried.items()}
-    best = min(size, key=size.get)
-    return stated if stated in size and size[stated] < size[best] + 0.01 else best
-
-
-def _filtered(q, variant, controller, step):
-    """Difference of q through the rest of the filter, exact by a transform with zero padding."""
-    change = np.diff(q, axis=0, prepend=q[:1])
-    forward, back = _after_difference(controller, variant, step)
-    forget = 40 / -np.log(max(np.abs(np.roots(back)), default=1e-9))
-    size = 1 << int(np.ceil(np.log2(len(q) + forget)))
-    delay = np.exp(-2j * np.pi * np.arange(size // 2 + 1) / size)
-    response = np.polyval(forward[::-1], delay) / np.polyval(back[::-1], delay)
-    spectrum = np.fft.rfft(change, size, axis=0) * response[:, None]
-    return np.fft.irfft(spectrum, size, axis=0)[:len(q)]
-
-
-def _after_difference(controller, variant, step):
-    """Polynomials in ``z^-1`` of the filter after ``q_k - q_{k-1}``; its slope at rest is one."""
-    if variant == "difference":
-        return np.array([1 / step]), np.array([1.0])
-    if variant == "two_tap":
-        return np.array([0.5, 0.5]) / step, np.array([1.0])
-    p1, p2 = _poles(variant, controller, step)
-    gain = (1 - p1) * (1 - p2) / step
-    if variant == "zoh":  # keeps the step response, and with it the slope only nearly
-        high, low = controller.highpass, controller.lowpass
-        half = (low - high) * step / 2
-        gain = high * low * step * np.sqrt(p1 * p2) * (np.sinh(half) / half if half else 1.0)
-    shape = {"tustin": [0.5, 0.5], "backward": [1.0]}.get(variant, [0.0, 1.0])
-    return gain * np.array(shape), np.poly([p1, p2])
-
-
-def _poles(variant, controller, step):
-    corners = controller.highpass, controller.lowpass
-    discrete = {"tustin": lambda a: (2 - a * step) / (2 + a * step),
-                "zoh": lambda a: np.exp(-a * step),
-                "backward": lambda a: 1 / (1 + a * step),
-                "forward": lambda a: 1 - a * step}[variant]
-    return [discrete(corner) for corner in corners]

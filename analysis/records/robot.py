@@ -14,7 +14,7 @@ from clie_blocks.errors import RecordError
 
 LAWS = ("pd", "cascade", "servo", "unknown")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
-DISCRETISATIONS = ("tustin", "zoh", "backward", "forward")
+DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
 
 
@@ -136,7 +136,7 @@ class Controller(_Section):
     highpass, lowpass : float
         Corners of G1 [rad/s].
     discretisation : str
-        ``tustin``, ``zoh``, ``backward`` or ``forward``.
+        ``tustin``, ``zoh``, ``backward``, ``forward`` or ``matched``.
     sample_time : float
         Period of the controller [s].
     hold : str

@@ -7,11 +7,11 @@ import numpy as np
 from clie_blocks.analysis.records.checks.command import saturated
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import correlations, moves, permutation
-from clie_blocks.analysis.records.control_law import (
+from clie_blocks.analysis.records.control_law import stated_variant
+from clie_blocks.analysis.records.replay import (
     in_steps,
     replay,
     settled,
-    stated_variant,
     variants,
     velocity,
 )

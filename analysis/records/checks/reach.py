@@ -3,7 +3,8 @@
 import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import Finding
-from clie_blocks.analysis.records.checks.stability import loop_gains, nominal_joints
+from clie_blocks.analysis.records.checks.stability import nominal_joints
+from clie_blocks.analysis.records.control_law import gains
 
 SHORT = 5.0  # s
 SLOW = 100.0  # Hz
@@ -34,5 +35,5 @@ def _loop_frequency(robot):
     nominal = nominal_joints(robot)
     if nominal is None or robot.controller.law not in ("pd", "cascade"):
         return 0.0
-    return float(np.sqrt(np.max(nominal[1] * np.abs(loop_gains(robot.controller)[0])))
+    return float(np.sqrt(np.max(nominal[1] * np.abs(gains(robot.controller)[0])))
                  / (2 * np.pi))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import Finding
+from clie_blocks.analysis.records.control_law import gains
 
 
 def check_gains(record, robot):
@@ -10,7 +11,7 @@ def check_gains(record, robot):
     nominal = nominal_joints(robot)
     if nominal is None or robot.controller.law not in ("pd", "cascade"):
         return []
-    kp, kd = loop_gains(robot.controller)
+    kp, kd = gains(robot.controller)
     return [finding for k in range(robot.n)
             for finding in _joint(robot, k, *(x[k] for x in (*nominal, kp, kd)))]
 
@@ -32,13 +33,6 @@ def nominal_joints(robot):
     if not (inertia > 0).all():
         return None
     return damping / inertia, gain / inertia
-
-
-def loop_gains(controller):
-    """Gains on position and velocity as the PD law (11) has them."""
-    if controller.law == "cascade":
-        return controller.kp * controller.kv, controller.kv
-    return controller.kp, controller.kd
 
 
 def smallest_kd(a, b, kp):

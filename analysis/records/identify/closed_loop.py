@@ -16,15 +16,10 @@ import dataclasses
 import numpy as np
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.records.checks.stability import loop_gains
-from clie_blocks.analysis.records.control_law import (
-    law,
-    stated_variant,
-    velocity,
-    velocity_polynomials,
-)
+from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.identify.columns import terms
 from clie_blocks.analysis.records.identify.regression import Estimate, solved, top_speed
+from clie_blocks.analysis.records.replay import velocity
 from clie_blocks.errors import DivergedError
 
 PASSES = 40
@@ -82,9 +77,9 @@ def sensitivity(inertia, viscous, controller, k, step):
 
     """
     plant, bottom = held_plant(inertia, viscous, step)
-    top, below = velocity_polynomials(controller, stated_variant(controller) or "two_tap", step)
-    kp, kd = (gains(controller)[i][k] for i in (0, 1))
-    law_top = np.polynomial.polynomial.polyadd(kp * below, kd * top)
+    law = control_law(controller, step)
+    below = law.denominator[:, k]
+    law_top = law.kp[k] * below + law.kd[k] * law.numerator[:, k]
     outside = np.convolve(bottom, below)
     closed = np.polynomial.polynomial.polyadd(outside, np.convolve(plant, law_top))
     return Loop(np.convolve(plant, below), closed, outside)
@@ -101,12 +96,6 @@ def held_plant(inertia, viscous, step):
         second = (1 - forget - rate * forget) / rate**2
     gain = step**2 / inertia
     return gain * np.array([0.0, first, second]), np.array([1.0, -1.0 - forget, forget])
-
-
-def gains(controller):
-    """Gains on position and velocity, zero where the law has none."""
-    kp, kd = loop_gains(controller)
-    return kp, np.zeros_like(kp) if kd is None else kd
 
 
 def closed_loop_least_squares(runs, loads, k, start):
@@ -173,12 +162,12 @@ def _drive(run, k):
     The residual of the replayed law enters as recorded; it carries saturation and rounding.
     """
     record, controller = run.record, run.record.robot.controller
-    kp = gains(controller)[0][k]
-    variant = stated_variant(controller) or "two_tap"
+    law = control_law(controller, run.step)
+    linear = dataclasses.replace(law, saturation=np.inf)
     pe = np.zeros_like(record.u) if record.pe is None else record.pe
-    linear = dataclasses.replace(controller, saturation=None)
-    asked = law(linear, record.qd - record.q, velocity(record, controller, variant), pe)[:, k]
-    return kp * (record.qd[:, k] - record.q[0, k]) + pe[:, k] + record.u[:, k] - asked
+    dq = velocity(record, controller, law.variant)
+    asked = linear.command(record.qd - record.q, dq, pe)[:, k]
+    return law.kp[k] * (record.qd[:, k] - record.q[0, k]) + pe[:, k] + record.u[:, k] - asked
 
 
 def _linearised(run, load, k, names, value, speed):

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from clie_blocks.analysis.records.checks.measures import centres, half_width, smooth_motion
-from clie_blocks.analysis.records.checks.stability import loop_gains
+from clie_blocks.analysis.records.control_law import gains
 from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import NotIdentifiableError
 
@@ -90,7 +90,7 @@ def natural_frequency(controller, inertia):
     """Natural frequency of the loop [Hz], or zero where the law is unknown."""
     if controller.law == "unknown":
         return np.zeros(len(inertia))
-    return np.sqrt(loop_gains(controller)[0] / inertia) / (2 * np.pi)
+    return np.sqrt(gains(controller)[0] / inertia) / (2 * np.pi)
 
 
 def rough_inertia(record):

@@ -5,12 +5,8 @@ import math
 
 import numpy as np
 
-from clie_blocks.analysis.records.control_law import (
-    sample_time,
-    stated_variant,
-    velocity_polynomials,
-)
-from clie_blocks.analysis.records.identify.closed_loop import gains
+from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.replay import sample_time
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,22 +76,18 @@ def predict(record, load, k, estimate):
 
 def _law(record, k, step):
     """Stated law as a function of sample and position, with the memory of its velocity filter."""
-    controller = record.robot.controller
-    kp, kd = (float(gain[k]) for gain in gains(controller))
-    top, bottom = velocity_polynomials(controller, stated_variant(controller) or "two_tap", step)
+    law = control_law(record.robot.controller, step)
+    kp, kd, limit = (float(value[k]) for value in (law.kp, law.kd, law.saturation))
+    b, a = law.numerator[:, k].tolist(), law.denominator[:, k].tolist()
     pe = np.zeros(len(record)) if record.pe is None else record.pe[:, k]
     asked = (kp * record.qd[:, k] + pe).tolist()
-    limit = math.inf if controller.saturation is None else float(controller.saturation[k])
-    order = max(len(top), len(bottom)) - 1
-    b = [*top.tolist(), *[0.0] * (order + 1 - len(top))]
-    a = [*bottom.tolist(), *[0.0] * (order + 1 - len(bottom))]
     first = float(record.q[0, k])
-    memory = [0.0] * (order + 1)
+    memory = [0.0] * len(b)
 
     def command(i, q):
         x = q - first  # at rest at the first position the filter holds nothing
         rate = b[0] * x + memory[0]
-        for j in range(order):
+        for j in range(len(b) - 1):
             memory[j] = b[j + 1] * x - a[j + 1] * rate + memory[j + 1]
         return min(max(asked[i] - kp * q - kd * rate, -limit), limit)
 

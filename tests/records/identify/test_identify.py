@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.records.control_law import law, velocity
+from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.identify import identify
 from clie_blocks.analysis.records.identify.agreement import disagreements
 from clie_blocks.analysis.records.identify.closed_loop import (
@@ -26,6 +26,7 @@ from clie_blocks.analysis.records.identify.regression import (
 )
 from clie_blocks.analysis.records.model import Record, Robot
 from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.replay import velocity
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError
 
 INERTIA = np.array([0.5, 0.8, 0.3])
@@ -130,7 +131,7 @@ def replicates(clean, count):
                                      kd=np.full(count, 4.0), command_resolution=None)
     record = Record(clean.time, q, qd=qd, pe=pe, robot=Robot(count, controller=controller))
     dq = velocity(record, controller, "tustin")
-    return record.replace(u=law(controller, qd - q, dq, pe))
+    return record.replace(u=control_law(controller, STEP).command(qd - q, dq, pe))
 
 
 def test_disagreements_need_both_an_interval_and_a_difference():

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from clie_blocks.analysis.records.control_law import replay, variants, velocity
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.replay import replay, variants, velocity
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
 
@@ -43,6 +43,15 @@ def logged(method="bilinear", controller=PD):
 def test_every_discretisation_of_g1_agrees_with_scipy(variant, method):
     record = logged()
     assert np.allclose(velocity(record, PD, variant), discretised(record.q, method), atol=1e-9)
+
+
+def test_matched_filters_are_those_of_the_two_factors_in_turn():
+    high, low = np.exp(-200.0 * STEP), np.exp(-300.0 * STEP)
+    record = logged()
+    fast = signal.lfilter([(1 - high) / STEP, -(1 - high) / STEP], [1.0, -high],
+                          record.q - record.q[0], axis=0)
+    assert np.allclose(velocity(record, PD, "matched"),
+                       signal.lfilter([1 - low], [1.0, -low], fast, axis=0), atol=1e-9)
 
 
 @pytest.mark.parametrize(("variant", "method"), [

@@ -1,0 +1,67 @@
+"""Velocity filters of sampled controllers, from position to velocity, as coefficients.
+
+F(z) = (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.records.robot import DISCRETISATIONS
+
+SETTLED = 1e-4  # share of its start that a velocity filter has forgotten when it counts as settled
+
+
+def velocity_filter(kind, step, corners=None):
+    """Coefficients ``b, a`` of a velocity filter, each of shape (3,).
+
+    Parameters
+    ----------
+    kind : str
+        G1 (47) as ``tustin``, ``zoh``, ``backward``, ``forward`` or ``matched`` makes it;
+        ``two_tap``, ``(q_k - q_{k-2}) / (2 T)``; ``difference``, ``(q_k - q_{k-1}) / T``;
+        ``none``.
+    step : float
+        Sample time [s].
+    corners : tuple of float
+        High-pass and low-pass corner of G1 [rad/s].
+
+    Notes
+    -----
+    ``zoh`` keeps the step response of G1, and with it the slope of a ramp only nearly; ``matched``
+    maps the poles alike and has the zero of the backward difference.
+
+    """
+    if kind not in DISCRETISATIONS:
+        taps = {"two_tap": [0.5, 0.0, -0.5], "difference": [1.0, -1.0, 0.0]}.get(kind, [0.0] * 3)
+        return np.array(taps) / step, np.array([1.0, 0.0, 0.0])
+    p1, p2 = poles(kind, step, corners)
+    gain = (1 - p1) * (1 - p2) / step
+    if kind == "zoh":
+        high, low = corners
+        half = (low - high) * step / 2
+        gain = high * low * step * np.sqrt(p1 * p2) * (np.sinh(half) / half if half else 1.0)
+    after = {"tustin": [0.5, 0.5], "backward": [1.0, 0.0], "matched": [1.0, 0.0]}.get(
+        kind, [0.0, 1.0])
+    return gain * np.convolve([1.0, -1.0], after), np.poly([p1, p2])
+
+
+def poles(kind, step, corners):
+    """Poles of G1 (47) as a discretisation maps them."""
+    discrete = {"tustin": lambda a: (2 - a * step) / (2 + a * step),
+                "zoh": lambda a: np.exp(-a * step), "matched": lambda a: np.exp(-a * step),
+                "backward": lambda a: 1 / (1 + a * step),
+                "forward": lambda a: 1 - a * step}[kind]
+    return [discrete(corner) for corner in corners]
+
+
+def discretisations(step, corners):
+    """Names of the discretisations of G1 that are stable at a sample time."""
+    return tuple(name for name in DISCRETISATIONS
+                 if max(map(abs, poles(name, step, corners))) < 1)
+
+
+def settling(kind, step, corners):
+    """Samples after which a filter no longer knows how its run began."""
+    if kind not in DISCRETISATIONS:
+        return 2
+    slowest = max(map(abs, poles(kind, step, corners)))
+    return 2 + int(np.ceil(np.log(SETTLED) / np.log(max(slowest, 1e-3))))

@@ -1,0 +1,44 @@
+"""Whether the stated law ran: replayed to its rounding, and mended where it did not."""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.gap.controller_check import controller_check
+
+EVERY = slice(None)
+
+
+def foreign(problem, law):
+    """The same motions, with commands of another law."""
+    logs = [dataclasses.replace(log, u=law.replay(log.q, log.q_d, log.pe))
+            for log in problem.logs]
+    return dataclasses.replace(problem, fit=tuple(logs[:2]), held_out=tuple(logs[2:]))
+
+
+def test_the_stated_law_is_replayed_to_its_rounding(healthy):
+    check = controller_check(healthy)
+    assert not check.wrong and not check.coarse
+    assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
+
+
+def test_a_filter_with_other_corners_is_found(healthy):
+    ran = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
+    found = controller_check(foreign(healthy, ran))
+    assert found.wrong == tuple(range(healthy.n))
+    assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)
+
+
+def test_a_filter_of_another_discretisation_is_no_fault(healthy):
+    ran = healthy.law.with_filter(EVERY, "matched", healthy.law.corners)
+    found = controller_check(foreign(healthy, ran))
+    assert not found.wrong and found.law.variant == "matched"
+    assert "'matched', not 'tustin'" in found.decisions[0]
+
+
+def test_a_command_at_its_limit_is_still_the_stated_law(healthy):
+    limit = 0.3 * np.max([np.abs(log.u).max(axis=0) for log in healthy.logs], axis=0)
+    limited = dataclasses.replace(healthy.law, saturation=limit)
+    problem = dataclasses.replace(foreign(healthy, limited), law=limited)
+    found = controller_check(problem)
+    assert not found.wrong and not found.replay_error.any()

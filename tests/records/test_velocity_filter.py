@@ -1,0 +1,46 @@
+"""Velocity filters as coefficients: frequency response, slope of a ramp, settling."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from clie_blocks.analysis.records.robot import DISCRETISATIONS
+from clie_blocks.analysis.records.velocity_filter import (
+    discretisations,
+    settling,
+    velocity_filter,
+)
+
+STEP, CORNERS = 1e-3, (200.0, 300.0)
+
+
+@pytest.mark.parametrize("name, method", [("tustin", "bilinear"), ("backward", "backward_diff"),
+                                          ("forward", "euler"), ("zoh", "zoh")])
+def test_g1_is_discretised_as_scipy_does(name, method):
+    high, low = CORNERS
+    continuous = [high * low, 0.0], np.convolve([1.0, high], [1.0, low])
+    b, a, _ = signal.cont2discrete(continuous, STEP, method)
+    mine = velocity_filter(name, STEP, CORNERS)
+    z = np.exp(2j * np.pi * np.geomspace(0.1, 200.0, 30) * STEP)
+    assert np.allclose(np.polyval(mine[0], z) / np.polyval(mine[1], z),
+                       np.polyval(np.ravel(b), z) / np.polyval(a, z))
+
+
+@pytest.mark.parametrize("name", [*DISCRETISATIONS, "two_tap", "difference"])
+def test_every_filter_gives_the_slope_of_a_ramp(name):
+    ramp = 0.7 * STEP * np.arange(2000)
+    b, a = velocity_filter(name, STEP, CORNERS)
+    nearly = 0.01 if name == "zoh" else 1e-9
+    assert signal.lfilter(b, a, ramp)[-1] == pytest.approx(0.7, rel=nearly)
+
+
+@pytest.mark.parametrize("name", [*DISCRETISATIONS, "two_tap"])
+def test_a_settled_filter_has_forgotten_its_start(name):
+    b, a = velocity_filter(name, STEP, CORNERS)
+    start = np.abs(signal.lfilter(b, a, np.ones(400)))
+    assert start[settling(name, STEP, CORNERS):].max() < 1e-3 * start.max()
+
+
+def test_an_unstable_discretisation_is_not_offered():
+    assert discretisations(STEP, CORNERS) == DISCRETISATIONS
+    assert "forward" not in discretisations(10 * STEP, CORNERS)
