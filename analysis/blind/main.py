@@ -27,49 +27,93 @@ def main(argv=None):
 
     """
     asked = _parser().parse_args(argv)
-    from clie_blocks.analysis.blind import study
     from clie_blocks.analysis.blind.page import save_page
-    from clie_blocks.analysis.blind.score import left_out, score
-    from clie_blocks.analysis.blind.seal import unseal
 
     if importlib.util.find_spec("mujoco") is None:
         raise MissingExtraError("making blind trials", "mujoco", "mujoco")
-    study.make(asked.output, asked.trials, asked.seed, asked.jobs)
-    diagnoses = study.diagnose(asked.output, asked.jobs)
-    labels = unseal(asked.output)
-    found = {"schema_version": 1, "seed": asked.seed, **score(diagnoses, labels)}
-    if asked.leave_out:
-        found |= left_out(study.leave_out(asked.output, labels, asked.jobs), labels)
-    text = to_json(found)
+    text = to_json(scoreboard(asked))
     write(asked.output / "scoreboard.json", text)
-    page = save_page(json.loads(text), asked.output)
-    if asked.json:
-        print(text)
-    else:
-        print("\n".join(lines(found)))
+    found = json.loads(text)
+    page = save_page(found, asked.output)
+    print(text if asked.json else "\n".join(lines(found)))
     print(f"page: {page}", file=sys.stderr)
     share = found["top_1"]["rate"]
     return 1 if share is not None and share < FAIR else 0
 
 
+def scoreboard(asked):
+    """Run all seeds, and score them as one study."""
+    from clie_blocks.analysis.blind import study
+    from clie_blocks.analysis.blind.score import score
+    from clie_blocks.analysis.blind.seal import unseal
+    from clie_blocks.analysis.blind.targets import judged
+
+    places = study.folders(asked.output, asked.seed)
+    for seed, place in places.items():
+        study.make(place, asked.trials, seed, asked.jobs)
+    diagnoses = {seed: study.diagnose(place, asked.jobs) for seed, place in places.items()}
+    labels = {seed: unseal(place) for seed, place in places.items()}
+    found = score(study.merged(diagnoses), study.merged(labels))
+    return {"schema_version": 2, "command": _command(asked), "seeds": asked.seed, **found,
+            "targets": judged(found), **_further(asked, places, diagnoses, labels)}
+
+
+def _further(asked, places, diagnoses, labels):
+    """Studies on the same trials, once their labels are open."""
+    from clie_blocks.analysis.blind import compare, engines, left_out, study
+
+    found = {}
+    if asked.leave_out:
+        answers = {seed: study.leave_out(place, labels[seed], asked.jobs, asked.leave_out)
+                   for seed, place in places.items()}
+        found |= left_out.scored(study.merged(answers), study.merged(labels))
+    if asked.engines:
+        found["engines"] = engines.compared(study.merged(diagnoses), study.merged(labels))
+    methods = compare.methods(asked.baselines, asked.ablations)
+    if methods:
+        found["compared"] = compare.compared(methods, places, diagnoses, labels, asked.subset,
+                                             asked.jobs)
+    return found
+
+
 def lines(found):
     """Scoreboard for a terminal, one line per figure."""
-    from clie_blocks.analysis.blind.page import HEADLINES, percent
+    from clie_blocks.analysis.blind.words import HEADLINES, percent
 
     rows = [(text, percent(found[key])) for key, text in HEADLINES.items()
             if found.get(key, {}).get("of")]
     width = max((len(text) for text, _ in rows), default=0)
-    return [f"{found['trials']} trials, seed {found['seed']}",
+    return [f"{found['trials']} trials, seed {', '.join(map(str, found['seeds']))}",
             *(f"  {text:{width}}  {value}" for text, value in rows)]
+
+
+def _command(asked):
+    parts = ["clie blind", f"--trials {asked.trials}",
+             "--seed " + " ".join(map(str, asked.seed))]
+    parts += [f"--{name}" for name in ("engines", "baselines", "ablations")
+              if getattr(asked, name)]
+    parts += [f"--leave-out {asked.leave_out}"] if asked.leave_out else []
+    parts += [f"--subset {asked.subset}"] if asked.subset else []
+    return " ".join(parts)
 
 
 def _parser():
     parser = argparse.ArgumentParser(prog="clie blind", description=__doc__)
-    parser.add_argument("--trials", type=_count, default=20, help="how many (20)")
-    parser.add_argument("--seed", type=int, default=1, help="of all trials (1)")
+    parser.add_argument("--trials", type=_count, default=20, help="how many of each seed (20)")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1],
+                        help="of the trials; several make one study (1)")
     parser.add_argument("--jobs", type=_count, default=1, help="processes (1)")
-    parser.add_argument("--leave-out", action="store_true",
-                        help="then again, each effect taken out of the library: is it unknown?")
+    parser.add_argument("--leave-out", type=_count, nargs="?", const=2, metavar="MOST",
+                        help="then again, each effect taken out of the library, on at most MOST "
+                             "trials of it and seed (2): is it unknown?")
+    parser.add_argument("--engines", action="store_true",
+                        help="calibrate on one engine, test on the other, both ways")
+    parser.add_argument("--baselines", action="store_true",
+                        help="the same trials by the methods that are in use today")
+    parser.add_argument("--ablations", action="store_true",
+                        help="the same trials with one stage of the diagnosis left out")
+    parser.add_argument("--subset", type=_count, metavar="K",
+                        help="baselines and ablations on the first K trials of each seed (all)")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path("blind"),
                         help="folder of the study; a later run continues (blind)")

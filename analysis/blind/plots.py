@@ -66,3 +66,30 @@ def reliability(table):
     axes.set_xlim(0, 1.03)
     axes.set_ylim(0, 1.03)
     return figure
+
+
+def shares(table):
+    """Draw rates with their intervals, one line per name.
+
+    Parameters
+    ----------
+    table : dict
+        Name -> rate, from `rates.rate`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    """
+    figure = Figure(figsize=(7.0, 1.1 + 0.22 * len(table)), layout="constrained")
+    axes = figure.add_subplot()
+    for row, share in enumerate(table.values()):
+        axes.plot(share["interval"], [row, row], color="tab:blue", lw=1)
+        axes.plot(share["rate"], row, "o", color="tab:blue", ms=4)
+    axes.set_yticks(range(len(table)), list(table), fontsize=8)
+    axes.set_ylim(len(table) - 0.5, -0.5)
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_xlabel("share named right")
+    axes.grid(axis="x", color="0.9")
+    return figure

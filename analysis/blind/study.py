@@ -5,11 +5,27 @@ import shutil
 from pathlib import Path
 
 from clie_blocks.analysis.blind import seal
+from clie_blocks.analysis.blind.left_out import chosen
 from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, to_json, write
 
-TRIALS, DIAGNOSES = "trials", "diagnoses.json"
+TRIALS, DIAGNOSES, LEFT_OUT = "trials", "diagnoses.json", "left-out.json"
 OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
+
+
+def folders(folder, seeds):
+    """Return the folder of each seed: the study's own for one seed, one below it for more."""
+    folder = Path(folder)
+    return {seeds[0]: folder} if len(seeds) == 1 else {
+        seed: folder / f"seed-{seed}" for seed in seeds}
+
+
+def merged(by_seed):
+    """Trials of several seeds as one dictionary; their names carry the seed."""
+    if len(by_seed) == 1:
+        return next(iter(by_seed.values()))
+    return {f"{seed}/{name}": entry for seed, entries in by_seed.items()
+            for name, entry in entries.items()}
 
 
 def make(folder, trials, seed, jobs=1):
@@ -80,8 +96,8 @@ def diagnose(folder, jobs=1):
     return json.loads(text)
 
 
-def leave_out(folder, labels, jobs=1):
-    """Diagnose each robot with one effect again, with that effect taken out of the library.
+def leave_out(folder, labels, jobs=1, most=None):
+    """Diagnose robots with one effect again, with that effect taken out of the library.
 
     Parameters
     ----------
@@ -91,6 +107,8 @@ def leave_out(folder, labels, jobs=1):
         Opened labels.
     jobs : int
         Processes.
+    most : int, optional
+        Trials per effect.
 
     Returns
     -------
@@ -100,16 +118,13 @@ def leave_out(folder, labels, jobs=1):
     """
     from clie_blocks.analysis.gap import trials
 
-    folder, answers, hidden = Path(folder), {}, {}
-    for name, label in labels.items():
-        if label["kind"] == "single":
-            hidden.setdefault(label["labels"][0], []).append(folder / TRIALS / name)
-    for effect, paths in sorted(hidden.items()):
-        options = trials.Options(exclude=(effect,))
-        answers |= trials.diagnose_all(trials.find_trials(paths), options, jobs,
-                                       folder / "left-out.parts")
+    folder, answers = Path(folder), {}
+    for effect, names in chosen(labels, most).items():
+        found = trials.find_trials([folder / TRIALS / name for name in names])
+        answers |= trials.diagnose_all(found, trials.Options(exclude=(effect,)), jobs,
+                                       folder / f"{LEFT_OUT}.parts")
     text = to_json(dict(sorted(answers.items())))
-    write(folder / "left-out.json", text)
+    write(folder / LEFT_OUT, text)
     return json.loads(text)
 
 

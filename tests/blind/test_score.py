@@ -4,20 +4,27 @@ from pathlib import Path
 
 import pytest
 
+from clie_blocks.analysis.blind.left_out import chosen, scored
 from clie_blocks.analysis.blind.main import lines
 from clie_blocks.analysis.blind.page import save_page
-from clie_blocks.analysis.blind.score import left_out, rate, score
+from clie_blocks.analysis.blind.rates import figure, rate
+from clie_blocks.analysis.blind.score import calibration_error, score
+from clie_blocks.analysis.blind.seeds import disjoint, taught
+from clie_blocks.analysis.blind.targets import judged
 
 GAP = {"nominal": 4e-4, "true_model": 1e-4, "achievable_reduction": 0.75}
 NAMES = {"single": ["coulomb"], "none": ["none"], "unknown": ["soft_stop"],
-         "parametric": ["none"], "pair": ["spring", "backlash"]}
+         "parametric": ["none"], "pair": ["spring", "backlash"],
+         "triple": ["spring", "backlash", "coulomb"]}
 
 
 def label(kind):
     names = NAMES[kind]
-    effects = [{"effect": name, "joints": [1]} for name in names if kind in ("single", "pair")]
+    effects = [{"effect": name, "joints": [1]} for name in names
+               if kind in ("single", "pair", "triple")]
     return {"kind": kind, "labels": names, "effects": effects, "severity": "mild", "ratio": 1.5,
-            "robot": "arm of 2", "excitations": ["chirp", "steps", "other"], "gap": GAP}
+            "robot": "arm of 2", "gear_ratios": [60.0, 80.0],
+            "excitations": ["chirp", "steps", "other"], "gap": GAP}
 
 
 def answer(*names, joint=1, before=4e-4, after=1e-4):
@@ -30,19 +37,26 @@ def answer(*names, joint=1, before=4e-4, after=1e-4):
 
 LABELS = {kind: label(kind) for kind in NAMES}
 PERFECT = {"single": answer("coulomb"), "none": answer("none"), "unknown": answer("unknown"),
-           "parametric": answer("parametric"), "pair": answer("spring", "backlash")}
+           "parametric": answer("parametric"), "pair": answer("spring", "backlash"),
+           "triple": answer("spring", "backlash", "coulomb")}
+
+
+def board(found):
+    """Scoreboard as `clie blind` completes it."""
+    return {"seeds": [1], **found, "targets": judged(found)}
 
 
 def test_a_perfect_study_has_full_marks():
     found = score(PERFECT, LABELS)
     full = ("top_1", "top_3", "family", "joint", "effect_and_joint", "all_decisions",
-            "parametric_named", "unknown_detected", "pair_recall", "pair_both_in_top_2",
-            "set_coverage")
+            "parametric_named", "unknown_detected", "pair_recall", "pair_all_in_top_2",
+            "triple_recall", "triple_all_in_top_3", "set_coverage_all")
     assert all(found[key]["rate"] == 1 for key in full)
     assert all(found[key]["rate"] == 0 for key in (
         "false_alarm", "false_structure", "unknown_called_none", "false_unknown"))
-    assert found["calibration"]["brier"] == pytest.approx(1e-4)
-    assert found["shrinkage"]["median"] == pytest.approx(1.0)
+    assert found["calibration"]["brier"]["value"] == pytest.approx(1e-4)
+    assert found["shrinkage"]["median"] == found["against_true_model"]["median"] == 1.0
+    assert found["by_gear"]["above 50"]["of"] == 1
     assert found["wrong"] == []
 
 
@@ -51,7 +65,8 @@ def test_a_study_that_always_says_none_finds_nothing_and_alarms_nobody():
     assert found["top_1"]["rate"] == found["pair_recall"]["rate"] == 0
     assert found["unknown_called_none"]["rate"] == 1 and found["false_alarm"]["rate"] == 0
     assert found["shrinkage"]["median"] == pytest.approx(0.0)
-    assert [row["trial"] for row in found["wrong"]] == ["pair", "parametric", "single", "unknown"]
+    assert [row["trial"] for row in found["wrong"]] == ["pair", "parametric", "single", "triple",
+                                                     "unknown"]
 
 
 def test_the_wrong_joint_and_the_wrong_friction_count_where_they_should():
@@ -72,17 +87,51 @@ def test_intervals_are_wilsons():
     assert rate([])["rate"] is None
 
 
+def test_a_figure_is_drawn_from_its_own_rows():
+    found = figure(range(101), max)
+    assert found["value"] == 100 and 90 < found["interval"][0] <= found["interval"][1] == 100
+    sure = [(0.9, True)] * 9 + [(0.9, False)]
+    assert calibration_error(sure) == pytest.approx(0.0)
+    assert calibration_error([(0.9, False)] * 4) == pytest.approx(0.9)
+
+
+def test_a_target_is_reached_not_shown_or_missed():
+    found = {row["key"]: row["reached"] for row in judged(score(PERFECT, LABELS))}
+    assert set(found.values()) == {"yes"} and len(found) == 11
+    wrong = PERFECT | {"single": answer("stribeck"), "none": answer("spring")}
+    many = {f"{kind}-{i}": one for kind, one in LABELS.items() for i in range(40)}
+    poor = score({name: wrong[name.partition("-")[0]] for name in many}, many)
+    found = {row["key"]: row["reached"] for row in judged(poor)}
+    assert found["top_1_mild"] == found["false_alarm"] == "no"
+    few = {row["key"]: row["reached"] for row in judged(score(wrong, LABELS))}
+    assert few["top_1_mild"] == "not shown" or few["top_1_mild"] == "no"
+
+
 def test_page_and_terminal_show_the_headline(tmp_path):
-    found = {"seed": 1, **score(PERFECT, LABELS)}
+    found = board(score(PERFECT, LABELS))
     text = Path(save_page(found, tmp_path)).read_text()
     assert "single effect named right" in text and "<svg" in text and "100 % (1 of 1" in text
+    assert "Target and measured" in text and len(text) < 2_000_000
     assert any("single effect named right" in line for line in lines(found))
 
 
 def test_an_effect_taken_out_of_the_library_should_be_unknown(tmp_path):
-    found = left_out({"single": answer("unknown")}, LABELS)
+    found = scored({"single": answer("unknown")}, LABELS)
     assert found["left_out_unknown"]["rate"] == 1 and found["left_out_none"]["rate"] == 0
-    cousin = left_out({"single": answer("stribeck")}, LABELS)
+    cousin = scored({"single": answer("stribeck")}, LABELS)
     assert cousin["left_out_family"]["rate"] == 1 and cousin["left_out_unknown"]["rate"] == 0
-    page = Path(save_page({"seed": 1, **score(PERFECT, LABELS), **cousin}, tmp_path)).read_text()
+    page = Path(save_page(board(score(PERFECT, LABELS)) | cousin, tmp_path)).read_text()
     assert "Each effect taken out of the library" in page
+
+
+def test_at_most_so_many_trials_of_each_effect_are_left_out():
+    several = {f"{i}": label("single") for i in range(5)}
+    checked = label("single") | {"labels": ["encoder_quantization"]}
+    assert chosen(several | {"check": checked}, 2) == {"coulomb": ["0", "1"]}
+
+
+def test_what_is_reported_was_not_learned_from(tmp_path):
+    assert disjoint(range(1, 100)) and not disjoint([1, 3000])
+    assert {row[1] for row in taught()} <= {"MuJoCo", "own_robots"}
+    page = Path(save_page(board(score(PERFECT, LABELS)) | {"seeds": [3000]}, tmp_path))
+    assert "the figures are no proof" in page.read_text()

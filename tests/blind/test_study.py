@@ -4,7 +4,9 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.blind import seal, study
+from clie_blocks.analysis.blind import compare, seal, study
+from clie_blocks.analysis.blind.ablations import ABLATIONS
+from clie_blocks.analysis.blind.baselines import BASELINES
 from clie_blocks.analysis.blind.main import main
 from clie_blocks.errors import ClieError
 
@@ -59,6 +61,30 @@ def test_trials_that_were_changed_after_sealing_are_refused(quick, tmp_path):
     (tmp_path / study.TRIALS / "trial-001" / "robot.toml").write_text("joints = 2\n")
     with pytest.raises(ClieError, match="changed since they were made"):
         study.diagnose(tmp_path)
+
+
+def test_several_seeds_make_one_study(quick, tmp_path, capsys):
+    command = ["--trials", "2", "--seed", "4", "5", "-o", str(tmp_path)]
+    assert main([*command[:3], "4", "-o", str(tmp_path / "seed-4")]) == 0
+    assert main(command) == 0
+    found = json.loads((tmp_path / "scoreboard.json").read_text())
+    assert found["trials"] == 4 and found["seeds"] == [4, 5]
+    assert found["command"] == "clie blind --trials 2 --seed 4 5"
+    assert sorted(seal.unseal(tmp_path / "seed-5")) == ["trial-000", "trial-001"]
+
+
+def test_methods_are_compared_on_the_same_trials(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr(compare, "_answer", lambda method, path: ANSWER | {"seconds": 0.5})
+    monkeypatch.setattr(compare, "_spread", lambda tasks, jobs: map(compare._answered, tasks))
+    main(["--trials", "3", "--seed", "4", "--baselines", "--ablations", "--subset", "2",
+          "-o", str(tmp_path)])
+    rows = json.loads((tmp_path / "scoreboard.json").read_text())["compared"]
+    assert [row["method"] for row in rows] == [compare.FULL, *BASELINES, *ABLATIONS]
+    assert all(row["false_alarm"]["of"] == row["trials"] == 2 for row in rows)
+    assert [row["seconds"]["median"] for row in rows] == [1.0] + [0.5] * 8
+    kept = tmp_path / compare.PARTS / "no-polish"
+    assert [path.name for path in sorted(kept.iterdir())] == ["trial-000.json", "trial-001.json"]
+    assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 
 
 @pytest.mark.slow

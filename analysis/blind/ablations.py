@@ -1,0 +1,115 @@
+"""The diagnosis with one of its stages taken away, to see what that stage buys.
+
+A stage is a function of the pipeline; for the length of one diagnosis another one stands in its
+place.  Nothing else changes: same logs, same library, same verdict.
+"""
+
+import contextlib
+import dataclasses
+import json
+
+import numpy as np
+
+from clie_blocks.analysis.gap import noise as noises
+from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap.fit import fit, shrunk
+from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.output import to_json
+
+CORNER = 8.0  # Hz of the parallel filter of textbook identification
+TAPS = 41
+
+
+@contextlib.contextmanager
+def replaced(module, name, function):
+    """Put a function in the place of a module's own for a while.
+
+    Parameters
+    ----------
+    module : module
+        Where it stands.
+    name : str
+        Its name there.
+    function : callable
+        What stands in for it.
+
+    """
+    own = getattr(module, name)
+    setattr(module, name, function)
+    try:
+        yield
+    finally:
+        setattr(module, name, own)
+
+
+def unwhitened(problem, k, sensitivity, own=noises.noise):
+    """Noise of joint k with errors weighed by their size alone, whatever their frequency."""
+    found = own(problem, k, sensitivity)
+    return _weighing(found, problem, np.ones(1), sensitivity)
+
+
+def as_torques(problem, k, sensitivity, own=noises.noise):
+    """Noise of joint k with errors turned back into torques and low-passed: no sensitivity.
+
+    The error of the closed loop is S times the error of the equation of motion.  Its inverse,
+    inertia ddq + damping dq + kp q + kd dq, gives the torque that is missing in that equation,
+    which is what regression without the sensitivity filter looks at.
+    """
+    from scipy.signal import firwin
+
+    h = noises.decimation(problem.period) * problem.period
+    nominal, law = problem.nominal, problem.law
+    torque = (nominal.inertia[k] * np.array([1.0, -2.0, 1.0]) / h**2
+              + (nominal.damping[k] + law.kd[k]) * np.array([1.0, 0.0, -1.0]) / (2 * h)
+              + law.kp[k] * np.array([0.0, 1.0, 0.0]))
+    low = firwin(TAPS, min(CORNER, 0.4 / h), fs=1.0 / h)
+    return _weighing(own(problem, k, sensitivity), problem, np.convolve(torque, low), sensitivity)
+
+
+def _weighing(noise, problem, shape, sensitivity):
+    """The same noise with another filter in the place of the whitening one, of variance one."""
+    from scipy.signal import lfilter
+
+    impulse = np.zeros(noises.LENGTH)
+    impulse[0] = noise.sigma
+    width = noises.decimation(problem.period)
+    seen = np.convolve(lfilter(*sensitivity, impulse), np.full(width, 1.0 / width))
+    apart = np.zeros((len(shape) - 1) * width + 1)
+    apart[::width] = shape
+    return dataclasses.replace(
+        noise, whitener=shape / np.sqrt(np.sum(np.convolve(seen, apart) ** 2)))
+
+
+def unpolished(bench, base, candidates, finalists):
+    """Hypotheses as the regression left them, each judged by one simulation."""
+    starts = [hypothesis(bench.problem, candidate.members, base.hypothesis)
+              for candidate in candidates]
+    return [fit(shrunk(start, bench, base.cost), bench, 0) for start in starts]
+
+
+def without_priors(robot):
+    """Robot whose datasheet states no tolerance."""
+    return dataclasses.replace(robot, motor=dataclasses.replace(
+        robot.motor, inertia_tolerance=None, viscous_friction_tolerance=None,
+        torque_offset_tolerance=None))
+
+
+def _diagnosed(robot, records):
+    from clie_blocks.analysis.gap.json_answer import answer
+
+    return json.loads(to_json(answer(pipeline.diagnose(robot, records))))
+
+
+def _with(module, name, function):
+    def diagnosed(robot, records):
+        with replaced(module, name, function):
+            return _diagnosed(robot, records)
+    return diagnosed
+
+
+ABLATIONS = {
+    "no sensitivity filter": _with(noises, "noise", as_torques),
+    "no whitening": _with(noises, "noise", unwhitened),
+    "no polish": _with(pipeline, "race", unpolished),
+    "no priors": lambda robot, records: _diagnosed(without_priors(robot), records),
+}

@@ -1,0 +1,76 @@
+"""A diagnosis and the truth in the same words, so that they can be compared."""
+
+FAMILIES = {
+    "friction": ("coulomb", "stribeck", "asymmetric_coulomb", "quadratic_drag",
+                 "load_dependent_friction", "presliding", "friction_drift"),
+    "load": ("gravity", "payload", "coupling", "spring"),
+    "transmission": ("joint_elasticity", "backlash"),
+    "timing": ("actuator_lag", "time_delay", "velocity_filter_mismatch"),
+    "actuator": ("actuator_saturation", "dead_zone", "torque_ripple", "torque_gain_error"),
+    "sensor": ("encoder_quantization", "encoder_eccentricity"),
+    "external": ("periodic_disturbance",), "step_fault": ("step_fault",)}
+FAMILY = {name: family for family, names in FAMILIES.items() for name in names}
+NO_EFFECTS = ("none", "unknown", "parametric")  # answers that are no effects
+SEVERAL = ("pair", "triple")  # kinds of trial with more than one effect
+HELD = ("single", *SEVERAL)  # kinds of trial whose effects the library holds
+
+
+class Answer:
+    """One diagnosis, made comparable.
+
+    Parameters
+    ----------
+    diagnosis : dict
+        JSON object of ``clie diagnose``.
+
+    """
+
+    def __init__(self, diagnosis):
+        self.failed = "error" in diagnosis
+        rows = diagnosis.get("effects", [])
+        self.probability = {row["effect"]: min(max(row["probability"], 0.0), 1.0) for row in rows}
+        self.joints = {row["effect"]: set(row["joint"] or ()) for row in rows}
+        self.rank = sorted(self.probability, key=lambda name: -self.probability[name])
+        self.known = [name for name in self.rank if name not in NO_EFFECTS]
+        self.set_90 = diagnosis.get("set_90", [])
+        self.before, self.after = diagnosis.get("gap_before"), diagnosis.get("gap_after")
+        self.seconds = diagnosis.get("seconds")
+        self.decision = "failed" if self.failed else self._decision(diagnosis)
+        self.confidence = self.probability.get(self.decision, 0.0)
+
+    def _decision(self, diagnosis):
+        top = self.probability.get(self.known[0], 0.0) if self.known else 0.0
+        if diagnosis["unexplained"] and top < 0.5:
+            return "unknown"
+        return max(self.rank, key=lambda name: self.probability[name])
+
+    @property
+    def order(self):
+        """Names in the order in which they are put forward: the decision, then the effects."""
+        return [self.decision, *(name for name in self.known if name != self.decision)]
+
+
+def truth_of(label):
+    """Right decision on a trial: an effect, a word for its kind, or all effects of several."""
+    return set(label["labels"]) if label["kind"] in HELD else {label["kind"]}
+
+
+def right(label, answer):
+    """Whether the decision is the truth, or one of several effects."""
+    return answer.decision in truth_of(label)
+
+
+def leads(label, answer):
+    """Whether all that is true leads: the decision, or the first effects where there are more."""
+    truth = truth_of(label)
+    if label["kind"] not in SEVERAL:
+        return right(label, answer)
+    return truth == set(answer.known[:len(truth)])
+
+
+def joint_right(label, answer):
+    """Whether the joints of the effect decided for are those that have it."""
+    true = {joint for one in label["effects"] if one["effect"] == answer.decision
+            for joint in one["joints"]}
+    said = answer.joints.get(answer.decision, set())
+    return not true or (bool(said) and said <= true)

@@ -1,0 +1,58 @@
+"""Closed-loop output error: models fitted by simulation to the measured positions, as they are."""
+
+from clie_blocks.analysis.blind.ablations import replaced, unwhitened
+from clie_blocks.analysis.blind.baselines.weighing import Model, bic
+from clie_blocks.analysis.gap import noise as noises
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.response import base_motion
+from clie_blocks.analysis.gap.screen import scene
+
+STEPS = 12
+WORTH = 10.0  # how much BIC must gain for a joint to count as a place of the cause
+
+
+def fitted(problem, menu):
+    """Fit the nominal model and each entry of a menu.
+
+    Parameters
+    ----------
+    problem : Problem
+        The robot.
+    menu : list of tuple of Cause
+        Models, each a set of causes at all joints.
+
+    Returns
+    -------
+    list of Model
+        The nominal model first.
+
+    """
+    with replaced(noises, "noise", unwhitened):
+        bench, base = baseline(problem)
+    look = scene(bench.problem, base.hypothesis, base_motion(base.hypothesis))
+    found = [_model(base, base)]
+    for causes in menu:
+        members = tuple(_member(cause, look) for cause in causes)
+        start = hypothesis(bench.problem, members, base.hypothesis)
+        found.append(_model(fit(start, bench, STEPS), base))
+    return found
+
+
+def _member(cause, look):
+    """Cause at all joints; the numbers in the middle of where it is looked for are its start."""
+    probes = cause.probes(look)
+    values = probes[len(probes) // 2].values
+    return Member(cause, tuple(range(look.problem.n)), values, values)
+
+
+def _model(found, base):
+    at, logs = found.hypothesis, len(found.hypothesis.problem.fit)
+    squares, samples = found.chi2[:logs], int(found.samples[:logs].sum())
+    numbers = len(at.open)
+    gained = base.chi2[:logs].sum(axis=0) - squares.sum(axis=0)
+    left = squares.sum() / samples
+    joints = tuple(k for k in range(at.problem.n) if gained[k] / left > WORTH)
+    members = tuple(Member(m.cause, joints or m.joints, m.values, m.sizes) for m in at.members)
+    return Model(members, bic(squares.sum(), samples, numbers), at.values)

@@ -1,0 +1,27 @@
+"""Which robots were used for what: those that report are none of those that taught."""
+
+import json
+from importlib import resources
+
+DEVELOPED = range(1000, 4000)  # seeds of `clie blind` on which the method was developed
+OWN = "own_robots"  # the engine of the calibration, which no blind trial comes from
+
+
+def taught():
+    """Return what thresholds and maps were learned from, as rows of use, engine, robots, seeds."""
+    rows = [("development of the method", "MuJoCo", "-",
+             f"{DEVELOPED.start} to {DEVELOPED.stop - 1}")]
+    path = resources.files("clie_blocks.analysis.gap").joinpath("calibration.json")
+    if path.is_file():
+        told = json.loads(path.read_text())
+        rows.append(("thresholds and probability map", OWN, str(told["robots"]),
+                     str(told["seed"])))
+        rows += [("thresholds and probability map", "MuJoCo", "-", str(seed))
+                 for seed in told.get("mujoco_seeds", ())]
+    return rows
+
+
+def disjoint(seeds):
+    """Whether no seed of a study made robots that the method or its calibration has seen."""
+    seen = {int(row[3]) for row in taught() if row[1] == "MuJoCo" and row[3].isdigit()}
+    return not any(seed in DEVELOPED or seed in seen for seed in seeds)
