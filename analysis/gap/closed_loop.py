@@ -14,6 +14,8 @@ from clie_blocks.analysis.gap import simulated as robot
 from clie_blocks.analysis.gap.links import PlanarChain
 from clie_blocks.analysis.gap.simulated import SUBSTEPS, State
 
+LANES = 8  # runs side by side: the sets of one Jacobian
+MOST_LINK = 0.97  # of a joint's inertia: some is left to the motor
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
 
@@ -160,8 +162,8 @@ class Simulator:
         outputs = np.asarray(response.outputs)[:, :len(log)]
         return outputs[:n].T.copy(), outputs[n:].T.copy()
 
-    def run_many(self, log, sets):
-        """Measured positions for many sets of parameters at once, shape (sets, N, n).
+    def positions(self, log, sets, dithered=True):
+        """Measured positions for many sets of parameters, side by side.
 
         Parameters
         ----------
@@ -169,18 +171,32 @@ class Simulator:
             As for `run`.
         sets : list of dict
             Parameters by key; a run that diverges is NaN.
+        dithered : bool
+            As for `run`.
+
+        Returns
+        -------
+        ndarray, shape (sets, n, N)
+            One row of samples per set and joint.
 
         """
-        params = {key: np.stack([values[key] for values in sets])
-                  if any(values[key] is not sets[0][key] for values in sets)
-                  else sets[0][key][None] for key in sets[0]}
+        width = min(LANES, self.program.lanes)
+        groups = [sets[first:first + width] for first in range(0, len(sets), width)]
+        return np.concatenate([self._side_by_side(log, group, dithered, width)
+                               for group in groups])
+
+    def _side_by_side(self, log, sets, dithered, width):
+        """Positions of at most `width` sets; idle lanes repeat the last, so that one code does."""
+        filled = [*sets, *[sets[-1]] * (width - len(sets))]
+        noise = log.dither if dithered else 0.0 * log.dither
         done = self.program.batch(
             len(log) * self.shape.period,
-            inputs={"q_d": log.q_d, "pe": log.pe, "noise": log.dither},
+            inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
             initial_state=self._start(log),
-            params={**params, "start": log.start[None], "first": log.dither[:1]},
+            params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
+                    "start": log.start[None], "first": noise[:1]},
             log=[f"q[{k}]" for k in range(self.shape.n)], threads=1)
-        return np.moveaxis(np.asarray(done.outputs), 1, 2)[:, :len(log)]
+        return done.outputs[:len(sets), :, :len(log)]
 
     def _start(self, log):
         state = np.zeros(self.block.nstates)
@@ -249,26 +265,38 @@ class Simulator:
         q, dq, (q_m,), (dq_m,) = now.q, now.dq, memory["q_motor"], memory["dq_motor"]
         (name, gap), = [(name, piece) for name, piece in self.pieces
                         if piece.port == "transmission"]
-        link, link_damping = link_share(now.chain, now.ratio, p)
-        motor = p["inertia"] - link
+        loose = p[name]["loose"]
+        link, link_damping = link_part(now.chain, now.ratio, p, p[name]["link"])
+        motor, behind = p["inertia"] - link, loose * p[name]["bearing"] * link_damping
+        held = link + (1.0 - loose) * motor  # a joint without play moves as one
         after = {}
         for _ in range(SUBSTEPS):
             of_link = dataclasses.replace(now, q=q, dq=dq)
             of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
             passed = gap.act(q_m - q, dq_m - dq, p[name], link)
             own, cross, bias = robot.link_terms(of_link, self.pieces, p)
-            ddq = robot.acceleration(passed - bias - link_damping * dq, link + own, cross)
             torque, after = robot.loads(of_motor, memory, self.pieces, p)
-            ddq_m = (now.u - passed - torque + link_damping * dq_m) / motor
-            limits = robot.dry_friction(of_motor, self.pieces, p)
+            driven = now.u - torque
+            ddq = robot.acceleration(loose * passed + (1.0 - loose) * driven - bias - behind * dq,
+                                     held + own, cross)
+            ddq_m = (driven - passed + behind * dq_m) / motor
             dq = dq + h * ddq
-            dq_m = robot.stopped(dq_m + h * ddq_m, motor, None, limits, h)
+            dq_m = dq_m + h * ddq_m
+            limits = robot.dry_friction(of_motor, self.pieces, p)
+            if limits is not None:
+                dq = robot.stopped(dq, held + own, cross,
+                                   tuple((1.0 - loose) * side for side in limits), h)
+                dq_m = robot.stopped(dq_m, motor, None, limits, h)
             q, q_m = q + h * dq, q_m + h * dq_m
+            q_m, dq_m = q + loose * (q_m - q), dq + loose * (dq_m - dq)
         return (q, dq, q_m, dq_m), after
 
 
-def link_share(chain, ratio, p):
-    """Inertia and damping of the link alone, motor side; a third of the whole if not stated."""
-    if chain.known:
-        return chain.diagonal / ratio, chain.bearing_damping / ratio
-    return p["inertia"] / 3, 0.0 * p["damping"]
+def link_part(chain, ratio, p, share):
+    """Inertia and damping of the link alone, motor side.
+
+    The inertia is a share of the stated one, or of the whole joint where no links are stated.
+    """
+    stated = chain.diagonal / ratio if chain.known else p["inertia"]
+    damping = chain.bearing_damping / ratio if chain.known else 0.0 * p["damping"]
+    return np.minimum(share * stated, MOST_LINK * p["inertia"]), damping

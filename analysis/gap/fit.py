@@ -8,11 +8,12 @@ own rows.
 
 import dataclasses
 import functools
+import weakref
 
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
-from clie_blocks.analysis.gap.noise import decimated, white
+from clie_blocks.analysis.gap.noise import decimated, decimation, white
 
 CONVERGED = 1e-3
 DAMPING = 1e-4
@@ -31,21 +32,43 @@ class Bench:
         One per joint.
     free : list of list of ndarray
         ``free[j][k]``: orthonormal whitened responses of joint k to an unknown start of log j.
+    tangents : WeakKeyDictionary
+        What `linearised` has found, for as long as the hypothesis is kept.
 
     """
 
     problem: object
     noises: tuple
     free: list
+    tangents: object = dataclasses.field(default_factory=weakref.WeakKeyDictionary)
 
     def whitened(self, error, j):
         """Residual of each joint for an error (N, n) of log j, without the free response."""
-        if np.abs(error).max() >= DIVERGED:  # a constant, which a free response would explain
-            return [np.full(len(basis), DIVERGED / noise.sigma)
-                    for basis, noise in zip(self.free[j], self.noises)]
+        if np.abs(error).max() >= DIVERGED:
+            return [self._runaway(j, k) for k in range(self.problem.n)]
         error = decimated(error, self.problem.period)
         return [self.projected(white(error[:, k], self.noises[k].whitener), j, k)
                 for k in range(self.problem.n)]
+
+    def residuals(self, runs, j):
+        """Residuals of each joint for positions (sets, n, N) simulated in log j, a row per set."""
+        log, (sets, n, _) = self.problem.logs[j], runs.shape
+        width = decimation(self.problem.period)
+        rows = len(log) // width
+        means = (runs[..., :rows * width].reshape(sets, n, rows, width)
+                 @ np.full(width, 1.0 / width))
+        sound = np.abs(means).max(axis=(1, 2)) < DIVERGED
+        measured = decimated(log.q, self.problem.period)
+        found = []
+        for k in range(n):
+            error = np.where(sound, measured[:, k, None] - means[:, k].T, 0.0)
+            left = self.projected(white(error, self.noises[k].whitener), j, k)
+            found.append(np.where(sound, left, self._runaway(j, k)[:, None]).T)
+        return found
+
+    def _runaway(self, j, k):
+        """Residual of a model that leaves every bound: a constant, free response or not."""
+        return np.full(len(self.free[j][k]), DIVERGED / self.noises[k].sigma)
 
     def projected(self, x, j, k):
         """Part of a whitened signal (or of columns) that an unknown start cannot explain."""
@@ -97,6 +120,65 @@ class Fit:
         return float(self.chi2.sum() + self.penalty)
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Tangent:
+    """What a small step on each open number of a hypothesis would change.
+
+    Parameters
+    ----------
+    parts : list of ndarray
+        Whitened residual of each joint, log by log.
+    residual : ndarray
+        All parts, with the distances from the datasheet below.
+    columns : ndarray
+        Derivatives of the residual to (value / size) of each open number.
+
+    """
+
+    parts: list
+    residual: np.ndarray
+    columns: np.ndarray
+
+    @property
+    def cost(self):
+        """Sum of squares."""
+        return float(self.residual @ self.residual)
+
+
+def linearised(at, bench):
+    """Return the `Tangent` of a hypothesis; a second question costs nothing."""
+    if at not in bench.tangents:
+        bench.tangents[at] = _tangent(at, bench)
+    return bench.tangents[at]
+
+
+def _tangent(at, bench):
+    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
+    sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
+                         for group in groups)]
+    runs = [part for j in range(len(at.problem.fit))
+            for part in bench.residuals(at.positions(j, sets), j)]
+    parts, stray = [run[0] for run in runs], at.stray()
+    residual = np.concatenate([*parts, stray])
+    columns, last = np.zeros((len(residual), len(at.open))), 0
+    for place, run in enumerate(runs):
+        rows = slice(last, last + run.shape[1])
+        last = rows.stop
+        where = divmod(place, at.problem.n)
+        for group, moved in zip(groups, run[1:]):
+            for i, _, width in group:
+                if _acts(at.open[i], *where):
+                    columns[rows, i] = (moved - run[0]) / width
+    for i, entry in enumerate(at.open):
+        if entry.tolerance is not None and stray[i] != 0.0:
+            columns[last + i, i] = entry.size / entry.tolerance / SOFTNESS
+    return Tangent(parts, residual, columns)
+
+
+def _acts(entry, log, joint):
+    return entry.joint in (None, joint) and entry.log in (None, log)
+
+
 def fit(start, bench, iterations=6):
     """Fit a hypothesis to the fit logs, then judge it on all logs.
 
@@ -110,28 +192,26 @@ def fit(start, bench, iterations=6):
         Most steps.
 
     """
-    at, residual = start, _residual(start, bench)
-    damping, kept, jacobian = DAMPING, 0, None
+    at, damping, kept = start, DAMPING, 0
     for _ in range(iterations):
-        jacobian = _jacobian(at, bench, residual)
-        found = _better(at, bench, jacobian, residual, damping)
+        found = _better(at, bench, damping)
         if found is None:
             break
-        gained = residual @ residual - found[1] @ found[1]
-        at, residual, damping = found
+        before, after = linearised(at, bench), linearised(found[0], bench)
+        at, damping = found
         kept += 1
-        if gained < CONVERGED * len(residual) + 1e-4 * (residual @ residual):
+        if before.cost - after.cost < CONVERGED * len(after.residual) + 1e-4 * after.cost:
             break
-    return judged(at, bench, jacobian, kept)
+    return _judged(at, bench, kept)
 
 
-def _better(at, bench, jacobian, residual, damping):
-    """First damped step that improves: ``hypothesis, residual, next damping``; None if none."""
+def _better(at, bench, damping):
+    """First damped step that improves: ``hypothesis, next damping``; None if none."""
+    here = linearised(at, bench)
     for _ in range(TRIES):
-        proposal = _step(at, jacobian, residual, damping)
-        tried = _residual(proposal, bench)
-        if tried @ tried < residual @ residual:
-            return proposal, tried, max(damping / 10, DAMPING)
+        proposal = _step(at, here, damping)
+        if linearised(proposal, bench).cost < here.cost:
+            return proposal, max(damping / 10, DAMPING)
         damping = 30 * max(damping, 1e-3)
     return None
 
@@ -153,56 +233,30 @@ def shrunk(start, bench, reference):
                   for number in member.cause.numbers
                   if number.neutral == 0.0 and not number.fixed]
     for _ in range(TRIES):
-        residual = _residual(start, bench)
-        if residual @ residual < reference:
+        if linearised(start, bench).cost < reference:
             break
         start = start.with_values({key: 0.3 * value if key in amplitudes else value
                                    for key, value in start.values.items()})
     return start
 
 
-def judged(at, bench, jacobian=None, kept=0):
-    """Return the fit of a hypothesis as it stands."""
-    parts = [[part @ part for part in bench.whitened(at.error(j), j)]
-             for j in range(len(at.problem.logs))]
-    samples = [[len(bench.free[j][k]) for k in range(at.problem.n)]
-               for j in range(len(at.problem.logs))]
-    size = len(at.open)
-    covariance = (np.full((size, size), np.inf) if jacobian is None
-                  else np.linalg.pinv(jacobian.T @ jacobian, hermitian=True))
+def _judged(at, bench, kept):
+    """Fit of a hypothesis as it stands."""
+    here, n, logs = linearised(at, bench), at.problem.n, len(at.problem.logs)
+    held_out = [part[0] for j in range(len(at.problem.fit), logs)
+                for part in bench.residuals(at.positions(j, [at.values]), j)]
+    parts = [*here.parts, *held_out]
+    chi2 = np.reshape([part @ part for part in parts], (logs, n))
+    samples = np.reshape([float(len(part)) for part in parts], (logs, n))
+    covariance = np.linalg.pinv(here.columns.T @ here.columns, hermitian=True)
     scale = np.array([entry.size for entry in at.open])
-    return Fit(at, np.array(parts), np.array(samples, float), at.stray(),
-               covariance * np.outer(scale, scale), kept)
+    return Fit(at, chi2, samples, at.stray(), covariance * np.outer(scale, scale), kept)
 
 
-def _errors(at, bench):
-    return [part for j in range(len(at.problem.fit)) for part in bench.whitened(at.error(j), j)]
-
-
-def _residual(at, bench):
-    return np.concatenate([*_errors(at, bench), at.stray()])
-
-
-def _jacobian(at, bench, residual):
-    """Columns d residual / d (value / size) of all open numbers."""
-    n = at.problem.n
-    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
-    sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
-                         for group in groups)]
-    columns, row = np.zeros((len(residual), len(at.open))), 0
-    for j in range(len(at.problem.fit)):
-        plain, *moved = [bench.whitened(error, j) for error in at.errors(j, sets)]
-        for k in range(n):
-            rows = slice(row, row + len(plain[k]))
-            row = rows.stop
-            for group, parts in zip(groups, moved):
-                for i, _, width in group:
-                    if at.open[i].joint in (None, k) and at.open[i].log in (None, j):
-                        columns[rows, i] = (parts[k] - plain[k]) / width
-    for i, entry in enumerate(at.open):
-        if entry.tolerance is not None and entry.stray(at.get(entry)) != 0.0:
-            columns[row + i, i] = entry.size / entry.tolerance / SOFTNESS
-    return columns
+def diverged(found):
+    """Whether the model of a fit leaves every bound in one of the logs."""
+    at = found.hypothesis
+    return any(np.abs(at.error(j)).max() >= DIVERGED for j in range(len(at.problem.logs)))
 
 
 def _groups(at):
@@ -216,17 +270,17 @@ def _groups(at):
 def _difference(at, entry):
     """Value a small step away, inside the bounds, and the step in units of the entry's size."""
     here = at.get(entry)
-    step = 0.05 * max(entry.size, 0.2 * abs(here))
+    step = 0.05 * (entry.size if entry.phase else max(entry.size, 0.2 * abs(here)))
     if here + step > entry.upper:
         step = -step
     return here + step, step / entry.size
 
 
-def _step(at, jacobian, residual, damping):
-    scale = np.sqrt((jacobian**2).sum(axis=0)) + 1e-12
-    normal = (jacobian / scale).T @ (jacobian / scale)
+def _step(at, here, damping):
+    scale = np.sqrt((here.columns**2).sum(axis=0)) + 1e-12
+    normal = here.columns.T @ here.columns / np.outer(scale, scale)
     normal[np.diag_indices_from(normal)] += damping
-    delta = -np.linalg.solve(normal, (jacobian / scale).T @ residual) / scale
+    delta = -np.linalg.solve(normal, here.columns.T @ here.residual / scale) / scale
     moves = []
     for entry, change in zip(at.open, delta):
         here = at.get(entry)
@@ -249,21 +303,18 @@ def tangent(found, bench):
 
     """
     at = found.hypothesis
-    residual = _residual(at, bench)
-    jacobian = _jacobian(at, bench, residual)
-    parts = _errors(at, bench)
-    bounds = np.cumsum([0] + [len(part) for part in parts])
-    n, logs = at.problem.n, len(at.problem.fit)
-    columns, left = [], []
+    here = linearised(at, bench)
+    n = at.problem.n
+    ends = np.cumsum([0, *(len(part) for part in here.parts)])
+    columns = []
     for k in range(n):
-        rows = np.concatenate([np.arange(bounds[j * n + k], bounds[j * n + k + 1])
-                               for j in range(logs)])
-        used = [i for i in range(len(at.open)) if np.any(jacobian[rows, i])]
+        rows = np.concatenate([np.arange(ends[place], ends[place + 1])
+                               for place in range(k, len(here.parts), n)])
+        used = [i for i in range(len(at.open)) if np.any(here.columns[rows, i])]
         prior = np.diag([at.open[i].size / at.open[i].tolerance if at.open[i].tolerance else 0.0
                          for i in used])
-        columns.append(np.concatenate([jacobian[np.ix_(rows, used)], prior]))
-        left.append(residual[rows])
-    return columns, left
+        columns.append(np.concatenate([here.columns[np.ix_(rows, used)], prior]))
+    return columns, [np.concatenate(here.parts[k::n]) for k in range(n)]
 
 
 def bench_of(problem, base):

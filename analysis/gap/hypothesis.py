@@ -7,7 +7,6 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.closed_loop import constants, simulator, structure
-from clie_blocks.errors import DivergedError
 
 DIVERGED = 1e2  # rad: the error of a model that leaves every bound
 SOFTNESS = 0.25  # how far, in tolerances, a joint may stray beyond its datasheet at one sigma
@@ -57,6 +56,8 @@ class Open:
         Bounds.
     centre, tolerance : float or None
         What the datasheet says, or None.
+    phase : bool
+        It moves a phase, so that its size is the only step at which a difference is a slope.
 
     """
 
@@ -68,6 +69,7 @@ class Open:
     upper: float
     centre: float | None = None
     tolerance: float | None = None
+    phase: bool = False
 
     def stray(self, value):
         """How far a value lies beyond its tolerance, in sigmas."""
@@ -107,21 +109,16 @@ class Hypothesis:
         return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value
                 for key, value in (self.values if values is None else values).items()}
 
-    def errors(self, j, sets):
-        """Errors in log j for many sets of values, a list of arrays (N, n) [rad]."""
-        log = self.problem.logs[j]
-        runs = self.simulator.run_many(log, [self.of_log(j, values) for values in sets])
-        return [np.nan_to_num(np.clip(log.q - q, -DIVERGED, DIVERGED), nan=DIVERGED)
-                for q in runs]
+    def positions(self, j, sets):
+        """Positions in log j for many sets of values, shape (sets, n, N) [rad]."""
+        return self.simulator.positions(self.problem.logs[j],
+                                        [self.of_log(j, values) for values in sets])
 
     def error(self, j, dithered=True):
         """Measured less simulated position in log j, shape (N, n) [rad]."""
         log = self.problem.logs[j]
-        try:
-            q, _ = self.simulator.run(log, self.of_log(j), dithered)
-        except DivergedError:
-            return np.full(log.q.shape, DIVERGED)
-        return np.clip(log.q - q, -DIVERGED, DIVERGED)
+        q, = self.simulator.positions(log, [self.of_log(j)], dithered)
+        return np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED)
 
     def with_values(self, values):
         """Return the same hypothesis with other numbers."""
@@ -157,7 +154,8 @@ class Hypothesis:
             logs = range(len(self.problem.fit)) if number.scope == "log" else (None,)
             for log in logs:
                 for k in member.joints:
-                    yield Open(key, k, log, size[k], number.lower, number.upper)
+                    yield Open(key, k, log, size[k], number.lower, number.upper,
+                               phase=number.phase)
 
     def get(self, entry):
         """Value of an open number."""

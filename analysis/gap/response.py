@@ -8,7 +8,7 @@ that is simulated.  A cause with memory, or one that changes the inertia, is sim
 import numpy as np
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State
 
@@ -60,10 +60,14 @@ def _simulated(centre, motion, cause, sets):
     joints = tuple(range(centre.problem.n))
     trials = [hypothesis(centre.problem, (*centre.members, Member(cause, joints, values, values)),
                          centre) for values in sets]
-    changes = [trials[0].errors(j, [trial.values for trial in trials])
-               for j in range(len(motion))]
-    return [[centre.problem.logs[j].q - changes[j][i] - s.q for j, s in enumerate(motion)]
+    runs = [trials[0].positions(j, [trial.values for trial in trials])
+            for j in range(len(motion))]
+    return [[_bounded(runs[j][i].T - s.q) for j, s in enumerate(motion)]
             for i in range(len(sets))]
+
+
+def _bounded(change):
+    return np.nan_to_num(np.clip(change, -DIVERGED, DIVERGED), nan=DIVERGED)
 
 
 def _filtered(centre, s, cause, p):

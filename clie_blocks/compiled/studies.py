@@ -72,7 +72,7 @@ class Studies:
         schedule = Schedule(steps, int(every), float(step))
         keeper = Keeper(self.signals, select(self.signals, log, self.name), reduce or {},
                         schedule, len(sets), self.name)
-        width, threads = lanes_and_threads(len(sets), threads, self._widest())
+        width, threads = lanes_and_threads(len(sets), threads, self.lanes)
         done = run_batch(lambda arranged, memory: self._build(arranged, method, memory),
                          arranged, schedule, sets, rows, keeper, width, threads,
                          f"running {self.name} {len(sets)} times")
@@ -143,7 +143,9 @@ class Studies:
             raise self._diverged(done, response)
         return response, derivatives
 
-    def _widest(self):
+    @property
+    def lanes(self):
+        """The most runs of a batch that go side by side, at little more than the cost of one."""
         if self._engine == "python" or self._trace.opaque:
             return 1
         from clie_blocks.compiled.machine import lane_width
