@@ -7,6 +7,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.regression import regression
+from clie_blocks.analysis.gap.ripple import ripples
 from clie_blocks.analysis.gap.search import faults, periodic, residuals
 
 WORTH = 0.03  # share of a cause's gain that a further joint must add
@@ -57,7 +58,8 @@ def singles(found, bench, after, causes):
     result = [(_shared if columns[0].cause.shared else _per_joint)(columns, found)
               for columns in by_cause.values()]
     errors = residuals(bench, after)
-    searched = [*periodic(bench, after, errors, causes), *faults(bench, after, errors, causes)]
+    searched = [*periodic(bench, after, errors, causes), *faults(bench, after, errors, causes),
+                *ripples(bench, after, errors, causes)]
     for member, drop in searched:
         result.append(_searched(member, drop, price(found), len(bench.problem.fit)))
     return sorted(result, key=lambda candidate: -candidate.score)
@@ -113,7 +115,8 @@ def _assembled(cause, joints, best):
 
 
 def _searched(member, drop, cost, logs):
-    size = 2 * logs + 1 if member.cause.name == "periodic_disturbance" else logs + 1
+    size = {"periodic_disturbance": 2 * logs + 1, "torque_ripple": 3}.get(member.cause.name,
+                                                                          logs + 1)
     if member.cause.shared:
         return Candidate((member,), float(drop.sum() - size * cost))
     score = drop - size * cost

@@ -14,8 +14,10 @@ SUBSTEPS = 4
 HELD = 2e-4  # rad/s: speed below which friction holds
 DELAY_ROOM = 64
 EXCITATIONS = ("triangle", "multisine", "steps", "chirp", "paper_pe")
-KINDS = ("single",) * 8 + ("none",) * 2 + ("pair",) * 2 + ("unknown",) * 2
-UNKNOWN = ("random_torque", "modulated_damping", "varying_stiffness", "lost_commands")
+KINDS = ("single",) * 9 + ("none", "parametric") + ("pair",) * 3 + ("triple",) + ("unknown",) * 4
+UNKNOWN = ("random_torque", "modulated_damping", "varying_stiffness", "lost_commands",
+           "wavy_friction", "soft_stop", "heating", "sag", "hidden_integral", "scaled_gain")
+SEVERAL = {"single": 1, "pair": 2, "triple": 3}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -30,7 +32,7 @@ class Case:
         Three logs.
     causes : dict
         Effect -> joint, counted from 1; empty for a healthy robot; ``unknown`` for an effect that
-        the library does not hold.
+        the library does not hold, ``parametric`` for joints outside their datasheet.
 
     """
 
@@ -39,7 +41,7 @@ class Case:
     causes: dict
 
 
-def cases(count, seed, causes, kinds=KINDS, duration=20.0):
+def cases(count, seed, causes, kinds=KINDS, duration=20.0, size=1.0):
     """Return robots with drawn effects.
 
     Parameters
@@ -51,13 +53,16 @@ def cases(count, seed, causes, kinds=KINDS, duration=20.0):
     causes : sequence of str
         Effects to draw from, see `EFFECTS`.
     kinds : sequence of str
-        Drawn from evenly: ``single``, ``pair``, ``none``, ``unknown``.
+        Drawn from evenly: ``single``, ``pair``, ``triple``, ``none``, ``parametric``,
+        ``unknown``.
     duration : float
         Of each of the three logs [s].
+    size : float
+        Factor on all effects.
 
     """
     rng = np.random.default_rng(seed)
-    drawn = [_draw(rng, causes, kinds, duration) for _ in range(count)]
+    drawn = [_draw(rng, causes, kinds, duration, size) for _ in range(count)]
     lanes = [lane for case in drawn for log in case["logs"] for lane in log]
     q, u = run(lanes, rng)
     made, at = [], 0
@@ -71,16 +76,19 @@ def cases(count, seed, causes, kinds=KINDS, duration=20.0):
     return made
 
 
-def _draw(rng, causes, kinds, duration):
+def _draw(rng, causes, kinds, duration, size):
     n = int(rng.choice([1, 1, 2, 3]))
-    joints = [_joint(rng, pendulum=n == 1) for _ in range(n)]
+    joints = [{**_joint(rng, pendulum=n == 1), "size": size} for _ in range(n)]
     kind = rng.choice(kinds)
     truth = {}
     if kind == "unknown":
-        joints[rng.integers(n)][str(rng.choice(UNKNOWN))] = float(rng.uniform(0.5, 2.0))
+        joints[rng.integers(n)][str(rng.choice(UNKNOWN))] = size * float(rng.uniform(0.5, 2.0))
         truth["unknown"] = None
-    elif kind != "none":
-        for name in rng.choice(causes, 2 if kind == "pair" else 1, replace=False):
+    elif kind == "parametric":
+        joints[rng.integers(n)]["damping"] *= 1 + rng.choice([-1, 1]) * rng.uniform(0.2, 0.4)
+        truth["parametric"] = None
+    elif kind in SEVERAL:
+        for name in rng.choice(causes, min(SEVERAL[kind], len(causes)), replace=False):
             k = int(rng.integers(n))
             EFFECTS[name](rng, joints[k])
             truth[str(name)] = k + 1
@@ -142,7 +150,7 @@ def _set(**values):
     def put(rng, joint):
         scale = {"torque": 0.3 * joint["kp"], "inertia": joint["inertia"], "one": 1.0}
         for name, (unit, factor) in values.items():
-            joint[name] = scale[unit] * factor * _size(rng)
+            joint[name] = scale[unit] * factor * joint["size"] * _size(rng)
     return put
 
 
@@ -154,28 +162,31 @@ EFFECTS = {
     "time_delay": _set(delay=("one", 0.2)),
     "dead_zone": _set(dead=("torque", 1.0)),
     "actuator_saturation": lambda rng, j: j.update(limit=0.3 * j["kp"] * rng.uniform(0.5, 1.2)),
-    "torque_gain_error": lambda rng, j: j.update(gain=1 + rng.choice([-1, 1]) * rng.uniform(
-        0.05, 0.25)),
-    "torque_ripple": lambda rng, j: j.update(ripple=0.3 * j["kp"] * _size(rng),
+    "torque_gain_error": lambda rng, j: j.update(gain=1 + rng.choice([-1, 1]) * j["size"]
+                                               * rng.uniform(0.05, 0.25)),
+    "torque_ripple": lambda rng, j: j.update(ripple=0.3 * j["kp"] * j["size"] * _size(rng),
                                              order=float(rng.uniform(5.0, 30.0))),
-    "encoder_eccentricity": lambda rng, j: j.update(eccentric=float(rng.uniform(5e-4, 4e-3))),
-    "periodic_disturbance": lambda rng, j: j.update(tone=0.3 * j["kp"] * _size(rng),
+    "encoder_eccentricity": lambda rng, j: j.update(eccentric=j["size"] * float(
+        rng.uniform(5e-4, 4e-3))),
+    "periodic_disturbance": lambda rng, j: j.update(tone=0.3 * j["kp"] * j["size"] * _size(rng),
                                                     tone_hz=float(rng.uniform(0.3, 5.0))),
-    "step_fault": lambda rng, j: j.update(step=0.3 * j["kp"] * _size(rng),
+    "step_fault": lambda rng, j: j.update(step=0.3 * j["kp"] * j["size"] * _size(rng),
                                           step_at=float(rng.uniform(5.0, 15.0))),
-    "friction_drift": lambda rng, j: j.update(drift=j["damping"] * rng.uniform(0.2, 0.8),
-                                              drift_time=float(rng.uniform(4.0, 30.0))),
-    "stribeck": lambda rng, j: j.update(forward=0.3 * j["kp"] * _size(rng),
+    "friction_drift": lambda rng, j: j.update(drift=j["damping"] * j["size"]
+                                              * rng.uniform(0.2, 0.8), drift_time=float(
+                                                  rng.uniform(4.0, 30.0))),
+    "stribeck": lambda rng, j: j.update(forward=0.3 * j["kp"] * j["size"] * _size(rng),
                                         excess=float(rng.uniform(0.4, 1.0)),
                                         stribeck=float(rng.uniform(0.01, 0.06))),
-    "asymmetric_coulomb": lambda rng, j: j.update(forward=0.3 * j["kp"] * _size(rng),
+    "asymmetric_coulomb": lambda rng, j: j.update(forward=0.3 * j["kp"] * j["size"] * _size(rng),
                                                   asymmetry=float(rng.uniform(0.3, 0.8))),
 }
 _NEUTRAL = dict(forward=0.0, asymmetry=0.0, excess=0.0, stribeck=1.0, quadratic=0.0, spring=0.0,
                 lag=0.0, delay=0.0, dead=0.0, limit=1e9, gain=1.0, ripple=0.0, order=1.0,
                 eccentric=0.0, tone=0.0, tone_hz=1.0, step=0.0, step_at=1e9, drift=0.0,
                 drift_time=1.0, random_torque=0.0, modulated_damping=0.0, varying_stiffness=0.0,
-                lost_commands=0.0)
+                lost_commands=0.0, wavy_friction=0.0, soft_stop=0.0, heating=0.0, sag=0.0,
+                hidden_integral=0.0, scaled_gain=0.0)
 
 
 def run(lanes, rng):
@@ -192,6 +203,7 @@ def run(lanes, rng):
     queue, lagged = np.zeros((DELAY_ROOM, count)), np.zeros(count)
     past, filtered, last = np.zeros(count), np.zeros(count), None
     hit, slow, kept = np.zeros(count), np.zeros(count), np.zeros(count)
+    heat, integral = np.zeros(count), np.zeros(count)
     high, low = 200.0 * PERIOD, 300.0 * PERIOD
     measured, commands = np.empty((steps, count)), np.empty((steps, count))
     for i in range(steps):
@@ -207,8 +219,12 @@ def run(lanes, rng):
         lost = (rng.random(count) < 0.02 * p["lost_commands"]) | (hit > 0)
         hit = np.where(lost, np.where(hit > 0, hit - 1, 30), 0)
         kept = np.where(lost & (p["lost_commands"] > 0), kept, u)
+        load = np.abs(kept) / (0.3 * p["kp"])
+        heat, integral = heat + PERIOD * load**2, integral + PERIOD * (q_d[i] - seen)
         queue = np.roll(queue, 1, axis=0)
-        queue[0] = kept
+        queue[0] = (kept * (1 - p["sag"] * 0.1 * load - p["heating"] * 0.1 * heat / (heat + 1))
+                    + p["kp"] * (0.05 * p["scaled_gain"] * (q_d[i] - seen)
+                                 + 0.2 * p["hidden_integral"] * integral))
         late = np.minimum((p["delay"] / PERIOD).astype(int), DELAY_ROOM - 2)
         part, lane = p["delay"] / PERIOD - late, np.arange(count)
         drive = (1 - part) * queue[late, lane] + part * queue[late + 1, lane]
@@ -227,6 +243,7 @@ def _moved(t, q, dq, lagged, drive, slow, p):
                                      -p["limit"], p["limit"])
         smooth = torque - _opposing(now, q, dq, slow, p)
         level = p["forward"] * (1 + p["excess"] * np.exp(-(dq / p["stribeck"]) ** 2))
+        level = level + 6e-3 * p["kp"] * p["wavy_friction"] * np.maximum(np.sin(9 * q), 0.0)
         level = level * np.where(np.where(dq == 0, smooth, dq) < 0, 1 - p["asymmetry"], 1.0)
         still = np.abs(dq) < HELD
         held = still & (np.abs(smooth) <= level)
@@ -246,6 +263,7 @@ def _opposing(t, q, dq, slow, p):
             + spring * (q - p["start"]) + p["weight"] * np.cos(q)
             + p["ripple"] * np.sin(p["order"] * q + 1.0)
             + p["tone"] * np.sin(2 * np.pi * p["tone_hz"] * t + 0.5)
+            + 0.5 * p["kp"] * p["soft_stop"] * np.maximum(q - p["start"] - 0.1, 0.0)
             + p["step"] * (t > p["step_at"]) + 0.02 * p["kp"] * p["random_torque"] * slow)
 
 

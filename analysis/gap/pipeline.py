@@ -7,14 +7,16 @@ from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import extended, pairs, singles
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
-from clie_blocks.analysis.gap.fit import fit, shrunk
+from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
+from clie_blocks.analysis.gap.fit import diverged, fit, shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.shrinkage import shrinkage
 from clie_blocks.analysis.gap.siblings import siblings
-from clie_blocks.analysis.gap.verdict import STRAYED, excess, learned, standings, verdict
+from clie_blocks.analysis.gap.verdict import learned, verdict, weighed
 from clie_blocks.analysis.gap.where import where
 from clie_blocks.errors import ClieError, nearest
 
@@ -22,6 +24,7 @@ LEADERS = 8
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
+MOST_CAUSES = 3  # at once
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
 
@@ -53,6 +56,8 @@ class Diagnosis:
         The run that would tell the remaining causes apart.
     calibration : Calibration
         Numbers of the verdict.
+    evidence : Table
+        What the verdict rests on.
     seconds : float
         Time it took.
 
@@ -69,6 +74,7 @@ class Diagnosis:
     where: dict
     next_experiment: dict | None
     calibration: object
+    evidence: object
     seconds: float
 
 
@@ -99,9 +105,8 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
     calibration = calibration or learned()
     asked = state_problem(robot, records, held_out)
     check = controller_check(asked)
-    bench, base = baseline(dataclasses.replace(asked, law=check.law))
-    fits = explore(bench, base, causes) if excess(base) > QUIET or base.penalty > STRAYED else []
-    ranking = standings(base, fits, calibration)
+    bench, base, table = examined(dataclasses.replace(asked, law=check.law), causes)
+    ranking = weighed(table, calibration)
     model = _leading(ranking, base)
     if model is not base:
         slim = pruned(model, bench, excess(base))
@@ -112,8 +117,34 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),
         shrinkage(nominal, model.hypothesis, bench.noises), where(bench, base, check),
-        next_experiment(bench, base, ranking, calibration), calibration,
+        next_experiment(bench, base, ranking, calibration), calibration, table,
         time.perf_counter() - began)
+
+
+def examined(asked, causes=CAUSES):
+    """Fit the nominal model and all hypotheses worth it.
+
+    Parameters
+    ----------
+    asked : Problem
+        The logs, with the law that ran.
+    causes : sequence of Cause
+        What to look for.
+
+    Returns
+    -------
+    bench : Bench
+        Noise and whitening.
+    base : Fit
+        The refitted nominal model.
+    table : Table
+        The evidence.
+
+    """
+    bench, base = baseline(asked)
+    ailing = excess(base) > QUIET or base.penalty > STRAYED
+    fits = explore(bench, base, causes) if ailing and causes and not diverged(base) else []
+    return bench, base, evidence(base, fits, _free(base, fits, bench))
 
 
 def chosen(effects, exclude):
@@ -181,6 +212,14 @@ def _without(at, place, k):
     return dataclasses.replace(at, members=tuple(members), values=values)
 
 
+def _free(base, fits, bench):
+    """What a free torque would leave, where even the best hypothesis leaves something."""
+    best = min(fits, key=excess, default=None)
+    if best is None or excess(best) < QUIET:
+        return ()
+    return structured(base, bench), structured(best, bench)
+
+
 def explore(bench, base, causes=CAUSES):
     """Fit the leading single causes, then pairs and triples while much is left.
 
@@ -201,21 +240,33 @@ def explore(bench, base, causes=CAUSES):
     """
     found = screen(bench, base, causes)
     fits = race(bench, base, singles(found, bench, base, causes)[:LEADERS], LEADERS // 2)
-    fits += race(bench, base, siblings(min(fits, key=excess), fits, causes), 2)
+    fits = _completed(bench, base, fits, causes)
     if _enough(fits):
         return fits
     chosen = pairs(found)[:LEADERS // 2]
     for first in sorted(fits, key=lambda f: f.total)[:3]:
-        left = rescreened(found, bench, first)
-        chosen += list(extended(first, singles(left, bench, first, causes)[:6]))[:3]
-    fits += race(bench, base, _distinct(chosen), 3)
-    fits += race(bench, base, siblings(min(fits, key=excess), fits, causes), 2)
+        chosen += _with_another(found, bench, first, causes)
+    fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     if _enough(fits):
         return fits
-    best = min(fits, key=lambda f: f.total)
-    left = rescreened(found, bench, best)
-    chosen = list(extended(best, singles(left, bench, best, causes)[:6]))[:3]
-    return fits + race(bench, base, chosen, 1)
+    for first in sorted(fits, key=lambda f: f.total)[:2]:
+        if len(first.hypothesis.members) < MOST_CAUSES:
+            fits = fits + race(bench, base, _with_another(found, bench, first, causes), 1)
+    return _completed(bench, base, fits, causes)
+
+
+def _completed(bench, base, fits, causes):
+    """Fits whose leaders are freed from idle joints, with the look-alikes of the best."""
+    leaders = sorted(fits, key=excess)[:2]
+    freed = [pruned(one, bench, excess(base)) for one in leaders]
+    fits = [one for one in fits if one not in leaders] + freed
+    return fits + race(bench, base, siblings(min(fits, key=excess), fits, causes), 4)
+
+
+def _with_another(found, bench, first, causes):
+    """Candidates that add to a fit one of the causes that explain most of what it leaves."""
+    left = rescreened(found, bench, first)
+    return list(extended(first, singles(left, bench, first, causes)[:6]))[:3]
 
 
 def race(bench, base, candidates, finalists):

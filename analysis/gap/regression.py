@@ -83,7 +83,7 @@ def bounded(gram, right, lower, upper):
         Coefficients.
 
     """
-    norm = np.sqrt(np.diag(gram)) + 1e-300
+    norm = np.sqrt(np.diag(gram)) + 1e-30
     gram, right = gram / np.outer(norm, norm), right / norm
     best, theta = 0.0, np.zeros(len(norm))
     signed = np.flatnonzero(lower == 0.0)

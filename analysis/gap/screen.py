@@ -88,10 +88,9 @@ def scene(problem, base, motion):
     u = np.concatenate([log.u for log in problem.fit])
     q = np.concatenate([log.q for log in problem.fit])
     rates = np.concatenate([s.dq for s in motion])
-    size = np.sort(np.abs(u), axis=0)
     return Scene(problem, torque=np.sqrt((u**2).mean(axis=0)),
                  speed=np.sqrt((rates**2).mean(axis=0)), travel=np.ptp(q, axis=0) + 1e-9,
-                 torque_quantiles=lambda levels: size[(np.array(levels) * len(u)).astype(int)],
+                 peak_torque=np.abs(u).max(axis=0) + 1e-12,
                  inertia=base.values["inertia"])
 
 
@@ -123,7 +122,8 @@ def screen(bench, base, causes=CAUSES):
                      if probes else ())
         for number, probe in enumerate(probes):
             changes = [next(found) for _ in sets[number]]
-            member = Member(cause, tuple(range(problem.n)), probe.values, probe.values)
+            member = Member(cause, tuple(range(problem.n)), probe.values,
+                            {**probe.values, **probe.sizes})
             for k, basis in enumerate(bases):
                 data = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
                 columns.append(Column(cause, number, member, k, probe.amplitudes,

@@ -1,7 +1,8 @@
 """Causes that look alike: when one of them leads, the others are fitted as well.
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
-frequency.  A ranking that holds one of them without the other says less than the log does.
+frequency; on a narrow motion a spring is a weight.  A ranking that holds one of them without the
+other says less than the log does.
 """
 
 import dataclasses
@@ -12,13 +13,14 @@ from clie_blocks.analysis.gap.candidates import Candidate
 from clie_blocks.analysis.gap.causes import drive, friction
 from clie_blocks.analysis.gap.hypothesis import Member
 
-LIKE = {"actuator_lag": drive.TIME_DELAY, "time_delay": drive.ACTUATOR_LAG}
-DRY = ("asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
+TIMES = {"actuator_lag": drive.TIME_DELAY, "time_delay": drive.ACTUATOR_LAG}
+DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
        "friction_drift")
+SLOW = 0.03  # rad/s: speed below which Stribeck friction rises, to start from
 
 
 def siblings(found, fits, causes):
-    """Return candidates with one cause of a fit replaced by its look-alike.
+    """Return candidates with one cause of a fit replaced by a look-alike.
 
     Parameters
     ----------
@@ -30,22 +32,21 @@ def siblings(found, fits, causes):
         What to look for.
 
     """
-    known = {_keys(fit.hypothesis.members) for fit in fits}
-    members = found.hypothesis.members
+    known = {_names(fit.hypothesis.members) for fit in fits}
+    members = [_as_fitted(found.hypothesis, member) for member in found.hypothesis.members]
     result = []
     for place, member in enumerate(members):
-        other = _sibling(found.hypothesis, member)
-        if other is None or other.cause not in causes:
-            continue
-        swapped = [_as_fitted(found.hypothesis, one) for one in members]
-        swapped[place] = other
-        if _keys(swapped) not in known:
-            result.append(Candidate(tuple(swapped), 0.0))
+        for other in _alike(member):
+            swapped = [*members[:place], other, *members[place + 1:]]
+            names = _names(swapped)
+            if other.cause in causes and names not in known and len(names) == len(swapped):
+                known.add(names)
+                result.append(Candidate(tuple(swapped), 0.0))
     return result
 
 
-def _keys(members):
-    return frozenset(member.cause.key for member in members)
+def _names(members):
+    return frozenset(member.cause.name for member in members)
 
 
 def _as_fitted(at, member):
@@ -55,13 +56,21 @@ def _as_fitted(at, member):
     return dataclasses.replace(member, values=values)
 
 
-def _sibling(at, member):
-    values = _as_fitted(at, member).values
-    if member.cause.name in LIKE:
-        return Member(LIKE[member.cause.name], member.joints, values, member.sizes)
-    if member.cause.name in DRY and member.cause.variant != "viscous":
-        level = (values["level"] if "level" in values
-                 else (values["forward"] + values["backward"]) / 2)
-        size = np.abs(level) + 1e-9
-        return Member(friction.COULOMB, member.joints, {"level": level}, {"level": size})
-    return None
+def _alike(member):
+    """Members that may explain the same, with numbers to start from."""
+    values, name = member.values, member.cause.name
+    if name in TIMES:
+        return [Member(TIMES[name], member.joints, values, member.sizes)]
+    if name not in DRY or member.cause.variant == "viscous":
+        return []
+    level = (values["level"] if "level" in values
+             else (values["forward"] + values["backward"]) / 2)
+    size, some = np.abs(level) + 1e-9, 0.3 * level
+    starts = [
+        (friction.COULOMB, {"level": level}, {"level": size}),
+        (friction.ASYMMETRIC_COULOMB, {"forward": level, "backward": level},
+         {"forward": size, "backward": size}),
+        (friction.STRIBECK, {"level": level, "excess": some, "speed": SLOW + 0 * level},
+         {"level": size, "excess": size, "speed": SLOW + 0 * level})]
+    return [Member(cause, member.joints, start, sizes) for cause, start, sizes in starts
+            if cause.name != name]

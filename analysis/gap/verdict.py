@@ -3,7 +3,8 @@
 Each hypothesis is judged by the excess of its chi^2 over the noise, relative to the samples of one
 joint.  A true cause leaves next to nothing; what it does leave is misfit, not noise, so the odds
 follow the logarithm of the excess rather than chi^2 itself.  `none` wins where the refitted
-nominal model leaves little, `unknown` where nothing in the library removes most of the excess.
+nominal model leaves little, `unknown` where nothing in the library removes most of the excess, or
+where a free torque of pose, speed and load removes much of what the best hypothesis leaves.
 """
 
 import dataclasses
@@ -12,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
+from clie_blocks.analysis.gap.evidence import evidence
+
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 
 
@@ -26,20 +28,24 @@ class Calibration:
         Nats per factor e of excess.
     floor : float
         Excess per sample that a right model may leave.
+    misfit : float
+        Share of the whole excess that a right model may leave: strong effects bend the motion in
+        ways that no kernel matches to the last digit.
     price : float
         Nats per number of a hypothesis.
     second : float
         Nats that each further cause costs.
     share, slight : float
         A further cause that removes less than this share of the whole excess costs `slight` nats
-        per factor e that it falls short; strong effects bend the motion in ways that no kernel
-        matches to the last digit, and a second cause must not live on that.
+        per factor e that it falls short.
     healthy : float
         Excess per sample that a healthy robot may have.
     unexplained_share : float
         Share of the excess that something unknown would leave.
     unexplained_least : float
         Least excess per sample that counts as unexplained.
+    structure : float
+        Nats that a free torque of pose, speed and load costs, as what something unknown does.
     parametric : float
         Nats that a joint model outside its datasheet costs, against an effect that explains it.
     lapse : float
@@ -49,13 +55,15 @@ class Calibration:
 
     sharpness: float = 6.0
     floor: float = 0.05
+    misfit: float = 0.001
     price: float = 2.0
     second: float = 1.5
     share: float = 0.01
     slight: float = 4.0
     healthy: float = 0.5
-    unexplained_share: float = 0.25
+    unexplained_share: float = 0.2
     unexplained_least: float = 2.0
+    structure: float = 6.0
     parametric: float = 2.0
     lapse: float = 0.01
 
@@ -91,21 +99,7 @@ class Standing:
     probability: float
 
 
-def excess(fit, extra=0):
-    """chi^2 beyond the noise per sample of one joint, with the price of the numbers."""
-    samples = fit.samples.sum()
-    numbers = sum(entry.tolerance is None for entry in fit.hypothesis.open) + extra
-    beyond = fit.total + numbers * np.log(samples) - samples
-    return beyond / (samples / fit.hypothesis.problem.n)
-
-
-def numbers_of(fit):
-    """Numbers that a hypothesis spends beyond the joint model."""
-    return sum(not number.fixed for member in fit.hypothesis.members
-               for number in member.cause.numbers)
-
-
-def standings(base, fits, calibration):
+def standings(base, fits, calibration, free=()):
     """Rank the refitted nominal model, the fitted hypotheses, and `unknown`.
 
     Parameters
@@ -116,6 +110,8 @@ def standings(base, fits, calibration):
         Hypotheses with causes.
     calibration : Calibration
         The numbers.
+    free : tuple of float
+        What a free torque would leave, see `evidence.Table`.
 
     Returns
     -------
@@ -123,24 +119,34 @@ def standings(base, fits, calibration):
         Most probable first; probabilities sum to one.
 
     """
-    c = calibration
+    return weighed(evidence(base, fits, free), calibration)
+
+
+def weighed(table, calibration):
+    """Return the standings of a table of evidence.
+
+    Parameters
+    ----------
+    table : Table
+        Hypotheses and what they leave.
+    calibration : Calibration
+        The numbers.
+
+    """
+    c, nothing = calibration, table.nothing
 
     def score(value):
-        return -c.sharpness * np.log(max(value, 0.0) + c.floor)
+        return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
 
-    nothing = excess(base)
-    stray = base.penalty / (base.samples.sum() / base.hypothesis.problem.n)
-    healthy = max(nothing - stray - c.healthy, 0.0)
-    left = max(c.unexplained_share * nothing, c.unexplained_least)
-    rows = [((NONE,), base, nothing, score(healthy + stray)),
-            ((UNKNOWN,), None, left, score(left))]
-    if base.penalty > STRAYED:
-        rows.append(((PARAMETRIC,), base, nothing - stray,
-                     score(healthy) - c.price * np.sum(base.stray != 0.0) - c.parametric))
-    best = _best_of_each(fits)
-    for names, fit in best.items():
-        rows.append((names, fit, excess(fit), score(excess(fit)) - c.price * numbers_of(fit)
-                     - _further(names, fit, best, nothing, c)))
+    known = {row.names: row.excess for row in table.rows}
+    healthy = max(nothing - table.stray - c.healthy, 0.0)
+    rows = [((NONE,), table.base, nothing, score(healthy + table.stray)),
+            ((UNKNOWN,), None, *_unknown(table, score, known, c))]
+    if table.strayed:
+        rows.append(((PARAMETRIC,), table.base, nothing - table.stray,
+                     score(healthy) - c.price * table.strayed - c.parametric))
+    rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c))
+             for row in table.rows]
     scores = np.array([row[3] for row in rows])
     weights = np.exp(scores - scores.max())
     weights = (1.0 - c.lapse) * weights / weights.sum() + c.lapse / len(rows)
@@ -148,24 +154,27 @@ def standings(base, fits, calibration):
     return sorted(found, key=lambda standing: -standing.probability)
 
 
-def _further(names, fit, best, nothing, c):
-    """What the causes beyond the first cost [nats]."""
-    if len(names) == 1:
-        return 0.0
-    fewer = [excess(other) for known, other in best.items() if set(known) < set(names)]
-    gained = (min(fewer, default=nothing) - excess(fit)) / nothing
+def _unknown(table, score, known, c):
+    """What something unknown leaves, and its score: by its share, or by its structure."""
+    left = max(c.unexplained_share * table.nothing, c.unexplained_least)
+    ways = [(left, score(left))]
+    if table.free:
+        best = min(table.rows, key=lambda row: row.excess)
+        costs = 0.0, _cost(best, known, table.nothing, c)
+        ways += [(left, score(left) - c.structure - cost)
+                 for left, cost in zip(table.free, costs)]
+    return max(ways, key=lambda way: way[1])
+
+
+def _cost(row, known, nothing, c):
+    """What the numbers of a hypothesis, and its causes beyond the first, cost [nats]."""
+    cost = c.price * row.numbers
+    if len(row.names) == 1:
+        return cost
+    fewer = [left for names, left in known.items() if set(names) < set(row.names)]
+    gained = (min(fewer, default=nothing) - row.excess) / nothing
     short = np.log(c.share / min(max(gained, 1e-6), c.share))
-    return c.second * (len(names) - 1) + c.slight * short
-
-
-def _best_of_each(fits):
-    """Best variant of each set of causes, by names."""
-    best = {}
-    for fit in fits:
-        names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        if len(set(names)) == len(names) and (names not in best or fit.total < best[names].total):
-            best[names] = fit
-    return best
+    return cost + c.second * (len(row.names) - 1) + c.slight * short
 
 
 def marginals(ranking):

@@ -4,7 +4,7 @@ from clie_blocks.analysis.gap.causes import drive, friction, load, sensor, timed
 
 CAUSES = (
     friction.COULOMB, friction.STRIBECK, friction.ASYMMETRIC_COULOMB, friction.QUADRATIC_DRAG,
-    friction.LOAD_DEPENDENT_FRICTION, friction.PRESLIDING, load.GRAVITY, load.PAYLOAD,
+    *friction.LOAD_DEPENDENT_FRICTION, friction.PRESLIDING, load.GRAVITY, load.PAYLOAD,
     load.COUPLING, transmission.JOINT_ELASTICITY, transmission.BACKLASH,
     drive.ACTUATOR_SATURATION, drive.DEAD_ZONE, drive.ACTUATOR_LAG, drive.TIME_DELAY,
     drive.TORQUE_RIPPLE, drive.TORQUE_GAIN_ERROR, sensor.ENCODER_ECCENTRICITY,

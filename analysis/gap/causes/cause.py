@@ -25,6 +25,10 @@ class Number:
     neutral : float or None
         Value at which the cause does nothing on a joint; None for a number that does nothing on
         its own, such as a width.
+    phase : bool
+        It multiplies an angle or a time under a sine.
+    nuisance : bool
+        It says how the joint is built, not how large the cause is.
 
     """
 
@@ -35,6 +39,8 @@ class Number:
     scope: str = "joint"
     fixed: bool = False
     neutral: float | None = 0.0
+    phase: bool = False
+    nuisance: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -48,11 +54,14 @@ class Probe:
     amplitudes : tuple of str
         Numbers found by regression; their values are the sizes at which columns are simulated.
         None of them: the cause as a whole is one column with coefficient one.
+    sizes : dict
+        Number -> change that makes itself felt, where it is not the value.
 
     """
 
     values: dict
     amplitudes: tuple = ()
+    sizes: dict = dataclasses.field(default_factory=dict)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -76,6 +85,8 @@ class Cause:
         Tells apart several forms of one effect.
     needs_links : bool
         It can be asked for only where the link data are stated.
+    without : tuple of str
+        Name of the simpler cause that it is when a number is zero, and that number.
 
     """
 
@@ -86,6 +97,7 @@ class Cause:
     frees: tuple[str, ...] = ()
     variant: str = ""
     needs_links: bool = False
+    without: tuple[str, ...] = ()
 
     @property
     def key(self):
@@ -113,8 +125,8 @@ class Scene:
         The robot.
     torque, speed, travel : ndarray, shape (n,)
         RMS command [N m], RMS velocity [rad/s] and range of motion [rad].
-    torque_quantiles : callable
-        ``torque_quantiles(levels)`` of the absolute command, shape (levels, n).
+    peak_torque : ndarray, shape (n,)
+        Largest absolute command [N m].
     inertia : ndarray, shape (n,)
         Fitted inertia [kg m^2].
 
@@ -124,7 +136,7 @@ class Scene:
     torque: np.ndarray
     speed: np.ndarray
     travel: np.ndarray
-    torque_quantiles: Callable
+    peak_torque: np.ndarray
     inertia: np.ndarray
 
     def small_torque(self, share=0.03):

@@ -16,8 +16,9 @@ def _saturation(u, z, p, h):
 ACTUATOR_SATURATION = Cause(
     "actuator_saturation", (Piece("drive", _saturation),),
     (Number("limit", "N m", 0.0, NEVER, neutral=NEVER),),
-    lambda scene: [Probe({"limit": limit}) for limit in scene.torque_quantiles(
-        (0.9995, 0.998, 0.995, 0.99, 0.97, 0.94, 0.9, 0.8, 0.65))])
+    lambda scene: [Probe({"limit": share * scene.peak_torque},
+                         sizes={"limit": 0.1 * scene.peak_torque}) for share in (
+        0.985, 0.96, 0.93, 0.89, 0.84, 0.78, 0.7, 0.6, 0.5, 0.4, 0.3)])
 
 
 def _dead_zone(u, z, p, h):
@@ -80,11 +81,11 @@ def _ripple_probes(scene):
     orders = [order + 0 * ratio for order in np.arange(3.0, 48.0, step)]
     orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8) if multiple]
     size = scene.small_torque()
-    return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"))
-            for order in orders]
+    return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"),
+                  {"order": 1.0 / scene.travel}) for order in orders]
 
 
 TORQUE_RIPPLE = Cause(
     "torque_ripple", (Piece("load", _ripple),),
     (Number("sine", "N m"), Number("cosine", "N m"),
-     Number("order", "1/turn", 2.0, 5000.0, neutral=None)), _ripple_probes)
+     Number("order", "1/turn", 2.0, 5000.0, neutral=None, phase=True)), _ripple_probes)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from clie_blocks.analysis.gap import links
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
@@ -30,7 +31,8 @@ def _stribeck_probes(scene):
 STRIBECK = Cause(
     "stribeck", (Piece("friction", _stribeck),),
     (Number("level", "N m", 0.0), Number("excess", "N m", 0.0),
-     Number("speed", "rad/s", 2e-3, 1.0, neutral=None)), _stribeck_probes)
+     Number("speed", "rad/s", 2e-3, 1.0, neutral=None)), _stribeck_probes,
+    without=("coulomb", "excess"))
 
 
 def _asymmetric(s, p):
@@ -53,16 +55,33 @@ QUADRATIC_DRAG = Cause(
     lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
 
 
-def _load_dependent(s, p):
+def _of_motor(s, p):
     level = p["level"] + p["slope"] * np.abs(s.u)
     return level, level
 
 
-LOAD_DEPENDENT_FRICTION = Cause(
-    "load_dependent_friction", (Piece("friction", _load_dependent),),
-    (Number("level", "N m", 0.0), Number("slope", "1", 0.0, 0.9)),
-    lambda scene: [Probe({"level": scene.small_torque(), "slope": 0.03 + 0 * scene.torque},
-                         ("level", "slope"))])
+def _of_links(s, p):
+    """Load that the gear carries: weight and velocity torque of the links, motor side."""
+    load = links.coriolis_torque(s.chain, s.q, s.dq) / s.ratio
+    if s.chain.has_gravity:
+        load = load + links.gravity_torque(s.chain, s.q) / s.ratio
+    level = p["level"] + p["slope"] * np.abs(load)
+    return level, level
+
+
+def _load_probes(scene):
+    return [Probe({"level": scene.small_torque(), "slope": 0.03 + 0 * scene.torque},
+                  ("level", "slope"))]
+
+
+def _load_dependent(piece, **options):
+    return Cause("load_dependent_friction", (Piece("friction", piece),),
+                 (Number("level", "N m", 0.0), Number("slope", "1", 0.0, 0.9)), _load_probes,
+                 without=("coulomb", "slope"), **options)
+
+
+LOAD_DEPENDENT_FRICTION = (
+    _load_dependent(_of_motor), _load_dependent(_of_links, variant="links", needs_links=True))
 
 
 def _presliding(s, z, p):
@@ -125,5 +144,5 @@ FRICTION_DRIFT = (
           lambda scene: [Probe({"level": scene.small_torque(), "change": scene.small_torque(),
                                 "time": t + 0 * scene.torque, "since": since},
                                ("level", "change")) for t, since in _times(scene)],
-          variant="dry"),
+          variant="dry", without=("coulomb", "change")),
 )

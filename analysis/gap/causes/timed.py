@@ -15,7 +15,7 @@ def _periodic(s, z, p):
 PERIODIC_DISTURBANCE = Cause(
     "periodic_disturbance", (Piece("load", _periodic),),
     (Number("sine", "N m", scope="log"), Number("cosine", "N m", scope="log"),
-     Number("frequency", "Hz", 0.05, 40.0, neutral=None)), lambda scene: [])
+     Number("frequency", "Hz", 0.05, 40.0, neutral=None, phase=True)), lambda scene: [])
 
 
 def _after(s, p):

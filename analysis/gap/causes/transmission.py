@@ -5,8 +5,19 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
-CONTACT = 600.0  # rad/s: stiffness of a closed gap, as the frequency of the link on it
 CONTACT_DAMPING = 1.0
+CONTACTS = 60.0, 600.0, 1000.0  # rad/s: least, first and largest stiffness of a closed gap
+_BUILT = (  # how the joint is built; see closed_loop.link_part for the first
+    Number("link", "1", 0.02, 3.0, neutral=None, nuisance=True),  # share of the stated inertia
+    Number("bearing", "1", 0.0, 1.0, neutral=None, nuisance=True),  # share of its drag behind
+    Number("loose", "1", fixed=True))  # one where motor and link move apart
+
+
+def _built(scene):
+    """Ways the joint may be built: its link as stated, or a few guesses."""
+    every = 1.0 + 0 * scene.torque
+    shares = (1.0,) if scene.problem.chain.known else (0.2, 0.6)
+    return [{"link": share * every, "bearing": 0.5 * every, "loose": every} for share in shares]
 
 
 def _elastic(twist, rate, p, link):
@@ -17,22 +28,26 @@ def _elastic(twist, rate, p, link):
 JOINT_ELASTICITY = Cause(
     "joint_elasticity", (Piece("transmission", _elastic),),
     (Number("frequency", "Hz", 0.5, 80.0, neutral=80.0),
-     Number("damping_ratio", "1", 0.0, 1.0, neutral=0.7)),
+     Number("damping_ratio", "1", 0.0, 1.0, neutral=0.7), *_BUILT),
     lambda scene: [Probe({"frequency": f + 0 * scene.torque,
-                          "damping_ratio": 0.05 + 0 * scene.torque})
+                          "damping_ratio": 0.05 + 0 * scene.torque, **built})
+                   for built in _built(scene)
                    for f in (1.5, 2.2, 3.2, 4.5, 6.5, 9.0, 12.0, 17.0, 24.0, 34.0)])
 
 
 def _backlash(twist, rate, p, link):
-    half = p["half_gap"]
+    half, contact = p["half_gap"], p["contact"]
     pressed = twist - np.clip(twist, -half, half)
     touching = np.where(np.abs(twist) > half, 1.0, 0.0)
-    torque = link * CONTACT * (CONTACT * pressed + 2 * CONTACT_DAMPING * touching * rate)
+    torque = link * contact * (contact * pressed + 2 * CONTACT_DAMPING * touching * rate)
     return np.where(twist > 0.0, np.maximum(torque, 0.0), np.minimum(torque, 0.0))
 
 
 BACKLASH = Cause(
     "backlash", (Piece("transmission", _backlash),),
-    (Number("half_gap", "rad", 0.0, 0.1),),
-    lambda scene: [Probe({"half_gap": gap + 0 * scene.torque})
+    (Number("half_gap", "rad", 0.0, 0.1), *_BUILT,
+     Number("contact", "rad/s", CONTACTS[0], CONTACTS[2], neutral=None)),
+    lambda scene: [Probe({"half_gap": gap + 0 * scene.torque,
+                          "contact": CONTACTS[1] + 0 * scene.torque, **built})
+                   for built in _built(scene)
                    for gap in (2e-4, 4e-4, 8e-4, 1.6e-3, 3e-3, 6e-3, 0.012, 0.025)])

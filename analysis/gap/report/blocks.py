@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.verdict import excess
+from clie_blocks.analysis.gap.evidence import excess
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
            "transmission": "gear", "sensor": "encoder"}

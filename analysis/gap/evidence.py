@@ -1,0 +1,136 @@
+"""What a verdict rests on: one row per hypothesis, in numbers that can be kept and read again.
+
+The excess is chi^2 beyond the noise, per sample of one joint, with what the numbers cost.  Nothing
+here depends on the calibration, so a table of many robots can be weighed anew in no time.
+"""
+
+import dataclasses
+
+import numpy as np
+
+STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
+IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Row:
+    """One hypothesis with causes.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Its causes, sorted.
+    excess : float
+        What it leaves, see `excess`.
+    numbers : int
+        Numbers that it spends beyond the joint model.
+    fit : Fit or None
+        The fit, if it is at hand.
+
+    """
+
+    names: tuple
+    excess: float
+    numbers: int
+    fit: object = None
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Table:
+    """Everything that the verdict on one robot weighs.
+
+    Parameters
+    ----------
+    nothing : float
+        Excess of the refitted nominal model.
+    stray : float
+        Its share that comes from numbers beyond the datasheet.
+    strayed : int
+        Numbers beyond the datasheet; 0 where they are no more than noise.
+    free : tuple of float
+        Excess with a torque that is free to depend on pose, speed and load, on logs that it was
+        not fitted to: beside the refitted nominal model, and beside the best hypothesis; empty
+        where it was not asked.
+    rows : list of Row
+        The best variant of each set of causes.
+    base : Fit or None
+        The refitted nominal model, if it is at hand.
+
+    """
+
+    nothing: float
+    stray: float
+    strayed: int
+    free: tuple
+    rows: list
+    base: object = None
+
+
+def to_json(table):
+    """Table as plain types, without the fits."""
+    return {"nothing": table.nothing, "stray": table.stray, "strayed": table.strayed,
+            "free": list(table.free),
+            "rows": [[list(row.names), row.excess, row.numbers] for row in table.rows]}
+
+
+def from_json(kept):
+    """Table from `to_json`."""
+    rows = [Row(tuple(names), left, numbers) for names, left, numbers in kept["rows"]]
+    return Table(kept["nothing"], kept["stray"], kept["strayed"], tuple(kept["free"]), rows)
+
+
+def excess(fit, extra=0):
+    """chi^2 beyond the noise per sample of one joint, with the price of the numbers."""
+    samples = fit.samples.sum()
+    numbers = sum(entry.tolerance is None for entry in fit.hypothesis.open) + extra
+    beyond = fit.total + numbers * np.log(samples) - samples
+    return beyond / (samples / fit.hypothesis.problem.n)
+
+
+def numbers_of(fit):
+    """Numbers that a hypothesis spends beyond the joint model."""
+    return sum(not (number.fixed or number.nuisance) for member in fit.hypothesis.members
+               for number in member.cause.numbers)
+
+
+def evidence(base, fits, free=()):
+    """Return the table of a refitted nominal model and of fitted hypotheses.
+
+    Parameters
+    ----------
+    base : Fit
+        The refitted nominal model.
+    fits : list of Fit
+        Hypotheses with causes.
+    free : tuple of float
+        See `Table`.
+
+    """
+    best = {}
+    for fit in fits:
+        names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
+        if len(set(names)) == len(names) and (names not in best or fit.total < best[names].total):
+            best[names] = fit
+    rows = [Row(names, float(excess(fit)), numbers_of(fit), fit) for names, fit in best.items()
+            if simpler(fit) not in best]
+    return Table(float(excess(base)),
+                 float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
+                 int(np.sum(base.stray != 0.0)) if base.penalty > STRAYED else 0,
+                 tuple(free), rows, base)
+
+
+def simpler(fit):
+    """Names that a fit really holds, if a cause has shrunk to a simpler one; else None."""
+    names = [_shrunk_name(fit, member) for member in fit.hypothesis.members]
+    own = [member.cause.name for member in fit.hypothesis.members]
+    return None if names == own else tuple(sorted(set(names)))
+
+
+def _shrunk_name(fit, member):
+    name, number = member.cause.without or (None, None)
+    if name is None:
+        return member.cause.name
+    at = list(member.joints)
+    value = fit.hypothesis.values[f"{member.name}.{number}"][..., at]
+    size = np.asarray(member.sizes[number])[..., at]
+    return name if np.all(np.abs(value) < IDLE * np.abs(size)) else member.cause.name
