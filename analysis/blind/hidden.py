@@ -69,6 +69,11 @@ class Scene:
         return np.max([np.abs(u).max(axis=0) for _, u in self.runs], axis=0)
 
     @property
+    def power(self):
+        """Mean square of the command without the effect, shape (n,) [(N m)^2]."""
+        return np.mean([np.mean(u**2, axis=0) for _, u in self.runs], axis=0)
+
+    @property
     def farthest(self):
         """Largest angle without the effect, shape (n,) [rad]."""
         return np.max([q.max(axis=0) for q, _ in self.runs], axis=0)
@@ -187,6 +192,11 @@ def _saturation(rng, scene):
     return lambda size: scene.at("limit", scene.loudest / (1 + 0.15 * size))
 
 
+def _delay(rng, scene):
+    """A drive that acts late, or an encoder that answers late."""
+    return _scaled(scene, str(rng.choice(["delay", "delay", "late"])), 1e-3)
+
+
 def _ripple(rng, scene):
     """A harmonic of the motor's turn, high enough to show within the travel."""
     poles = rng.integers(1, 4) + np.floor(8.0 / scene.robot.ratio[scene.joint])
@@ -233,7 +243,7 @@ EFFECTS = {
     "joint_elasticity": _elastic, "backlash": _backlash,
     "actuator_saturation": _saturation,
     "dead_zone": lambda rng, scene: _scaled(scene, "dead", scene.torque),
-    "actuator_lag": _gap_at("lag", 1e-3), "time_delay": _gap_at("delay", 1e-3),
+    "actuator_lag": _gap_at("lag", 1e-3), "time_delay": _delay,
     "torque_ripple": _ripple,
     "torque_gain_error": lambda rng, scene: lambda size: scene.at("gain", 1 + 0.02 * size),
     "encoder_quantization": _gap_at("step", 3e-4),
@@ -258,7 +268,9 @@ OUTSIDERS = {
         scene, "stop_stiffness", 20 * scene.torque,
         stop=scene.robot.pose + rng.uniform(0.05, 0.12)),
     "hard_stop": _hard_stop, "wall": _wall,
-    "motor_heating": _gap_at("heating", 0.02), "supply_sag": _gap_at("sag", 0.02),
+    "motor_heating": lambda rng, scene: _scaled(
+        scene, "heating", 0.02 / scene.power, heating_time=rng.uniform(3.0, 10.0)),
+    "supply_sag": _gap_at("sag", 0.02),
     "hidden_integral": lambda rng, scene: _scaled(scene, "integral", 0.02 * scene.robot.kp),
     "gain_scaling": lambda rng, scene: lambda size: scene.at("kp_factor", 1 + 0.01 * size)}
 

@@ -6,10 +6,10 @@ import numpy as np
 
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
-DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward")
+DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
 SIZES = {  # number of joints
-    "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 4, 5, 6),
-    "axes": (1, 2, 2, 3, 3, 3, 4, 5, 6)}
+    "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
+    "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6)}
 
 NEUTRAL = {
     # joint
@@ -25,9 +25,10 @@ NEUTRAL = {
     "twist_stiffness": 0.0, "twist_damping": 0.0, "half_gap": 0.0,
     # drive
     "limit": np.inf, "dead": 0.0, "lag": 0.0, "delay": 0.0, "gain": 1.0, "ripple": 0.0,
-    "poles": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "sag": 0.0,
+    "poles": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "heating_time": 1.0,
+    "sag": 0.0,
     # sensor and controller
-    "step": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
+    "step": 0.0, "late": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
     # time
     "tone": 0.0, "tone_hz": 1.0, "fault_torque": 0.0, "fault_level": 0.0, "fault_drag": 0.0,
     "fault_share": 0.5, "random": 0.0}

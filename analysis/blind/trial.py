@@ -102,6 +102,8 @@ def _attempt(rng, kind, names, severity, index):
     _accept_healthy(motions, ref.runs, hidden)
     found = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
     numbers = _numbers(truth, hidden, [size for size, _ in found])
+    if np.any((numbers["late"] > 0) & (numbers["half_gap"] + numbers["twist_stiffness"] > 0)):
+        raise RejectedError("a late encoder behind a gear that gives way")
     runs = run(robot, [numbers] * len(motions), motions, noises, seed=index)
     _accept_afflicted(motions, runs, numbers)
     label = _label(kind, hidden, found, severity, robot, motions, prediction(robot, ref, runs))

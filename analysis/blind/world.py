@@ -11,7 +11,7 @@ from clie_blocks.errors import MissingExtraError
 
 STEP, COARSE = 5e-4, 1e-3  # s, of the engine: where something is stiff, and elsewhere
 RUBBING = ("level", "slope", "wavy_level", "warm_level", "fault_level")
-_STIFF = (*RUBBING, "bristle", "twist_stiffness", "half_gap", "lag", "delay", "wall")
+_STIFF = (*RUBBING, "bristle", "twist_stiffness", "half_gap", "lag", "delay", "late", "wall")
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 _SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
@@ -23,7 +23,10 @@ _XML = """<mujoco>
   <worldbody>{bodies}</worldbody>
   <contact>{contacts}</contact>
   <actuator>{motors}</actuator>
+  <sensor>{sensors}</sensor>
 </mujoco>"""
+_OHM = 1e-9  # of a heated motor: small, so that its speed does not brake it
+_EXPANSION = 4e-3  # 1/K, of the resistance of copper
 
 
 def step_of(robot, lanes):
@@ -46,7 +49,8 @@ def world(robot, lanes):
     Returns
     -------
     mujoco.MjModel
-        Joints are called ``a{lane}_{k}``, twists behind the motor ``b{lane}_{k}``.
+        Joints are called ``a{lane}_{k}``, twists behind the motor ``b{lane}_{k}``, late
+        encoders ``s{lane}_{k}``.
 
     Raises
     ------
@@ -67,7 +71,9 @@ def world(robot, lanes):
         contacts="".join(f'<pair geom1="tip{j}" geom2="wall{j}" solref="0.02 1"/>'
                          for j in walled),
         motors="".join(_motor(robot, lane, j, k) + _passive(robot, lane, j, k)
-                       for j, lane in enumerate(lanes) for k in range(robot.n))))
+                       for j, lane in enumerate(lanes) for k in range(robot.n)),
+        sensors="".join(_encoder(lane["late"][k], j, k) for j, lane in enumerate(lanes)
+                        for k in range(robot.n) if lane["late"][k] > 0)))
 
 
 def _chain(robot, p, lane):
@@ -120,8 +126,20 @@ def _twist(p, lane, k):
     return ""
 
 
+def _encoder(late, lane, k):
+    """Angle some time ago; the engine reads its sensors at the beginning of a step."""
+    delay = max(late - STEP, 1e-9)
+    return (f'<jointpos name="s{lane}_{k}" joint="a{lane}_{k}" delay="{delay}" '
+            f'nsample="{int(delay / STEP) + 4}" interp="linear"/>')
+
+
 def _motor(robot, p, lane, k):
     limit = p["limit"][k]
+    if p["heating"][k] > 0:
+        resistance = p["heating"][k] * _OHM / _EXPANSION  # K/W
+        return (f'<dcmotor joint="a{lane}_{k}" gear="{robot.ratio[k]}" motorconst="{_OHM} {_OHM}" '
+                f'resistance="{_OHM}" thermal="{resistance} 0 {p["heating_time"][k]} '
+                f'{_EXPANSION} 20 20"/>')
     parts = [f'joint="a{lane}_{k}" gear="{robot.ratio[k] * p["gain"][k]}"']
     if np.isfinite(limit):
         parts.append(f'forcerange="{-limit} {limit}"')

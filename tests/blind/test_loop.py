@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import cont2discrete, lfilter
 
-from clie_blocks.analysis.blind.loop import filter_coefficients
+from clie_blocks.analysis.blind.controller import filter_coefficients
 from clie_blocks.analysis.blind.robot import G
 
 
@@ -115,7 +115,7 @@ def test_a_gap_leaves_the_link_behind_by_at_most_its_width(bench):
     assert 5e-4 < np.max(np.abs(loose - tight)) < 6e-3
 
 
-@pytest.mark.parametrize("numbers", [{"delay": 0.01}, {"lag": 0.01}])
+@pytest.mark.parametrize("numbers", [{"delay": 0.01}, {"late": 0.01}, {"lag": 0.01}])
 def test_a_late_drive_starts_late(bench, numbers):
     joint = bench()
     motion = joint.motion(0.2, torque=0.1 * joint.robot.kp)
@@ -144,7 +144,7 @@ def test_a_limited_drive_accelerates_with_its_limit(bench):
     {"stiffness": 5.0}, {"quadratic": 1.0}, {"bristle": 1e-2, "bristle_range": 5e-3},
     {"warm_level": 1e-2}, {"warm_drag": 0.1}, {"fault_torque": 1e-2}, {"fault_drag": 0.1},
     {"fault_level": 1e-2}, {"wavy_level": 2e-2, "waves": 8.0}, {"wavy_drag": 0.1, "waves": 8.0},
-    {"wandering": 0.1}, {"random": 1e-2}, {"lost": 0.2}, {"heating": 0.3}, {"sag": 0.2},
+    {"wandering": 0.1}, {"random": 1e-2}, {"lost": 0.2}, {"heating": 100.0}, {"sag": 0.2},
     {"eccentric": 1e-2}, {"step": 1e-2}, {"corner": 0.5}, {"integral": 0.5}, {"kp_factor": 1.1},
     {"gain": 1.1}, {"hard_stop": 0.02}, {"wall": 2e-3}, {"stop": 0.02, "stop_stiffness": 0.1}],
     ids=lambda n: next(iter(n)))
@@ -174,17 +174,22 @@ def test_load_dependent_friction_needs_a_load(bench):
         assert (np.max(np.abs(rubbing - free)) > 1e-4) == gravity
 
 
-def test_bristles_of_the_motor_are_a_spring_for_small_torques_and_yield_to_large_ones(bench):
+def test_bristles_of_the_motor_are_a_spring_for_small_torques(bench):
+    joint = bench()
+    joint.robot = dataclasses.replace(joint.robot, kd=0 * joint.robot.kd)
+    torque = 0.01 * joint.robot.kp
+    q, _ = joint.run(joint.motion(0.2, torque=torque), bristle=100 * torque, bristle_range=4e-3)
+    spring = torque[0] / (joint.robot.kp[0] + 100 * torque[0] / 4e-3)
+    assert (q - q[0]).max() == pytest.approx(2 * spring, rel=0.05)  # the first swing
+
+
+def test_bristles_of_the_motor_yield_to_large_torques(bench):
     joint = bench()
     torque = 0.01 * joint.robot.kp
     motion = joint.motion(3.0, torque=torque)
-    moved = {}
-    for share in (300.0, 0.3, 0.0):
-        q, _ = joint.run(motion, bristle=share * torque, bristle_range=4e-3)
-        moved[share] = q[:, 0] - q[0, 0]
-    spring = torque[0] / (joint.robot.kp[0] + 300 * torque[0] / 4e-3)
-    assert moved[300.0].max() == pytest.approx(2 * spring, rel=0.05)  # the first swing
-    assert moved[0.3][-1] == pytest.approx(0.7 * moved[0.0][-1], rel=0.1)
+    (held, _), (free, _) = (joint.run(motion, bristle=share * torque, bristle_range=4e-3)
+                            for share in (0.3, 0.0))
+    assert (held[-1] - held[0]) == pytest.approx(0.7 * (free[-1] - free[0]), rel=0.1)
 
 
 def test_cogging_of_the_motor_bends_a_slow_motion_as_often_as_it_has_poles(bench):
@@ -228,3 +233,23 @@ def test_links_that_are_not_coupled_move_as_joints_side_by_side(bench):
     (apart, _), (coupled, _) = (arm.run(motion, links=share) for share in (0.0, 1.0))
     apart, coupled = np.ptp(apart, axis=0), np.ptp(coupled, axis=0)
     assert apart[0] > 0.02 and np.all(apart[1:] == 0.0) and np.all(coupled[1:] > 1e-3)
+
+
+def test_a_late_encoder_moves_the_robot_as_a_late_drive_does(bench):
+    joint = bench()
+    motion = joint.motion(1.0, torque=0.2 * joint.robot.kp)
+    (seen, _), (driven, _), (prompt, _) = (
+        joint.run(motion, **{key: 0.006}) for key in ("late", "delay", "tone"))
+    assert np.max(np.abs(seen - driven)) < 5e-3 * np.max(np.abs(driven - prompt))
+
+
+def test_a_warm_motor_loses_torque_with_the_square_of_its_command(bench):
+    joint = bench(gravity=True)
+    motion = joint.motion(8.0)
+    cold, u = joint.run(motion)
+    warm, more = joint.run(motion, heating=0.2 / u[-1] ** 2, heating_time=0.5)
+    weight = np.cos(warm[-1]) / np.cos(cold[-1])
+    weaker = u[-1] * weight / more[-1]  # share of the command that holds the link
+    lost = 0.2 * weaker * (more[-1] / u[-1]) ** 2  # a warm winding takes less power
+    assert weaker == pytest.approx(1 / (1 + lost), rel=1e-3)
+    assert weaker < 0.9

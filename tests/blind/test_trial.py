@@ -25,7 +25,8 @@ from clie_blocks.analysis.blind.trial import KINDS, ONE_OF, SEVERITY, make_trial
 from clie_blocks.analysis.records import read_trial
 
 FILES = sorted(Path(blind.__file__).parent.glob("*.py"))
-MAKERS = ("robot", "motion", "world", "loop", "hidden", "size", "trial", "folder")
+MAKERS = ("robot", "motion", "world", "controller", "drive", "loop", "hidden", "size", "trial",
+          "folder")
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
