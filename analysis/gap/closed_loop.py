@@ -182,8 +182,8 @@ class Simulator:
         """
         width = min(LANES, self.program.lanes)
         groups = [sets[first:first + width] for first in range(0, len(sets), width)]
-        return np.concatenate([self._side_by_side(log, group, dithered, width)
-                               for group in groups])
+        found = [self._side_by_side(log, group, dithered, width) for group in groups]
+        return np.concatenate(found) if len(found) > 1 else found[0]
 
     def _side_by_side(self, log, sets, dithered, width):
         """Positions of at most `width` sets; idle lanes repeat the last, so that one code does."""
@@ -245,10 +245,16 @@ class Simulator:
         return np.concatenate(parts)
 
     def _move(self, now, memory, p):
+        """Motion after a period by the midpoint rule.
+
+        Position and time of the middle are known before, so both halves read them: the order is
+        the same, and what depends on position alone is computed once.
+        """
         h, q, dq = now.h, now.q, now.dq
-        ddq, limits, _, mass = self._accelerated(now, memory, p)
+        middle = dataclasses.replace(now, q=q + h / 2 * dq, t=now.t + h / 2)
+        ddq, limits, _, mass = self._accelerated(middle, memory, p)
         middle_rate = robot.stopped(dq + h / 2 * ddq, *mass, limits, h / 2)
-        middle = dataclasses.replace(now, q=q + h / 2 * dq, dq=middle_rate, t=now.t + h / 2)
+        middle = dataclasses.replace(middle, dq=middle_rate)
         ddq, limits, after, mass = self._accelerated(middle, memory, p)
         end_rate = robot.stopped(dq + h * ddq, *mass, limits, h)
         return (q + h / 2 * (dq + end_rate), end_rate), after

@@ -186,13 +186,14 @@ def _march(engine, schedule, groups, rows, keeper, threads, label):
     room = 8 * max(1, groups[0].width * len(keeper.entries))
     chunk = min(CHUNK, max(1, BUFFER // room) * schedule.every)
     with contextlib.ExitStack() as stack:
-        pool = stack.enter_context(ThreadPoolExecutor(threads))
+        side_by_side = (map if threads == 1
+                        else stack.enter_context(ThreadPoolExecutor(threads)).map)
         progress = patient_progress(stack, label, schedule.steps)
         for first in range(0, schedule.steps, chunk):
             inputs = np.ascontiguousarray(rows(min(chunk, schedule.steps - first)))
             advance = partial(Group.advance, engine=engine, schedule=schedule, first=first,
                               inputs=inputs, keeper=keeper)
-            list(pool.map(advance, groups))
+            list(side_by_side(advance, groups))
             progress(first + len(inputs))
     if schedule.steps % schedule.every == 0:
         inputs = np.ascontiguousarray(rows(1))

@@ -1,6 +1,7 @@
 """LLVM text to machine code that Python can call."""
 
 import ctypes
+import functools
 import itertools
 import threading
 
@@ -49,6 +50,7 @@ class Machine:
         return ctypes.CFUNCTYPE(result, *types)(self.address(name))
 
 
+@functools.cache
 def lane_width():
     """Return how many runs this processor does best side by side.
 
