@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from clie_blocks.analysis.gap import evidence
+from clie_blocks.analysis.gap.bound import predicted_radius
 from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
 
@@ -19,6 +21,7 @@ def answer(diagnosis):
 
     """
     shrunk, given = diagnosis.shrinkage, established(diagnosis)
+    advice = diagnosis.next_experiment
     return {
         "schema_version": SCHEMA_VERSION,
         "verdict": diagnosis.verdict,
@@ -28,14 +31,24 @@ def answer(diagnosis):
         "unexplained": diagnosis.verdict == "unexplained",
         "gap_before": shrunk.before, "gap_after": shrunk.after, "gap_floor": shrunk.floor,
         "closed_percent": {"value": shrunk.percent, "interval": shrunk.interval,
-                           "unseen_data": shrunk.unseen},
+                           "unseen_data": shrunk.unseen, "judged_on": shrunk.judged_on},
+        "theorem_2": _theorem_2(diagnosis),
         "joint_model": _joint_model(diagnosis),
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
         "where": {**diagnosis.where, "block": block_shares(diagnosis)},
-        "next_experiment": diagnosis.next_experiment,
+        "next_experiment": advice and advice.as_dict(),
         "decisions": list(diagnosis.check.decisions),
+        "evidence": evidence.to_json(diagnosis.evidence),
         "seconds": diagnosis.seconds,
     }
+
+
+def _theorem_2(diagnosis):
+    """What (A.5) predicts of the estimation error, before and after."""
+    before, after = (predicted_radius(fit.hypothesis)
+                     for fit in (diagnosis.base, diagnosis.model))
+    return {"modelling_error": {"before": before[0], "after": after[0], "unit": "rad/s^2"},
+            "mu_1": {"before": before[1], "after": after[1]}}
 
 
 def established(diagnosis):

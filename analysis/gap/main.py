@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 from clie_blocks.output import run_main, to_json, write
@@ -29,12 +30,12 @@ def main(argv=None):
     folder = asked.output
     if folder is None and asked.json and len(found) > 1:
         folder = f"{asked.json}{trials.PARTS}"
-    executor = trials.cluster(asked.cluster) if asked.cluster else None
     answers = {}
-    for name, answer in trials.diagnose_all(found, options, asked.jobs, folder, executor):
-        answers[name] = answer
-        if not asked.quiet:
-            print(sentence(name, answer), flush=True)
+    with trials.cluster(asked.cluster) if asked.cluster else nullcontext() as executor:
+        for name, answer in trials.diagnose_all(found, options, asked.jobs, folder, executor):
+            answers[name] = answer
+            if not asked.quiet:
+                print(sentence(name, answer), flush=True)
     single = len(found) == 1
     if asked.json:
         content = next(iter(answers.values())) if single and not asked.all else dict(

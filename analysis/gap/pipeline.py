@@ -25,6 +25,7 @@ QUIET = 0.1  # excess per sample of a robot that nothing ails
 USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
+HOPELESS = 0.3  # share of the excess that pairs may leave for a third cause to be looked for
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
 
@@ -116,7 +117,7 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
     return Diagnosis(
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),
-        shrinkage(nominal, model.hypothesis, bench.noises), where(bench, base, check),
+        shrinkage(nominal, model.hypothesis, bench), where(bench, base, check),
         next_experiment(bench, base, ranking, calibration), calibration, table,
         time.perf_counter() - began)
 
@@ -247,11 +248,11 @@ def explore(bench, base, causes=CAUSES):
     for first in sorted(fits, key=lambda f: f.total)[:3]:
         chosen += _with_another(found, bench, first, causes)
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
-    if _enough(fits):
+    best = min(fits, key=lambda f: f.total)
+    if (_enough(fits) or excess(best) > HOPELESS * excess(base)
+            or len(best.hypothesis.members) >= MOST_CAUSES):
         return fits
-    for first in sorted(fits, key=lambda f: f.total)[:2]:
-        if len(first.hypothesis.members) < MOST_CAUSES:
-            fits = fits + race(bench, base, _with_another(found, bench, first, causes), 1)
+    fits = fits + race(bench, base, _with_another(found, bench, best, causes), 2)
     return _completed(bench, base, fits, causes)
 
 

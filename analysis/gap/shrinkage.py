@@ -1,11 +1,15 @@
-"""How far the gap shrinks: prediction errors of nominal and corrected model on unseen logs."""
+"""How far the gap shrinks: prediction errors of nominal and corrected model on unseen data."""
 
 import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.cross_validation import unseen_errors
+
 BLOCK = 2.0  # s, long against the memory of the loop
 DRAWS = 400
+HELD_OUT, LEFT_OUT, FITTED = (
+    "held-out logs", "blocks left out of the fit", "the fitted logs")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -22,7 +26,9 @@ class Shrinkage:
     interval : tuple of float or None
         Its 95 % interval, from a bootstrap over blocks of the unseen logs.
     unseen : bool
-        Whether the logs were held out.
+        Whether no model was fitted to the data that judge it.
+    judged_on : str
+        ``held-out logs``, ``blocks left out of the fit`` or ``the fitted logs``.
 
     """
 
@@ -32,6 +38,7 @@ class Shrinkage:
     percent: float | None
     interval: tuple | None
     unseen: bool
+    judged_on: str
 
 
 def judging_logs(problem):
@@ -49,8 +56,7 @@ def gap(hypothesis):
         The model, simulated in closed loop from the start angle.
 
     """
-    return float(np.sqrt(np.mean(np.concatenate(
-        [square_errors(hypothesis, j) for j in judging_logs(hypothesis.problem)]))))
+    return _rms([square_errors(hypothesis, j) for j in judging_logs(hypothesis.problem)])
 
 
 def square_errors(hypothesis, j):
@@ -58,34 +64,46 @@ def square_errors(hypothesis, j):
     return np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
 
 
-def shrinkage(base, model, noises):
-    """Compare two models on the judging logs.
+def shrinkage(base, model, bench):
+    """Compare two models on data that they were not fitted to, if there are any.
 
     Parameters
     ----------
     base, model : Hypothesis
         Refitted nominal model, and the model with its causes.
-    noises : sequence of Noise
-        One per joint.
+    bench : Bench
+        Whitening, for the refits of the cross-validation.
 
     """
-    problem = base.problem
-    floor = float(np.sqrt(sum(noise.floor**2 for noise in noises)))
-    width = max(1, round(BLOCK / problem.period))
-    blocks = []
-    for j in judging_logs(problem):
-        pair = np.stack([square_errors(base, j), square_errors(model, j)], axis=1)
-        blocks += [part.mean(axis=0) for part in np.array_split(pair, max(1, len(pair) // width))]
-    blocks = np.array(blocks)
-    before, after = gap(base), gap(model)
-    percent = _percent(before, after, floor)
+    floor = float(np.sqrt(sum(noise.floor**2 for noise in bench.noises)))
+    judged_on, before, after = _judged(base, model, bench)
+    width = max(1, round(BLOCK / base.problem.period))
+    pairs = [np.stack(pair, axis=1) for pair in zip(before, after)]
+    blocks = np.array([part.mean(axis=0) for pair in pairs
+                       for part in np.array_split(pair, max(1, len(pair) // width))])
+    percent = _percent(_rms(before), _rms(after), floor)
     picks = np.random.default_rng(0).integers(0, len(blocks), (DRAWS, len(blocks)))
-    means = np.sqrt(blocks[picks].mean(axis=1))
-    drawn = [_percent(b, a, floor) for b, a in means]
+    drawn = [_percent(b, a, floor) for b, a in np.sqrt(blocks[picks].mean(axis=1))]
     known = [value for value in drawn if value is not None]
     interval = (None if percent is None or len(known) < DRAWS // 2
                 else tuple(np.quantile(known, [0.025, 0.975]).tolist()))
-    return Shrinkage(before, after, floor, percent, interval, bool(problem.held_out))
+    return Shrinkage(_rms(before), _rms(after), floor, percent, interval,
+                     judged_on != FITTED, judged_on)
+
+
+def _judged(base, model, bench):
+    """What judges, and the squared errors of both models there, one array per log."""
+    logs = judging_logs(base.problem)
+    if not base.problem.held_out:
+        left_out = [unseen_errors(at, bench, logs) for at in (base, model)]
+        if left_out[0] is not None:
+            return LEFT_OUT, *left_out
+    errors = [[square_errors(at, j) for j in logs] for at in (base, model)]
+    return (HELD_OUT if base.problem.held_out else FITTED), *errors
+
+
+def _rms(squares):
+    return float(np.sqrt(np.mean(np.concatenate(squares))))
 
 
 def _percent(before, after, floor):

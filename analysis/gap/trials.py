@@ -4,6 +4,7 @@ A killed run continues where it stopped: a result is read back if logs, robot fi
 version are the ones it was made from.
 """
 
+import contextlib
 import dataclasses
 import hashlib
 import json
@@ -212,7 +213,9 @@ def _finished(trial, options, folder):
         from clie_blocks.analysis.gap.report import write_report
 
         if Path(folder).suffix != PARTS:
-            write_report(diagnosis, records, folder, trial.name)
+            files = write_report(diagnosis, records, folder, trial.name)
+            if any(file.endswith(".next.csv") for file in files):
+                found["next_experiment"]["set_points"] = f"{trial.name}.next.csv"
         write(_place(trial, folder), to_json({"made_from": made_from(trial, options), **found}))
     return found
 
@@ -242,8 +245,9 @@ def made_from(trial, options):
     return digest.hexdigest()
 
 
+@contextlib.contextmanager
 def cluster(address):
-    """Executor of a Dask cluster.
+    """Executor of a Dask cluster, closed at the end.
 
     Parameters
     ----------
@@ -255,4 +259,5 @@ def cluster(address):
         from distributed import Client
     except ImportError:
         raise MissingExtraError("--cluster", "dask[distributed]", "cluster") from None
-    return Client(address).get_executor()
+    with Client(address) as client:
+        yield client.get_executor()

@@ -8,53 +8,11 @@ from clie_blocks.analysis.gap import trials
 from clie_blocks.analysis.gap.main import main, sentence
 from clie_blocks.output import guarded
 
-ROBOT = """joints = {n}
-[motor]
-gear_ratio = {ratio}
-inertia_kgm2 = {inertia}
-viscous_friction_nms = {friction}
-inertia_tolerance = 0.01
-viscous_friction_tolerance = 0.15
-torque_offset_tolerance_nm = {offset}
-[nominal]
-gravity = {gravity}
-[links]
-length_m = {length}
-mass_kg = {mass}
-com_m = {length}
-inertia_kgm2 = [0.0]
-joint_viscous_friction_nms = [0.0]
-[controller]
-Kp = {kp}
-Kd = {kd}
-velocity_filter_highpass_rad_s = 200.0
-velocity_filter_lowpass_rad_s = 300.0
-velocity_filter_discretisation = "tustin"
-sample_time_s = 0.001
-command_resolution_nm = {resolution}
-[encoder]
-resolution_rad = {lsb}
-"""
-
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory, case):
-    from clie_blocks.analysis.records import write_record
-
-    made, place = case("none", seed=3), tmp_path_factory.mktemp("set")
-    robot, at = made.robot, place / "trial-1"
-    at.mkdir()
-    links = robot.links.mass is not None
-    text = ROBOT.format(
-        n=robot.n, ratio=list(robot.motor.gear_ratio), inertia=list(robot.motor.inertia),
-        friction=list(robot.motor.viscous_friction), gravity=str(links).lower(),
-        offset=list(robot.motor.torque_offset_tolerance), kp=list(robot.controller.kp),
-        length=list(robot.links.length) if links else [0.0], kd=list(robot.controller.kd),
-        mass=list(robot.links.mass) if links else [0.0], lsb=list(robot.encoder.resolution),
-        resolution=list(robot.controller.command_resolution)).replace("np.float64", "")
-    (at / "robot.toml").write_text(text.replace("(", "").replace(")", ""))
-    for k, record in enumerate(made.records):
-        write_record(record, at / f"log-{k + 1}.csv")
+def folder(tmp_path_factory, case, write_trial):
+    place = tmp_path_factory.mktemp("set")
+    write_trial(case("none", seed=3), place / "trial-1")
     return place
 
 

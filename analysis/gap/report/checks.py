@@ -49,7 +49,7 @@ def _remarks(diagnosis, limited):
         coarse = listed(joints[k] for k in check.coarse)
         yield f"The encoder of {coarse} is coarser than stated."
     unseen = ", ".join(log.name for log in diagnosis.problem.held_out)
-    yield f"Judged on {unseen}." if unseen else "No log was held out."
+    yield f"Judged on {unseen or diagnosis.shrinkage.judged_on}."
     yield f"The diagnosis took {number(diagnosis.seconds)} s."
 
 

@@ -112,15 +112,29 @@ def facts(answer, units):
 
 def far_section(diagnosis, answer, units):
     """How far the gap shrinks, with the predicted motions overlaid."""
-    unseen = answer["closed_percent"]["unseen_data"]
-    logs = "a log that was not used for fitting" if unseen else (
+    logs = {"held-out logs": "a log that was not used for fitting",
+            "blocks left out of the fit": "blocks of the only log, each predicted by a model that "
+            "was refitted without it (blocked cross-validation)"}.get(
+        answer["closed_percent"]["judged_on"],
         "the log that was also fitted, since there is no other: give a second one")
     text = (f"Both models are simulated in closed loop from reference and excitation alone, on "
             f"{logs}. The gap is the RMS of measured less predicted position over all joints: "
             f"{size(answer['gap_before'], units['q'])} refitted without a cause, "
             f"{size(answer['gap_after'], units['q'])} with it; sensor noise alone leaves "
             f"{size(answer['gap_floor'], units['q'])}.")
+    text += _theorem_2(answer["theorem_2"])
     picture = Picture("motions", motions(diagnosis, units),
                       "Above: measured position and both predictions. Below: what each of them "
                       "misses, and one standard deviation of what sensor noise alone leaves.")
     return Section("How far the gap shrinks", (text,), pictures=(picture,))
+
+
+def _theorem_2(predicted):
+    """What the paper's Theorem 2 makes of the modelling error, in words."""
+    error, mu_1 = predicted["modelling_error"], predicted["mu_1"]
+    told = (f" The modelling error of eq. (29), read from these errors, is "
+            f"{number(error['before'])} rad/s^2 before and {number(error['after'])} after")
+    if mu_1["before"] is None or mu_1["after"] is None:
+        return told + "; Theorem 2 gives no radius, for its condition fails with these gains."
+    return (told + f"; Theorem 2 then bounds the estimation error by a radius mu_1 (A.5) of "
+            f"{number(mu_1['before'])} before and {number(mu_1['after'])} after.")

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from clie_blocks.analysis.gap.json_answer import answer
 from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.report.document import document
@@ -28,13 +30,27 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
     -------
     list of str
         ``NAME.html``, one self-contained page; ``NAME.json``, the answer; ``NAME.xml``, the
-        corrected joints for MuJoCo.
+        corrected joints for MuJoCo; ``NAME.next.csv``, set-points of the recommended run, if
+        there is one that the controller of the logs can follow.
 
     """
-    found = answer(diagnosis)
+    found, advice = answer(diagnosis), diagnosis.next_experiment
     found["where"] = {**found["where"], "block": block_shares(diagnosis)}
+    extra = {}
+    if advice and can_follow(records):
+        found["next_experiment"]["set_points"] = f"{name}.next.csv"
+        extra["next.csv"] = advice.set_points()
     page = document(diagnosis, found, records, name)
     texts = {"html": html(page, drawings(page)), "json": to_json(found),
-             "xml": corrected_model(diagnosis, force_per_command(diagnosis, records))}
+             "xml": corrected_model(diagnosis, force_per_command(diagnosis, records)), **extra}
     return [str(write(Path(folder) / f"{name}.{ending}", text))
             for ending, text in texts.items()]
+
+
+def can_follow(records):
+    """Whether set-points mean to the robot what they mean here: its logs are as they were read.
+
+    Logs of servos and of machines without a known law are in angles and torques of the diagnosis.
+    """
+    return all(record.robot is None or record.robot.controller.velocity_filter != "difference"
+               or np.any(record.robot.controller.kd) for record in records)

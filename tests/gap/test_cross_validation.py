@@ -1,0 +1,68 @@
+"""One log only: what is judged was left out of the fit."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.bound import modelling_error, predicted_radius
+from clie_blocks.analysis.gap.cross_validation import blocks, unseen_errors
+from clie_blocks.analysis.gap.own_robots import cases
+from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.shrinkage import square_errors
+
+
+@pytest.fixture(scope="module")
+def alone():
+    made = cases(1, 6, ["coulomb"], ["single"], duration=12.0)[0]
+    asked = problem(made.robot, made.records[:1])
+    return made, *baseline(asked)
+
+
+def test_blocks_are_long_and_cover_the_log():
+    edges = blocks(12_000, 1e-3)
+    assert edges[0] == 0 and edges[-1] == 12_000
+    assert np.diff(edges).min() >= 2000
+    assert len(blocks(7_000, 1e-3)) == 0
+
+
+def test_a_block_is_judged_by_a_model_that_did_not_see_it(alone):
+    _, bench, base = alone
+    (unseen,) = unseen_errors(base.hypothesis, bench, [0])
+    seen = square_errors(base.hypothesis, 0)
+    assert np.all(np.isfinite(unseen)) and len(unseen) == len(seen)
+    assert np.mean(unseen) > np.mean(seen)  # the fit saw all of it
+
+
+def test_a_single_log_is_judged_by_blocks_and_the_answer_says_so(alone):
+    made, *_ = alone
+    found = diagnose(made.robot, made.records[:1])
+    told = answer(found)["closed_percent"]
+    assert told["judged_on"] == "blocks left out of the fit" and told["unseen_data"]
+    low, high = told["interval"]
+    assert 90.0 < low <= told["value"] <= high <= 100.5
+    assert found.shrinkage.after < 1.1 * found.shrinkage.floor
+
+
+def test_the_modelling_error_is_what_made_the_prediction_error(alone):
+    _, _, base = alone
+    at = base.hypothesis
+    time = at.problem.period * np.arange(12_000)
+    torque = 0.02 * np.sin(2 * np.pi * 0.5 * time) * np.sin(np.pi * time / 12.0) ** 4
+    values = at.values["inertia"][0], at.values["damping"][0]
+    moved = lfilter(*torque_sensitivity(at.problem.law, 0, *values), torque)[:, None]
+    missed = SimpleNamespace(problem=at.problem, values=at.values,
+                             error=lambda j, dithered: moved)
+    found = modelling_error(missed, 0)[:, 0] * values[0]
+    assert found == pytest.approx(torque, abs=2e-4)
+
+
+def test_theorem_2_gives_a_smaller_radius_to_a_better_model(alone):
+    made, bench, base = alone
+    level = predicted_radius(base.hypothesis)
+    after = predicted_radius(diagnose(made.robot, made.records[:1]).model.hypothesis)
+    assert after[0] < 0.4 * level[0] and after[1] < 0.4 * level[1]

@@ -1,0 +1,83 @@
+"""The recommended run: inside the limits, written as set-points, and it does what it promises."""
+
+import dataclasses
+import io
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
+from clie_blocks.analysis.gap.next_experiment import next_experiment
+from clie_blocks.analysis.gap.own_robots import cases
+from clie_blocks.analysis.gap.pipeline import explore
+from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.report import write_report
+from clie_blocks.analysis.gap.runs import elementary, inside, limits
+from clie_blocks.analysis.gap.verdict import Standing
+from clie_blocks.analysis.records import Record
+
+RIVALS = ("time_delay", "actuator_lag")
+
+
+@pytest.fixture(scope="module")
+def doubtful():
+    """A delay, and two causes of even odds: itself, and a lag."""
+    made = cases(1, 5, ["time_delay"], ["single"], duration=12.0)[0]
+    bench, base = baseline(problem(made.robot, made.records[:1]))
+    fits = {name: explore(bench, base, (cause,))[0]
+            for name, cause in zip(RIVALS, (TIME_DELAY, ACTUATOR_LAG))}
+    ranking = [Standing((name,), fit, 0.1, 0.5) for name, fit in fits.items()]
+    return made, bench, fits, next_experiment(bench, base, ranking, None)
+
+
+def test_runs_stay_inside_what_the_robot_may_do(doubtful):
+    _, bench, fits, _ = doubtful
+    bounds, at = limits(bench.problem), fits["time_delay"].hypothesis
+    for log in elementary(bench.problem, bounds):
+        q, u = at.simulator.run(inside(at, log, bounds), at.of_log(0))
+        assert np.all(q >= bounds.lowest - 1e-6) and np.all(q <= bounds.highest + 1e-6)
+        assert np.all(np.abs(u) <= bounds.torque)
+
+
+def test_the_best_run_is_the_best_of_its_menu_and_separates_the_set(doubtful):
+    *_, advice = doubtful
+    assert advice.separates == [["time_delay"], ["actuator_lag"]]
+    sizes = [row["expected_set_size"] for row in advice.menu]
+    assert advice.best["expected_set_size"] == min(sizes) < 1.5
+    assert any("multisine" in row["experiment"] for row in advice.menu)
+
+
+def test_set_points_are_a_table_of_what_was_simulated(doubtful, case, tmp_path):
+    *_, advice = doubtful
+    made = case("none")
+    found = dataclasses.replace(diagnose(made.robot, made.records), next_experiment=advice)
+    write_report(found, made.records, tmp_path, "arm")
+    table = np.genfromtxt(io.StringIO((tmp_path / "arm.next.csv").read_text()), delimiter=",",
+                          names=True)
+    assert np.diff(table["time"]) == pytest.approx(advice.period)
+    assert table["qd1"] == pytest.approx(advice.run.q_d[:, 0], rel=1e-5, abs=1e-6)
+    assert table["pe1"] == pytest.approx(advice.run.pe[:, 0], rel=1e-5, abs=1e-6)
+    assert '"arm.next.csv"' in (tmp_path / "arm.json").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("true", RIVALS)
+def test_the_run_shrinks_the_set_whichever_cause_is_true(doubtful, true):
+    made, bench, fits, advice = doubtful
+    at, rng = fits[true].hypothesis, np.random.default_rng(1)
+    records = [recorded(at, log, [n.sigma for n in bench.noises], rng)
+               for log in (bench.problem.fit[0], advice.run)]
+    before, after = (diagnose(made.robot, logs, held_out=[], effects=RIVALS)
+                     for logs in (records[:1], records))
+    assert after.ranking[0].names == (true,)
+    assert after.ranking[0].probability > max(0.9, before.ranking[0].probability)
+
+
+def recorded(at, log, sigma, rng):
+    """The log that a robot like the model writes."""
+    log = dataclasses.replace(log, dither=rng.normal(0, sigma, log.q_d.shape))
+    q, u = at.simulator.run(log, at.of_log(0))
+    return Record(time=at.problem.period * np.arange(len(q)), q=q, u=u, qd=log.q_d, pe=log.pe,
+                  source=log.name)
