@@ -17,11 +17,13 @@ LEAST = 1e-3  # probability below which a miss costs no more
 BY_HAND = "nothing (set by hand)"
 
 
-def compared(diagnoses, labels):
+def compared(own, diagnoses, labels):
     """Learn on each engine and judge on the other.
 
     Parameters
     ----------
+    own : path-like
+        Kept robots of the calibration, see `calibrate.read_examples`.
     diagnoses, labels : dict
         Of a study on robots of MuJoCo, by trial.
 
@@ -34,7 +36,8 @@ def compared(diagnoses, labels):
     from clie_blocks.analysis.gap import calibrate
     from clie_blocks.analysis.gap.verdict import Calibration
 
-    robots = {OWN: calibrate.read_examples(), "MuJoCo": examples(diagnoses, labels)}
+    robots = {OWN: calibrate.read_examples(own),
+              "MuJoCo": examples(diagnoses, labels)}
     maps = {BY_HAND: Calibration(), **{name: calibrate.learn(known, SEED)
                                        for name, known in robots.items()}}
     return [judged(numbers, robots[engine], learned_on, engine)
@@ -49,7 +52,8 @@ def examples(diagnoses, labels):
 
     return [Example(from_json(diagnoses[name]["evidence"]), tuple(sorted(truth_of(label))))
             for name, label in sorted(labels.items())
-            if "evidence" in diagnoses[name] and not set(label["labels"]) & set(KEPT)]
+            if diagnoses[name].get("evidence") and not diagnoses[name].get("decisions")
+            and not set(label["labels"]) & set(KEPT)]
 
 
 def judged(numbers, robots, learned_on, tested_on):

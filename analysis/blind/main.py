@@ -68,7 +68,8 @@ def _further(asked, places, diagnoses, labels):
                    for seed, place in places.items()}
         found |= left_out.scored(study.merged(answers), study.merged(labels))
     if asked.engines:
-        found["engines"] = engines.compared(study.merged(diagnoses), study.merged(labels))
+        found["engines"] = engines.compared(asked.engines, study.merged(diagnoses),
+                                            study.merged(labels))
     methods = compare.methods(asked.baselines, asked.ablations)
     if methods:
         found["compared"] = compare.compared(methods, places, diagnoses, labels, asked.subset,
@@ -90,10 +91,11 @@ def lines(found):
 def _command(asked):
     parts = ["clie blind", f"--trials {asked.trials}",
              "--seed " + " ".join(map(str, asked.seed))]
-    parts += [f"--{name}" for name in ("engines", "baselines", "ablations")
+    parts += [f"--{name}" for name in ("baselines", "ablations")
               if getattr(asked, name)]
     parts += [f"--leave-out {asked.leave_out}"] if asked.leave_out else []
     parts += [f"--subset {asked.subset}"] if asked.subset else []
+    parts += [f"--engines {asked.engines.name}"] if asked.engines else []
     return " ".join(parts)
 
 
@@ -106,8 +108,9 @@ def _parser():
     parser.add_argument("--leave-out", type=_count, nargs="?", const=2, metavar="MOST",
                         help="then again, each effect taken out of the library, on at most MOST "
                              "trials of it and seed (2): is it unknown?")
-    parser.add_argument("--engines", action="store_true",
-                        help="calibrate on one engine, test on the other, both ways")
+    parser.add_argument("--engines", type=Path, metavar="ROBOTS",
+                        help="calibrate on one engine, test on the other, both ways; ROBOTS is "
+                             "the folder of robots kept by the calibration")
     parser.add_argument("--baselines", action="store_true",
                         help="the same trials by the methods that are in use today")
     parser.add_argument("--ablations", action="store_true",

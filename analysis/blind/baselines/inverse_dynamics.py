@@ -83,7 +83,7 @@ def _of_log(values, j):
     return {name: value[j] if np.ndim(value) == 2 else value for name, value in values.items()}
 
 
-def regressed(problem, target, base, looks):
+def regressed(problem, target, base, looks, subsets=None):
     """Fit some causes at all joints, and leave them out where BIC does.
 
     Parameters
@@ -96,15 +96,18 @@ def regressed(problem, target, base, looks):
         See `base_columns`.
     looks : tuple
         Entries of `probes`.
+    subsets : callable, optional
+        ``subsets(k)`` lists what may act at joint k, as positions in looks; by default anything.
 
     """
+    subsets = subsets or (lambda k: _parts(looks))
     n, total = problem.n, 0.0
     numbers = np.zeros((3, n))
     amplitudes = [np.zeros((len(look[2]), n)) for look in looks]
     used = [set() for _ in looks]
     for k in range(n):
         score, theta, inside = min(((*_joint(target[:, k], base[:, :, k], [
-            looks[i] for i in part], k), part) for part in _parts(looks)), key=lambda one: one[0])
+            looks[i] for i in part], k), part) for part in subsets(k)), key=lambda one: one[0])
         total += score
         numbers[:, k] = theta[:3]
         at = 3

@@ -76,11 +76,12 @@ def opposing(motion, cause, values):
 
 
 def regressors(problem, causes):
-    """Return the causes whose torque follows from the measured motion alone."""
+    """Return the causes whose torque follows from the measured motion alone, at any time."""
     return [cause for cause in causes
             if (cause.name in BODIES or all(piece.port in OPPOSING and not piece.states
                                             for piece in cause.pieces))
-            and (problem.chain.known or not cause.needs_links)]
+            and (problem.chain.known or not cause.needs_links)
+            and all(number.scope != "log" for number in cause.numbers)]
 
 
 def sizes(problem, found):

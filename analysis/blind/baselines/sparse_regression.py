@@ -1,9 +1,11 @@
-"""Sparse regression of the residual torque (SINDy, by sequentially thresholded least squares).
+"""Sparse regression of the residual torque, as SINDy does, by stepwise elimination.
 
 What the datasheet's model leaves of the measured torque is regressed on the whole library at once;
-terms that contribute less than a threshold are dropped, and the rest is fitted again.  The
-threshold runs over a path; BIC weighs the models on it (Brunton, Proctor, Kutz 2016; model choice
-along the path: Mangan et al. 2017).
+the term that the fit misses least is dropped, one after the other, and BIC weighs the models on
+that path (stepwise sparse regressor: Boninsegna, Nueske, Clementi 2018; model choice along the
+path: Mangan, Kutz, Brunton, Proctor 2017).  Hard thresholds instead drop the right term together
+with its look-alikes: over a short travel the columns of a robot are nearly parallel.  The library
+holds each shape once: friction that contains plain dry friction enters with what it adds to it.
 """
 
 import numpy as np
@@ -18,9 +20,7 @@ from clie_blocks.analysis.blind.baselines.inverse_dynamics import (
 from clie_blocks.analysis.blind.baselines.weighing import answer
 from clie_blocks.analysis.gap.problem import problem as state_problem
 
-THRESHOLDS = np.geomspace(0.02, 2.0, 15)  # of the residual's RMS
-ROUNDS = 10
-MOST = 4  # terms of a model that is worth a name
+REDUNDANT = ("asymmetric_coulomb",)  # dry friction and an offset, which the library holds
 
 
 def sparse_regression(robot, records):
@@ -38,42 +38,43 @@ def sparse_regression(robot, records):
     found = motion.motions(problem, problem.fit)
     target = motion.filtered(problem, [motion.net_command(m) for m in found])
     base, groups = base_columns(problem, found), probes(problem, found)
-    looks = [alone(problem, target, base, group)[1] for group in groups.values()]
-    models = {(): regressed(problem, target, base, ())}
-    for threshold in THRESHOLDS:
-        kept = tuple(_kept(problem, target, base, looks, threshold))
-        if len(kept) <= MOST:
-            models.setdefault(kept, regressed(problem, target, base, [looks[i] for i in kept]))
-    return answer(problem, list(models.values()))
+    looks = [alone(problem, target, base, group)[1] for key, group in groups.items()
+             if key not in REDUNDANT]
+    paths = [_path(target[:, k], base[:, :, k], [_added(look)[:, :, k] for look in looks])
+             for k in range(problem.n)]
+    models = [regressed(problem, target, base, looks,
+                        lambda k, kept=kept: [(), _largest(kept[k], looks)])
+              for kept in zip(*paths)]
+    distinct = {model.names: model for model in sorted(models, key=lambda m: -m.bic)}
+    return answer(problem, list(distinct.values()))
 
 
-def _kept(problem, target, base, looks, threshold):
-    """Causes that survive the thresholding at some joint."""
-    alive = set()
-    for k in range(problem.n):
-        residual = target[:, k] - _datasheet(problem, k) @ base[:, :, k]
-        blocks = [base[:, :, k], *(look[2][:, :, k] for look in looks)]
-        alive |= _thresholded(residual, blocks, threshold)
-    return sorted(alive)
+def _path(target, base, blocks):
+    """Positions of the causes kept, from all of them to none, by least loss of fit."""
+    kept = list(range(len(blocks)))
+    path = [tuple(kept)]
+    while kept:
+        losses = [_left(target, [base, *(blocks[i] for i in kept if i != out)]) for out in kept]
+        kept.pop(int(np.argmin(losses)))
+        path.append(tuple(kept))
+    return path
 
 
-def _datasheet(problem, k):
-    nominal = problem.nominal
-    return np.array([nominal.inertia[k], nominal.damping[k], nominal.load[k]])
-
-
-def _thresholded(residual, blocks, threshold):
-    """Positions of the causes whose contribution stays above the threshold; the base stays."""
+def _left(target, blocks):
     matrix = np.concatenate(blocks).T
-    owner = np.repeat(np.arange(len(blocks)) - 1, [len(block) for block in blocks])
-    scale = np.sqrt((matrix**2).mean(axis=0)) + 1e-300
-    least = threshold * np.sqrt(np.mean(residual**2))
-    alive = np.ones(len(owner), bool)
-    for _ in range(ROUNDS):
-        theta = np.zeros(len(owner))
-        theta[alive] = np.linalg.lstsq(matrix[:, alive] / scale[alive], residual, rcond=1e-8)[0]
-        after = (np.abs(theta) >= least) | (owner < 0)
-        if (after == alive).all():
-            break
-        alive = after
-    return {int(i) for i in owner[alive] if i >= 0}
+    left = target - matrix @ np.linalg.lstsq(matrix, target, rcond=1e-8)[0]
+    return float(left @ left)
+
+
+def _added(look):
+    """Columns of a cause that the simpler cause within it does not have."""
+    cause, probe, columns = look
+    names = [cause.without[1]] if cause.without else probe.amplitudes
+    return np.stack([column for name, column in zip(probe.amplitudes, columns)
+                     if name in names]) if probe.amplitudes else columns
+
+
+def _largest(kept, looks):
+    """Causes that were kept, without those that are inside another one."""
+    inside = {looks[i][0].without[0] for i in kept if looks[i][0].without}
+    return tuple(i for i in kept if looks[i][0].name not in inside)

@@ -1,0 +1,87 @@
+"""Methods of today on robots on which each must work, and stages that are taken away."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.blind import ablations
+from clie_blocks.analysis.blind.answers import Answer
+from clie_blocks.analysis.blind.baselines import BASELINES, motion
+from clie_blocks.analysis.blind.baselines.weighing import bic
+from clie_blocks.analysis.gap import noise as noises
+from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.own_robots import cases
+from clie_blocks.analysis.gap.problem import problem
+
+
+@functools.cache
+def robot(effect):
+    kind = "none" if effect == "none" else "single"
+    return cases(1, 9, ["coulomb"], [kind], duration=8.0)[0]
+
+
+@pytest.mark.parametrize("name", sorted(BASELINES))
+def test_every_baseline_finds_plain_dry_friction(name):
+    made = robot("coulomb")
+    found = BASELINES[name](made.robot, made.records)
+    said = Answer(found)
+    assert said.decision == "coulomb" and said.joints["coulomb"] == {made.causes["coulomb"]}
+    assert sum(said.probability.values()) >= 1.0 - 1e-9 and said.set_90[0] == "coulomb"
+    assert found["gap_after"] < 0.5 * found["gap_before"]
+
+
+@pytest.mark.parametrize("name", ["friction menu, closed loop", "simulator parameter fit"])
+def test_a_healthy_robot_has_no_friction_by_simulation(name):
+    made = robot("none")
+    assert Answer(BASELINES[name](made.robot, made.records)).decision == "none"
+
+
+def test_the_measured_motion_has_the_torque_of_a_cause():
+    made = robot("coulomb")
+    asked = problem(made.robot, made.records)
+    (found,) = motion.motions(asked, asked.fit[:1])
+    level = np.full(asked.n, 0.3)
+    torque = motion.opposing(found, COULOMB, {"level": level})
+    assert np.allclose(torque, 0.3 * np.sign(found.state.dq), atol=1e-12)
+
+
+def test_bic_charges_each_number_the_log_of_the_samples():
+    assert bic(8.0, 100, 3) - bic(8.0, 100, 1) == pytest.approx(2 * np.log(100))
+
+
+def test_other_weighing_keeps_healthy_errors_at_size_one():
+    made = robot("none")
+    asked = problem(made.robot, made.records)
+    rng = np.random.default_rng(0)
+    from scipy.signal import lfilter
+
+    from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
+
+    k = 0
+    sensitivity = sensor_sensitivity(asked.law, k, asked.nominal.inertia[k],
+                                     asked.nominal.damping[k])
+    for weigh in (ablations.unwhitened, ablations.as_torques):
+        noise = weigh(asked, k, sensitivity)
+        error = lfilter(*sensitivity, noise.sigma * rng.standard_normal(400_000))
+        seen = noises.white(noises.decimated(error, asked.period), noise.whitener)
+        assert np.std(seen) == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_stage_comes_back_after_its_ablation():
+    before = noises.noise, pipeline.race
+    made = robot("coulomb")
+    found = ablations.ABLATIONS["no whitening"](made.robot, made.records)
+    assert "coulomb" in Answer(found).order[:3]
+    assert (noises.noise, pipeline.race) == before
+    with pytest.raises(ValueError), ablations.replaced(pipeline, "race", None):
+        raise ValueError
+    assert pipeline.race is before[1]
+
+
+def test_without_priors_no_tolerance_is_left():
+    made = robot("none")
+    loose = problem(ablations.without_priors(made.robot), made.records)
+    stated = problem(made.robot, made.records)
+    assert np.all(loose.nominal.inertia_tolerance > 100 * stated.nominal.inertia_tolerance)
