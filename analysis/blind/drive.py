@@ -8,14 +8,38 @@ import numpy as np
 from clie_blocks.analysis.blind.world import RUBBING
 
 
+class Chance:
+    """Random numbers for all lanes: the same on all copies that run the same experiment.
+
+    Parameters
+    ----------
+    seed : sequence of int
+        Of all of them.
+    motions : list
+        Experiment of each lane.
+    n : int
+        Joints.
+
+    """
+
+    def __init__(self, seed, motions, n):
+        order = list(dict.fromkeys(map(id, motions)))
+        self.lane, self.n = [order.index(id(motion)) for motion in motions], n
+        self.sources = [np.random.default_rng([*seed, k]) for k in range(len(order))]
+
+    def __call__(self, kind):
+        """Draw of a kind, a method of the generator, shape (lanes, n)."""
+        return np.stack([getattr(source, kind)(self.n) for source in self.sources])[self.lane]
+
+
 class Drive:
     """What becomes of a command before it reaches the motor."""
 
     BURST = 0.03  # s
 
-    def __init__(self, robot, p, seed):
+    def __init__(self, robot, p, chance):
         self.robot, self.p = robot, p
-        self.rng, self.kept, self.until = np.random.default_rng([seed, 1]), 0.0, -1.0
+        self.chance, self.kept, self.until = chance, 0.0, -1.0
         parts = ("lost", self._lost), ("dead", self._dead), ("sag", self._sagged)
         self.parts = [part for key, part in parts if np.any(p[key] > 0)]
 
@@ -26,9 +50,10 @@ class Drive:
         return u
 
     def _lost(self, t, u):
-        fresh = self.rng.random(u.shape) < self.p["lost"] * self.robot.period / self.BURST
+        fresh = self.chance("random") < self.p["lost"] * self.robot.period / self.BURST
         hit = fresh & (t >= self.until)
-        self.until = np.where(hit, t + self.BURST * self.rng.exponential(1.0, u.shape), self.until)
+        long = t + self.BURST * self.chance("standard_exponential")
+        self.until = np.where(hit, long, self.until)
         self.kept = np.where(t < self.until, self.kept, u)
         return self.kept
 
@@ -42,9 +67,9 @@ class Drive:
 class Disturbances:
     """Torques [N m, motor side] that oppose the motion and the level of dry friction."""
 
-    def __init__(self, robot, p, duration, seed, h):
+    def __init__(self, robot, p, duration, chance, h):
         self.p, self.ratio, self.fault, self.h = p, robot.ratio, p["fault_share"] * duration, h
-        self.rng, self.noise = np.random.default_rng([seed, 2]), 0.0
+        self.chance, self.noise = chance, 0.0
         self.constant = p["offset"] + p["bias"]
         self.torques = [part for key, part in (
             ("tone", self._tone), ("fault_torque", self._step), ("fault_drag", self._step_drag),
@@ -93,6 +118,6 @@ class Disturbances:
 
     def _random(self, t, q, dq):
         rate = 2 * np.pi * 1.0  # corner of 1 Hz
-        kick = np.sqrt(2 * rate * self.h) * self.rng.standard_normal(q.shape)
+        kick = np.sqrt(2 * rate * self.h) * self.chance("standard_normal")
         self.noise = self.noise * (1 - rate * self.h) + kick
         return self.p["random"] * self.noise

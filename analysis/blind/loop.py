@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.blind.controller import Controller, Encoder
-from clie_blocks.analysis.blind.drive import Disturbances, Drive
+from clie_blocks.analysis.blind.drive import Chance, Disturbances, Drive
 from clie_blocks.analysis.blind.robot import NEUTRAL
 from clie_blocks.analysis.blind.world import world
 
@@ -25,7 +25,7 @@ def run(robot, lanes, motions, noises, seed=0):
     noises : list of ndarray, shape (N, n)
         Sensor noise of each copy [rad].
     seed : int
-        Of what is random in the drives.
+        Of what is random in the drives; the same on copies that run the same experiment.
 
     Returns
     -------
@@ -46,8 +46,8 @@ def run(robot, lanes, motions, noises, seed=0):
     noise = _stacked(noises, count)
     duration = np.array([len(m.q_d) for m in motions])[:, None] * robot.period
     encoder, controller = Encoder(robot, p), Controller(robot, p)
-    drive = Drive(robot, p, seed)
-    plant.disturb(Disturbances(robot, p, duration, seed, plant.h))
+    drive = Drive(robot, p, Chance((seed, 1), motions, robot.n))
+    plant.disturb(Disturbances(robot, p, duration, Chance((seed, 2), motions, robot.n), plant.h))
     measured, commands = np.empty(q_d.shape), np.empty(q_d.shape)
     for i in range(count):
         t = i * robot.period

@@ -17,8 +17,9 @@ from clie_blocks.analysis.blind.robot import draw_robot, draw_truth, restated
 from clie_blocks.analysis.blind.size import FITTED, prediction, ratio_of, reference
 
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
-RUNGS = 8.0 ** np.linspace(-1, 1, 5)  # sizes tried side by side
-LADDERS = 3
+FIRST, RUNGS, LADDERS = (1 / 8, 8.0), 5, 4  # sizes tried side by side, and again elsewhere
+STEEP = 1.5  # log of two neighbouring ratios that are too far apart to go between
+MISSED = 0.25  # relative error of the ratio of a single effect that counts as another size
 LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
 STILL = 0.02  # rad: a joint that moves less has not been excited
 CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
@@ -93,14 +94,15 @@ def _attempt(rng, kind, names, severity, index):
     robot = draw_robot(rng) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
     truth, motions = draw_truth(rng, robot), draw_motions(rng, robot)
-    noises = [robot.sigma * rng.standard_normal(motion.q_d.shape) for motion in motions]
-    ref = reference(robot, truth, motions, noises)
     if kind == "parametric":
         truth = _beyond(rng, robot, truth)
+    noises = [robot.sigma * rng.standard_normal(motion.q_d.shape) for motion in motions]
+    ref = reference(robot, truth, motions, noises)
     hidden = [draw_hidden(rng, name, Scene(robot, truth, ref.runs[:len(FITTED)],
                                            int(rng.integers(robot.n)))) for name in names]
     _accept_healthy(motions, ref.runs, hidden)
-    found = [_sized(robot, truth, motions, noises, ref, one, severity) for one in hidden]
+    found = [_sized(robot, truth, motions, noises, ref, one, severity, index)
+             for one in hidden]
     numbers = _numbers(truth, hidden, [size for size, _ in found])
     if np.any((numbers["late"] > 0) & (numbers["half_gap"] + numbers["twist_stiffness"] > 0)):
         raise RejectedError("a late encoder behind a gear that gives way")
@@ -180,45 +182,59 @@ def _beyond(rng, robot, truth):
     return {**truth, **found}
 
 
-def _sized(robot, truth, motions, noises, ref, hidden, severity):
+def _sized(robot, truth, motions, noises, ref, hidden, severity, seed):
     """Size at which an effect has the wanted ratio to the noise floor, and whether it has."""
     if hidden.name in UNSEEN:
-        return UNSEEN[hidden.name][severity], True
-    wanted, centre = np.log(SEVERITY[severity] ** 2 - 1) / 2, 1.0
+        return UNSEEN[hidden.name][severity], False
+    wanted, best = np.log(SEVERITY[severity] ** 2 - 1) / 2, (-np.inf, 1.0)
+    low, high = FIRST
     for _ in range(LADDERS):
-        sizes = centre * RUNGS
-        traces = _traces(robot, [hidden.onto(truth, s) for s in sizes], motions, noises, ref)
-        if wanted < traces[0]:
-            centre = sizes[0]
-        elif wanted > traces.max():
-            centre = sizes[int(np.argmax(traces))]
+        sizes = np.geomspace(low, high, RUNGS)
+        traces = _traces(robot, [hidden.onto(truth, s) for s in sizes], motions, noises, ref,
+                         seed)
+        best = max(best, *((t, s) for t, s in zip(traces, sizes) if t < wanted + STEEP))
+        above, wild = _first(traces >= wanted), _first(np.isnan(traces))
+        end = min(above, wild)
+        between = slice(end - 1, end + 1)
+        if 0 < above < wild and np.ptp(traces[between]) < STEEP:
+            return float(np.exp(np.interp(wanted, traces[between], np.log(sizes[between])))), True
+        if end == 0:
+            low, high = low**2 / high, low
+        elif end < RUNGS:
+            low, high = sizes[between]
         else:
-            above = int(np.argmax(traces >= wanted))
-            part = slice(max(above - 1, 0), above + 1)
-            return float(np.exp(np.interp(wanted, traces[part], np.log(sizes[part])))), True
-    return float(centre), False
+            low, high = high, high**2 / low
+    return float(best[1]), False
 
 
-def _traces(robot, lanes, motions, noises, ref):
-    """Log of the trace beyond the noise floor, of several robots side by side."""
+def _first(flags):
+    """Place of the first flag that is set, or their number."""
+    return int(np.argmax(flags)) if np.any(flags) else len(flags)
+
+
+def _traces(robot, lanes, motions, noises, ref, seed):
+    """Log of the trace beyond the noise floor, of robots side by side; NaN where one is wild."""
     logs = len(FITTED)
     found = run(robot, [lane for lane in lanes for _ in FITTED], motions[:logs] * len(lanes),
-                noises[:logs] * len(lanes))
-    ratios = [ratio_of(prediction(robot, ref, found[logs * i:logs * (i + 1)]))
-              for i in range(len(lanes))]
-    return np.log(np.maximum(np.square(np.nan_to_num(ratios, nan=1e6)) - 1, 1e-8)) / 2
+                noises[:logs] * len(lanes), seed=seed)
+    runs = [found[logs * i:logs * (i + 1)] for i in range(len(lanes))]
+    ratios = [np.nan if _lost(motions, one) else ratio_of(prediction(robot, ref, one))
+              for one in runs]
+    return np.log(np.maximum(np.square(ratios) - 1, 1e-8)) / 2
 
 
 def _label(kind, hidden, found, severity, robot, motions, errors):
-    floor = robot.floor
+    floor, ratio, wanted = robot.floor, ratio_of(errors), SEVERITY.get(severity)
+    missed = len(hidden) == 1 and abs(ratio / wanted - 1) > MISSED
     judged = float(np.sqrt(np.sum((errors[2] * floor) ** 2)))
     least = float(np.sqrt(np.sum(floor**2)))
     return {
         "kind": kind, "labels": [one.name for one in hidden] or ["none"],
         "effects": [{"effect": one.name, "joints": list(one.joints), "size": size,
                      "numbers": _changed(one, size)} for one, (size, _) in zip(hidden, found)],
-        "rescaled": [one.name for one, (_, reached) in zip(hidden, found) if not reached],
-        "severity": severity, "target_ratio": SEVERITY.get(severity), "ratio": ratio_of(errors),
+        "rescaled": [one.name for one, (_, reached) in zip(hidden, found)
+                     if missed or not reached],
+        "severity": severity, "target_ratio": wanted, "ratio": ratio,
         "ratio_log3": errors[2].tolist(), "robot": f"{robot.kind} of {robot.n}",
         "gear_ratios": robot.ratio.tolist(), "gravity": robot.gravity, "period": robot.period,
         "discretisation": robot.discretisation,

@@ -3,13 +3,16 @@
 import ast
 import dataclasses
 import gzip
+import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import clie_blocks.analysis.blind as blind
+from clie_blocks.analysis.blind import trial
 from clie_blocks.analysis.blind.answers import FAMILY
+from clie_blocks.analysis.blind.drive import Chance
 from clie_blocks.analysis.blind.folder import write_trial
 from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
 from clie_blocks.analysis.blind.loop import run
@@ -97,6 +100,32 @@ def test_link_inertia_of_a_stretched_arm_is_that_of_its_masses():
     assert found == pytest.approx([1.0 * 0.04 + 0.01 + 0.6 * 0.8**2 + 0.02, 0.6 * 0.09 + 0.02])
 
 
+@pytest.mark.parametrize(("trace", "size"), [
+    (lambda s: np.log(s), 4.0), (lambda s: np.log(40 * s), 0.1), (lambda s: np.log(s / 40), 160.0),
+    (lambda s: np.where(s < 5, np.log(s), np.nan), 4.0),
+    (lambda s: np.log(s) + 5.0 * (s > 5), 4.0)],
+    ids=["plain", "strong", "weak", "wild beyond", "rings beyond"])
+def test_the_size_of_an_effect_is_found_wherever_it_lies(monkeypatch, trace, size):
+    monkeypatch.setattr(trial, "_traces", lambda robot, lanes, *rest: trace(np.array(lanes)))
+    hidden = types.SimpleNamespace(name="coulomb", onto=lambda truth, size: size)
+    monkeypatch.setitem(trial.SEVERITY, "four", np.sqrt(17.0))
+    found, reached = trial._sized(None, None, None, None, None, hidden, "four", 0)
+    assert reached and found == pytest.approx(size, rel=1e-6)
+
+
+def test_a_size_that_no_robot_shows_is_said_to_be_missed(monkeypatch):
+    monkeypatch.setattr(trial, "_traces", lambda robot, lanes, *rest: np.tanh(lanes) - 2.0)
+    hidden = types.SimpleNamespace(name="coulomb", onto=lambda truth, size: size)
+    assert not trial._sized(None, None, None, None, None, hidden, "strong", 0)[1]
+
+
+def test_chance_is_the_same_for_copies_of_an_experiment_and_differs_between_experiments():
+    one, two = object(), object()
+    draw = Chance((3, 1), [one, two, one], 2)("standard_normal")
+    assert np.array_equal(draw[0], draw[2]) and not np.any(draw[0] == draw[1])
+    assert np.array_equal(Chance((3, 1), [one], 2)("standard_normal")[0], draw[0])
+
+
 def test_hidden_coupling_leaves_every_joint_its_inertia_at_the_pose():
     robot = draw_robot(np.random.default_rng(8), "arm", False, coupling=False)
     truth = {**draw_truth(np.random.default_rng(9), robot), "links": np.full(robot.n, 0.4)}
@@ -134,13 +163,13 @@ def made():
 
 
 def test_a_trial_is_read_by_the_package_and_says_nothing_of_its_label(made, tmp_path):
-    _, trial = made
-    write_trial(trial, tmp_path)
+    _, told = made
+    write_trial(told, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "log-1.csv.gz", "log-2.csv.gz", "log-3.csv.gz", "robot.toml"]
     robot, records = read_trial(tmp_path)
-    assert robot.n == trial.robot.n and len(records) == 3
-    for record, (q, u) in zip(records, trial.runs):
+    assert robot.n == told.robot.n and len(records) == 3
+    for record, (q, u) in zip(records, told.runs):
         assert record.q == pytest.approx(q, abs=1e-12)
         assert record.u == pytest.approx(u, abs=1e-9)
     head = gzip.decompress((tmp_path / "log-1.csv.gz").read_bytes()).split(b"\n")[0].decode()
@@ -155,8 +184,8 @@ def test_a_healthy_trial_shows_nothing_beyond_the_noise(made):
 
 
 def test_the_same_seed_makes_the_same_trial(made, tmp_path):
-    index, trial = made
+    index, told = made
     again = make_trial(2001, index)
-    assert all(np.array_equal(a, b) for one, two in zip(trial.runs, again.runs)
+    assert all(np.array_equal(a, b) for one, two in zip(told.runs, again.runs)
                for a, b in zip(one, two))
-    assert again.label == trial.label
+    assert again.label == told.label
