@@ -6,8 +6,10 @@ from clie_blocks.analysis.blind.words import (
     HEADLINES,
     REACHED_WORDS,
     SLICES,
+    cells,
     number,
     percent,
+    short,
     with_interval,
 )
 from clie_blocks.analysis.report.document import (
@@ -21,6 +23,7 @@ from clie_blocks.analysis.report.document import (
 )
 from clie_blocks.analysis.report.render import save_document
 
+SHARE = ("share", "95 %", "of")  # heads of `words.cells`
 MOODS = {"yes": GOOD, "not shown": UNSURE, "no": BAD}
 
 
@@ -65,22 +68,21 @@ def _targets(found):
     rows, marks = [], []
     for row in found["targets"]:
         sign = "at least" if row["more_is_better"] else "at most"
-        rows.append((row["words"], f"{sign} {row['target']:g}", number(row["measured"]),
-                     " to ".join(map(number, row["interval"])), str(row["of"]), row["reached"]))
+        measured = with_interval({"value": row["measured"], "interval": row["interval"]})
+        rows.append((row["words"], f"{sign} {row['target']:g}", measured, row["reached"]))
         marks.append(MOODS[row["reached"]])
     return Section("Target and measured", (REACHED_WORDS,), tables=(Table(
-        ("figure", "target", "measured", "95 % interval", "of", "reached"), tuple(rows),
-        marks=tuple(marks)),))
+        ("figure", "target", "measured (95 %)", "reached"), tuple(rows), marks=tuple(marks)),))
 
 
 def _headlines(found):
     kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(found["kinds"].items()))
-    rows = tuple((text, percent(found[key])) for key, text in HEADLINES.items()
-                 if found.get(key, {}).get("of"))
+    rows = tuple((text, *cells(found[key])) for key, text in HEADLINES.items()
+                 if found.get(key, {}).get("of") and not key.startswith("left_out"))
     return Section("Scoreboard", (
         f"Robots of MuJoCo with labels under seal until all diagnoses were on disk: {kinds}. "
         "Intervals of shares are Wilson's, the others are drawn from the trials themselves.",),
-        tables=(Table(("figure", "share"), rows),))
+        tables=(Table(("figure", *SHARE), rows),))
 
 
 def _honest(found):
@@ -96,7 +98,7 @@ def _honest(found):
     picture = Picture("reliability", reliability(c["reliability"]),
                       "Stated against observed share of right decisions, with 95 % intervals; "
                       "beside each point the number of trials.")
-    return Section("How honest, how far", tables=(Table(("figure", "value"), rows),),
+    return Section("How honest, how far", tables=(Table(("figure", "value (95 %)"), rows),),
                    pictures=(picture,))
 
 
@@ -107,10 +109,10 @@ def _confusion(found):
 
 
 def _slice(found, key, text):
-    rows = tuple((name, percent(share)) for name, share in found[key].items())
+    rows = tuple((name, *cells(share)) for name, share in found[key].items())
     picture = Picture(key, shares(found[key]), f"Single effect named right, by {text}; "
                       "bars are 95 % intervals.")
-    return Section(f"By {text}", (), tables=(Table(("", "single effect named right"), rows),),
+    return Section(f"By {text}", (), tables=(Table((text, *SHARE), rows),),
                    pictures=(picture,))
 
 
@@ -119,44 +121,54 @@ def _left_out(found):
         return ()
     rows = tuple((row["effect"], number(row["ratio"]), row["said"], f"{row['probability']:.2f}")
                  for row in found["left_out"])
-    shares_found = tuple((text, percent(found[key])) for key, text in HEADLINES.items()
+    shares_found = tuple((text, *cells(found[key])) for key, text in HEADLINES.items()
                          if key.startswith("left_out") and found[key]["of"])
     return (Section("Each effect taken out of the library", (
         "The right answer is \"unknown\". A cousin may describe the motion just as well; then it "
         "is named in the place of what was taken out.",), tables=(
-            Table(("figure", "share"), shares_found),
+            Table(("figure", *SHARE), shares_found),
             Table(("effect", "ratio", "decision", "stated"), rows))),)
 
 
 def _engines(found):
     if not found.get("engines"):
         return ()
-    rows = tuple((row["learned_on"], row["tested_on"], str(row["robots"]),
-                  with_interval(row["loss"]), percent(row["top_1"]), with_interval(row["ece"]))
+    rows = tuple((f"{row['learned_on']}; {row['tested_on']} ({row['robots']} robots)",
+                  with_interval(row["loss"]), short(row["top_1"]), with_interval(row["ece"]))
                  for row in found["engines"])
     return (Section("Calibrated on one engine, tested on the other", (
         "Thresholds and probability map learned on the robots of one engine and judged on those "
         "of the other, beside those that were set by hand. The figures rest on the tables of "
         "hypotheses alone, without what the controller check establishes. Loss: mean negative "
         "logarithm of the probability of the truth.",),
-        tables=(Table(("learned on", "tested on", "robots", "loss [nats]",
-                       "right first", "calibration error"), rows),)),)
+        tables=(Table(("learned on; tested on", "loss [nats]", "right first",
+                       "calibration error"), rows),)),)
 
 
 def _compared(found):
     if not found.get("compared"):
         return ()
-    head = ("method", "right first", "among three", "right joint", "pair leads", "false alarm",
-            "unknown found", "calibration error", "gap over true model's", "seconds")
-    rows = tuple((row["method"], percent(row["top_1"]), percent(row["top_3"]),
-                  percent(row["joint"]), percent(row["pair_all_in_top_2"]),
-                  percent(row["false_alarm"]), percent(row["unknown_detected"]),
-                  with_interval(row["ece"]), with_interval(row["against_true_model"]),
-                  number(row["seconds"]["median"])) for row in found["compared"])
+    rows = found["compared"]
+    tables = (
+        _methods(rows, ("right first", "among three", "right joint"), lambda row: (
+            short(row["top_1"]), short(row["top_3"]), short(row["joint"]))),
+        _methods(rows, ("both of a pair lead", "false alarm", "unknown found"), lambda row: (
+            short(row["pair_all_in_top_2"]), short(row["false_alarm"]),
+            short(row["unknown_detected"]))),
+        _methods(rows, ("calibration error", "gap over true model's", "seconds"), lambda row: (
+            with_interval(row["ece"]), with_interval(row["against_true_model"]),
+            number(row["seconds"]["median"]))))
+    picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),
+                      "Single effect named right; bars are 95 % intervals.")
     return (Section("What each stage buys, and what other methods reach", (
-        f"The same {found['compared'][0]['trials']} trials, the same logs, the same knowledge of "
-        "robot and controller. The gap is judged on the unseen log, after diagnoses that name "
-        "the effect right.",), tables=(Table(head, rows),)),)
+        f"The same {rows[0]['trials']} trials, the same logs, the same knowledge of robot and "
+        "controller. The gap is judged on the unseen log, after diagnoses that name the effect "
+        "right. None of the other methods can say that it knows no such effect.",),
+        tables=tables, pictures=(picture,)),)
+
+
+def _methods(rows, head, figures):
+    return Table(("method", *head), tuple((row["method"], *figures(row)) for row in rows))
 
 
 def _wrong(found):

@@ -85,6 +85,8 @@ def shares(table):
     figure = Figure(figsize=(7.0, 1.1 + 0.22 * len(table)), layout="constrained")
     axes = figure.add_subplot()
     for row, share in enumerate(table.values()):
+        if not share["of"]:
+            continue
         axes.plot(share["interval"], [row, row], color="tab:blue", lw=1)
         axes.plot(share["rate"], row, "o", color="tab:blue", ms=4)
     axes.set_yticks(range(len(table)), list(table), fontsize=8)

@@ -41,6 +41,20 @@ def percent(share):
             f"95 %: {100 * low:.0f} to {100 * high:.0f})")
 
 
+def cells(share):
+    """A rate as three cells: share, interval, count."""
+    if not share["of"]:
+        return "-", "-", "0"
+    low, high = share["interval"]
+    return (f"{100 * share['rate']:.0f} %", f"{100 * low:.0f} to {100 * high:.0f} %",
+            f"{share['hits']} of {share['of']}")
+
+
+def short(share):
+    """A rate as short text, with its interval."""
+    return "-" if not share["of"] else "{} ({})".format(*cells(share)[:2])
+
+
 def number(value):
     """A figure as text; a dash where there is none."""
     return "-" if value is None else f"{value:.3g}"
@@ -51,4 +65,4 @@ def with_interval(held):
     value = held["median"] if "median" in held else held["value"]
     if value is None:
         return "-"
-    return f"{number(value)} (95 %: {' to '.join(map(number, held['interval']))})"
+    return f"{number(value)} ({' to '.join(map(number, held['interval']))})"
