@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-DURATIONS = (10, 12) * 4 + (14, 16, 18, 20) * 2 + (25, 25, 40, 60)  # s, of the longest log
+DURATIONS = (10, 12) * 11 + (14, 16, 18, 20) * 3 + (25,) * 4 + (40, 60)  # s, of the longest log
 
 
 @dataclass(frozen=True, eq=False)
