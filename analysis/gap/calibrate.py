@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.verdict import Calibration, weighed
 from clie_blocks.output import progress, run_main, to_json, write
 
 SCHEMA_VERSION = 2
-LEARNED = ("sharpness", "price", "second", "unexplained_share", "structure")
+LEARNED = ("sharpness", "price", "second", "misfit", "unexplained_share")
 LOOSENESS = 0.7  # how far a number may leave its hand-set value, in factors e at one sigma
 FOLDS = 5
 LEAST = 1e-3  # probability below which being wrong costs no more

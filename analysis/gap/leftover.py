@@ -7,12 +7,12 @@ was not fitted to, something is there that the hypothesis does not hold.
 import numpy as np
 
 from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.noise import decimated, white
-from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.noise import decimated, decimation, white
+from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
 
 BUMPS = 10  # over the range of a signal
-RIDGES = 1e-6, 1e-4, 1e-2  # on columns of size one
-FOLDS = 4  # parts of the only log
+RIDGES = 1e-6, 1e-4, 1e-2, 0.1  # on columns of size one
+FOLDS = 4  # parts of each log
 SLOW, FAST = 0.05, 5.0  # of the typical speed: what counts as turning round; range of the bumps
 
 
@@ -41,10 +41,9 @@ def structured(found, bench):
 
 
 def _gain(parts):
-    """Drop of chi^2 on each part by columns fitted to the others, summed; never negative."""
-    if len(parts) == 1:
-        (data, error), = parts
-        parts = list(zip(np.array_split(data, FOLDS), np.array_split(error, FOLDS)))
+    """Drop of chi^2 on each part by columns fitted to the others, where it is one, summed."""
+    parts = [part for data, error in parts
+             for part in zip(np.array_split(data, FOLDS), np.array_split(error, FOLDS))]
     scale = np.sqrt(sum((data**2).sum(axis=0) for data, _ in parts)) + 1e-12
     grams = [(data / scale).T @ (data / scale) for data, _ in parts]
     rights = [(data / scale).T @ error for data, error in parts]
@@ -54,7 +53,7 @@ def _gain(parts):
         for gram, right in zip(grams, rights):
             rest = sum(grams) - gram + ridge * np.eye(len(right))
             theta = np.linalg.solve(rest, sum(rights) - right)
-            drop += float(2 * theta @ right - theta @ gram @ theta)
+            drop += max(float(2 * theta @ right - theta @ gram @ theta), 0.0)
         best = max(best, drop)
     return best
 
@@ -64,8 +63,9 @@ def _columns(found, bench, j, k):
     from scipy.signal import lfilter
 
     problem, values = bench.problem, found.hypothesis.values
-    b, a = torque_sensitivity(problem.law, k, values["inertia"][k], values["damping"][k])
-    moved = decimated(lfilter(b, a, _torques(problem, j, k), axis=0), problem.period)
+    b, a = slowed(*torque_sensitivity(problem.law, k, values["inertia"][k],
+                                      values["damping"][k]), decimation(problem.period))
+    moved = lfilter(b, a, decimated(_torques(problem, j, k), problem.period), axis=0)
     return bench.projected(white(moved, bench.noises[k].whitener), j, k)
 
 

@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.noise import decimation
 from clie_blocks.analysis.gap.search import torque_columns
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
 
-LEAST, MOST = 3.0, 10.0  # orders looked for: per turn of the joint, and of the motor
+LEAST, MOST = 3.0, 10.0  # orders looked for: over the travel (less is a spring), per motor turn
 ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
 TRIED = 6  # lines of the spectrum that are fitted
 SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
@@ -48,7 +48,8 @@ def _lines(bench, base, errors, k):
     top = max(MOST * problem.gear_ratio[k], ENOUGH)
     width = np.pi / (2.0 * top)  # of a class of pose
     start = min(log.q[:, k].min() for log in problem.fit)
-    classes = int((max(log.q[:, k].max() for log in problem.fit) - start) / width) + 1
+    travel = max(log.q[:, k].max() for log in problem.fit) - start
+    classes = int(travel / width) + 1
     room = 1 << int(np.ceil(np.log2(8 * classes + 64)))
     orders = 2 * np.pi * np.arange(room // 2) / (room * width)
     product, square = 0.0, 0.0
@@ -58,7 +59,7 @@ def _lines(bench, base, errors, k):
         product = product + np.fft.fft(np.bincount(place, back, room))[:room // 2]
         square = square + _power(bench, base, log, k, orders)
     score = np.abs(product) ** 2 / (square + 1e-3 * np.max(square))
-    score[(orders < LEAST) | (orders > top)] = 0.0
+    score[(orders < LEAST / (travel + width)) | (orders > top)] = 0.0
     return _peaks(orders, score, room // classes)
 
 

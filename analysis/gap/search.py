@@ -9,12 +9,12 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.links import tip_load_torque
-from clie_blocks.analysis.gap.noise import RATE, decimated, white
-from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.noise import RATE, decimated, decimation, white
+from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
 
 PADDED = 1 << 16
 SPACING = 1.0  # s between the moments that are tried first
-FINE = 0.04  # s, then, for the kinds of fault that do best
+FINE = 0.04, 4e-3  # s, then, for the kinds of fault that do best
 LEADING = 0.3  # of the best kind's drop
 EDGE = 1.0  # s at both ends of a log where no fault is looked for
 NEVER = 1e9
@@ -80,11 +80,12 @@ def faults(bench, base, errors, causes):
         As in `periodic`; the moment may differ between logs, the size does not.
 
     """
-    problem = bench.problem
+    problem, at = bench.problem, base.hypothesis
+    motion = [at.positions(j, [at.values])[0].T for j in range(len(problem.logs))]
     found = []
     for cause in STEP_FAULT:
         if cause in causes and (problem.chain.known or not cause.needs_links):
-            courses = [_course(cause.variant, bench, base, j) for j in range(len(problem.logs))]
+            courses = [_course(cause.variant, problem, q) for q in motion]
             moments = [[np.arange(EDGE, len(log) * problem.period - EDGE, SPACING)
                         for log in problem.logs] for _ in range(problem.n)]
             found.append((courses, *_fault(bench, base, errors, cause, courses, moments)))
@@ -94,10 +95,12 @@ def faults(bench, base, errors, causes):
 
 
 def _refined(bench, base, errors, courses, member, drop):
-    onset = member.values["onset"]
-    moments = [[np.arange(at - SPACING, at + SPACING, FINE) if at < NEVER else np.array([EDGE])
-                for at in onset[:, k]] for k in range(bench.problem.n)]
-    return _fault(bench, base, errors, member.cause, courses, moments)
+    """The same fault with its moments found more and more finely."""
+    for wide, fine in zip((SPACING, *FINE), FINE):
+        moments = [[np.arange(at - wide, at + wide, fine) if at < NEVER else np.array([EDGE])
+                    for at in member.values["onset"][:, k]] for k in range(bench.problem.n)]
+        member, drop = _fault(bench, base, errors, member.cause, courses, moments)
+    return member, drop
 
 
 def _fault(bench, base, errors, cause, courses, moments):
@@ -123,10 +126,8 @@ def _scans(bench, base, errors, courses, joints, moments):
         for j, tried in enumerate(moments)]
 
 
-def _course(variant, bench, base, j):
+def _course(variant, problem, q):
     """Torque of a unit fault that lasts the whole log, (N, n)."""
-    problem = bench.problem
-    q, _ = base.hypothesis.simulator.run(problem.logs[j], base.hypothesis.of_log(j))
     if variant == "torque":
         return np.ones_like(q)
     dq = np.gradient(q, problem.period, axis=0)
@@ -140,9 +141,17 @@ def _course(variant, bench, base, j):
 
 def _scan(bench, base, error, j, k, course, moments):
     """Projections of an error on the fault from each moment on: its product and its square."""
-    time = bench.problem.period * np.arange(len(course))
-    torque = np.where(time[:, None] >= moments, course[:, None], 0.0)
-    data = torque_columns(bench, base, j, k, torque)
+    from scipy.signal import lfilter
+
+    problem, values = bench.problem, base.hypothesis.values
+    width = decimation(problem.period)
+    torque = decimated(course, problem.period)[:, None]
+    ends = np.arange(1, len(torque) + 1)[:, None]
+    left = np.clip(ends - moments / (width * problem.period), 0.0, 1.0)  # of the block
+    b, a = slowed(*torque_sensitivity(problem.law, k, values["inertia"][k], values["damping"][k]),
+                  width)
+    data = bench.projected(white(-lfilter(b, a, left * torque, axis=0),
+                                 bench.noises[k].whitener), j, k)
     return data.T @ error, (data**2).sum(axis=0)
 
 

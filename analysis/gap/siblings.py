@@ -1,7 +1,7 @@
 """Causes that look alike: when one of them leads, the others are fitted as well.
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
-frequency; on a narrow motion a spring is a weight.  A ranking that holds one of them without the
+frequency; a ripple of low order is a spring.  A ranking that holds one of them without the
 other says less than the log does.
 """
 
@@ -10,7 +10,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.candidates import Candidate
-from clie_blocks.analysis.gap.causes import drive, friction
+from clie_blocks.analysis.gap.causes import drive, friction, load
 from clie_blocks.analysis.gap.hypothesis import Member
 
 TIMES = {"actuator_lag": drive.TIME_DELAY, "time_delay": drive.ACTUATOR_LAG}
@@ -61,6 +61,10 @@ def _alike(member):
     values, name = member.values, member.cause.name
     if name in TIMES:
         return [Member(TIMES[name], member.joints, values, member.sizes)]
+    if name == "torque_ripple":
+        steep = values["order"] * np.hypot(values["sine"], values["cosine"]) + 1e-12
+        return [Member(load.SPRING, member.joints, {"stiffness": 0.1 * steep},
+                       {"stiffness": steep})]
     if name not in DRY or member.cause.variant == "viscous":
         return []
     level = (values["level"] if "level" in values

@@ -117,7 +117,7 @@ def stopped(dq, own, cross, limits, h):
         for k in range(n):
             left = alone[k] * dq[k] - _sum(share[k][j] * impulse[j] for j in range(n) if j != k)
             impulse[k] = np.clip(left, -h * backward[k], h * forward[k])
-    return np.array([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
+    return np.stack([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
                      for k in range(n)])
 
 

@@ -46,6 +46,9 @@ class Calibration:
         Least excess per sample that counts as unexplained.
     structure : float
         Nats that a free torque of pose, speed and load costs, as what something unknown does.
+    slack : float
+        Share of the whole excess that a free torque may explain beside a right cause: a real
+        machine holds more than its main cause.
     parametric : float
         Nats that a joint model outside its datasheet costs, against an effect that explains it.
     lapse : float
@@ -55,7 +58,7 @@ class Calibration:
 
     sharpness: float = 6.0
     floor: float = 0.05
-    misfit: float = 0.001
+    misfit: float = 2e-4
     price: float = 2.0
     second: float = 1.5
     share: float = 0.01
@@ -63,7 +66,8 @@ class Calibration:
     healthy: float = 0.5
     unexplained_share: float = 0.2
     unexplained_least: float = 2.0
-    structure: float = 6.0
+    structure: float = 8.0
+    slack: float = 0.03
     parametric: float = 2.0
     lapse: float = 0.01
 
@@ -161,8 +165,10 @@ def _unknown(table, score, known, c):
     if table.free:
         best = min(table.rows, key=lambda row: row.excess)
         costs = 0.0, _cost(best, known, table.nothing, c)
-        ways += [(left, score(left) - c.structure - cost)
-                 for left, cost in zip(table.free, costs)]
+        slack = c.floor + c.slack * table.nothing
+        ways += [(free, score(best.excess) - c.structure - cost
+                  + c.sharpness * np.log((best.excess + slack) / (max(free, 0.0) + slack)))
+                 for free, cost in zip(table.free, costs)]
     return max(ways, key=lambda way: way[1])
 
 

@@ -75,10 +75,11 @@ def _ripple(s, z, p):
 
 
 def _ripple_probes(scene):
-    """Orders from 3 per turn up, close enough for the travel, and the motor's harmonics."""
+    """Orders from half a wave over the travel up, and the motor's harmonics."""
     ratio = scene.problem.gear_ratio
     step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
-    orders = [order + 0 * ratio for order in np.arange(3.0, 48.0, step)]
+    least = max(3.0, 3.0 / scene.travel.max())
+    orders = [order + 0 * ratio for order in np.arange(least, max(48.0, 2 * least), step)]
     orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8) if multiple]
     size = scene.small_torque()
     return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"),

@@ -1,0 +1,50 @@
+"""From evidence to probabilities: what must lead, and what a set must hold."""
+
+import pytest
+
+from clie_blocks.analysis.gap.evidence import Row, Table
+from clie_blocks.analysis.gap.verdict import (
+    Calibration,
+    marginals,
+    set_90,
+    verdict,
+    weighed,
+)
+
+
+def weigh(nothing, *rows, stray=0.0, strayed=0, free=()):
+    rows = [Row(tuple(names.split("+")), left, numbers) for names, left, numbers in rows]
+    return weighed(Table(nothing, stray, strayed, free, rows), Calibration())
+
+
+@pytest.mark.parametrize("said, ranking", [
+    ("none", weigh(0.05)),
+    ("effect", weigh(100.0, ("coulomb", 0.02, 1), ("spring", 60.0, 1))),
+    ("unexplained", weigh(100.0, ("coulomb", 70.0, 1), ("spring", 60.0, 1))),
+    ("parametric", weigh(10.0, ("payload", 4.0, 1), stray=9.99, strayed=2))])
+def test_each_verdict(said, ranking):
+    assert verdict(ranking) == said
+    assert sum(standing.probability for standing in ranking) == pytest.approx(1.0)
+
+
+def test_a_wrong_controller_is_an_effect_however_healthy_the_robot():
+    assert verdict(weigh(0.05), established=True) == "effect"
+
+
+def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_something_unknown():
+    rows = ("spring", 8.0, 1), ("torque_ripple", 9.0, 3)
+    assert verdict(weigh(100.0, *rows)) == "effect"
+    assert verdict(weigh(100.0, *rows, free=(90.0, 7.9))) == "effect"
+    assert verdict(weigh(100.0, *rows, free=(0.3, 7.9))) == "unexplained"
+
+
+def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_its_place():
+    ranking = weigh(100.0, ("coulomb", 0.02, 1), ("stribeck", 0.02, 1),
+                    ("coulomb+spring", 0.019, 2))
+    assert set(set_90(ranking)) == {"coulomb", "stribeck"}
+    assert marginals(ranking)["spring"] < 0.1
+
+
+def test_two_causes_lead_where_one_leaves_much():
+    ranking = weigh(100.0, ("coulomb", 20.0, 1), ("spring", 70.0, 1), ("coulomb+spring", 0.02, 2))
+    assert ranking[0].names == ("coulomb", "spring")
