@@ -1,0 +1,240 @@
+"""What a diagnosis costs: seconds per stage, against samples and effects, memory, and a peer.
+
+    python benchmarks/diagnosis.py            writes docs/diagnosis_speed.md
+    python benchmarks/diagnosis.py -o FILE
+
+Every diagnosis is a process of its own on one core, from start-up to answer.
+"""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import arm
+import numpy as np
+from timing import markdown
+
+from clie_blocks.output import run_main, write
+
+SECONDS = 30.0
+ONE_CORE = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+STAGES = {
+    "controller_check": "controller check", "baseline": "baseline", "screen": "screening",
+    "singles": "singles: times, orders, joints", "pairs": "pairs", "rescreened": "screening again",
+    "race": "fits by simulation", "pruned": "idle joints left out",
+    "structured": "test of the leftover", "shrinkage": "shrinkage", "where": "where",
+    "next_experiment": "next experiment"}
+
+
+class Stopwatch:
+    """Times of the stages of a diagnosis, each without the stages that it calls."""
+
+    def __init__(self):
+        self.seconds, self._inner = {}, [0.0]
+
+    def watched(self, name, stage):
+        """Return a stage that adds its time under a name."""
+        def run(*args, **kwargs):
+            start = time.process_time()
+            self._inner.append(0.0)
+            result = stage(*args, **kwargs)
+            whole, inner = time.process_time() - start, self._inner.pop()
+            self._inner[-1] += whole
+            self.seconds[name] = self.seconds.get(name, 0.0) + whole - inner
+            return result
+        return run
+
+
+def diagnose(folder, share=1.0):
+    """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
+    import resource
+
+    from clie_blocks.analysis.gap import pipeline, trials
+    from clie_blocks.analysis.gap.causes import CAUSES
+
+    watch = Stopwatch()
+    for name, said in STAGES.items():
+        setattr(pipeline, name, watch.watched(said, getattr(pipeline, name)))
+    names = sorted({cause.name for cause in CAUSES})
+    started = time.process_time()
+    robot, records = watch.watched("reading", trials.read)(trials.Trial("arm", (str(folder),)))
+    found = pipeline.diagnose(robot, records, effects=names[::round(1 / share)])
+    return {"start-up": started, "stages": watch.seconds, "seconds": time.process_time(),
+            "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+            "answer": " + ".join(found.ranking[0].names)}
+
+
+def apart(folder, share=1.0, cache=None):
+    """Return what `diagnose` says in a process of its own."""
+    code = (f"import json, diagnosis; from pathlib import Path; "
+            f"print(json.dumps(diagnosis.diagnose(Path({str(folder)!r}), {share})))")
+    surroundings = {**os.environ, **ONE_CORE}
+    if cache:
+        surroundings["CLIE_BLOCKS_CACHE"] = str(cache)
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], env=surroundings,
+                          cwd=Path(__file__).parent, check=True, capture_output=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def stages(folder, seconds):
+    """Return a table of the stages of three kinds of robot, and the least memory they need."""
+    found, programs = {}, folder / "programs"
+    for fault in arm.FAULTS:
+        place = folder / fault.replace(" ", "-")
+        place.mkdir()
+        arm.write_trial(place, seconds, fault)
+        found[fault] = apart(place, cache=programs), apart(place, cache=programs)
+    rows = [["first run ever", *(f"{cold['seconds']:.1f}" for cold, _ in found.values())],
+            ["**every further run**", *(f"**{warm['seconds']:.1f}**"
+                                        for _, warm in found.values())],
+            ["start-up", *(f"{warm['start-up']:.2f}" for _, warm in found.values())]]
+    for name in ["reading", *STAGES.values()]:
+        rows.append([name, *(f"{warm['stages'].get(name, 0.0):.2f}"
+                             for _, warm in found.values())])
+    rows += [["peak memory, MB", *(f"{warm['memory']:.0f}" for _, warm in found.values())],
+             ["answer", *(warm["answer"] for _, warm in found.values())]]
+    return markdown(["seconds of the processor", *arm.FAULTS], rows)
+
+
+def growth(folder, seconds, fault="one effect"):
+    """Return a table of seconds and memory against samples, and against effects."""
+    rows = []
+    for times, share in ((1, 1.0), (2, 1.0), (4, 1.0), (1, 0.5)):
+        place = folder / f"times-{times}"
+        if not place.is_dir():
+            place.mkdir()
+            arm.write_trial(place, times * seconds, fault)
+        found = apart(place, share, folder / "programs")
+        work = found["seconds"] - found["start-up"]
+        rows.append([f"3 x {times * seconds:g} s", "all" if share == 1 else f"{share:.0%}",
+                     f"{found['seconds']:.1f}", f"{work:.1f}", f"{work / times:.1f}",
+                     f"{found['memory']:.0f}"])
+    return markdown(["logs", "effects", "s", "s without start-up", "the same per 3 x "
+                     f"{seconds:g} s", "peak memory, MB"], rows)
+
+
+def peer(folder, seconds):
+    """Return a table: the joint model alone, fitted by us and by python-control with scipy."""
+    from clie_blocks.analysis.gap import trials
+    from clie_blocks.analysis.gap.baseline import baseline
+    from clie_blocks.analysis.gap.hypothesis import hypothesis
+    from clie_blocks.analysis.gap.problem import problem
+
+    place = folder / "peer"
+    place.mkdir()
+    arm.write_trial(place, seconds, "one effect")
+    asked = problem(*trials.read(trials.Trial("arm", (str(place),))))
+    baseline(asked)
+    start = time.process_time()
+    baseline(asked)
+    ours = time.process_time() - start
+    start = time.process_time()
+    found = python_control_fit(asked, hypothesis(asked, ()))
+    theirs = time.process_time() - start
+    return markdown([f"fit of the joint model, logs of {seconds:g} s", "s"],
+                    [["input_output_response with least_squares, two logs", f"{theirs:.1f}"],
+                     ["ours, twice, with the noise model, judged on the third log", f"{ours:.3f}"],
+                     ["ratio", f"{theirs / ours:,.0f}"],
+                     ["simulations of the peer", found.nfev + found.njev * len(found.x)]])
+
+
+def python_control_fit(asked, at):
+    """Closed-loop output error of the joint model with python-control's own runner."""
+    from scipy.optimize import least_squares
+
+    names = "inertia", "damping", "load"
+    size = np.concatenate([np.maximum(np.abs(at.values[name]), 0.1) for name in names])
+
+    def error(x):
+        values = dict(zip(names, (x * size).reshape(3, -1)))
+        return np.concatenate([simulated(at, log, values) - log.q.T
+                               for log in asked.fit], axis=1).ravel() / arm.NOISE
+
+    start = np.concatenate([at.values[name] for name in names]) / size
+    return least_squares(error, start, max_nfev=5)
+
+
+def simulated(at, log, values):
+    """Return the positions (n, N) that python-control's own runner gives for a log."""
+    import control as ct
+
+    block, n = at.simulator.block, at.problem.n
+    time = at.problem.period * np.arange(len(log))
+    still = np.zeros((n, len(log)))
+    start = np.zeros(block.nstates)
+    start[at.simulator.layout["q"][0]] = log.start
+    return ct.input_output_response(
+        block, time, np.vstack([log.q_d.T, log.pe.T, still]), start,
+        params={**at.of_log(0), **values, "start": log.start, "first": still[:, 0]}).outputs[:n]
+
+
+def document(seconds=SECONDS, peer_seconds=1.0):
+    """Return the page."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        parts = [stages(folder, seconds), growth(folder, seconds / 2), peer(folder, peer_seconds)]
+    return PAGE.format(seconds=seconds, rate=arm.RATE, stages=parts[0], growth=parts[1],
+                       peer=parts[2], machine=_processor(), python=platform.python_version())
+
+
+def _processor():
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.machine()
+
+
+PAGE = """\
+# What a diagnosis costs
+
+Written by `python benchmarks/diagnosis.py`; do not edit.
+
+A two-link arm with known gravity and coupling, three logs of {seconds:g} s at {rate} Hz, the whole
+library.  Each diagnosis is a process of its own on one core of {machine}, Python {python}; seconds
+are those of the processor, from start-up to answer.  The logs come from the diagnosis' own
+simulator, so they say nothing of its accuracy.
+
+## Stages
+
+{stages}
+
+The first run compiles the programs of the hypotheses; later runs read them from the disk.  Fits by
+simulation are most of the time: a robot that no library effect explains goes through pairs and
+triples before the diagnosis says so.
+
+## Samples, effects and memory
+
+{growth}
+
+Half of the effects is every other name of the library; a diagnosis fits the best eight of them
+whatever their number, so that only the screening shrinks.
+
+## A peer
+
+The same sampled loop, joint model alone, with python-control's `input_output_response` inside
+scipy's `least_squares`, held to five evaluations of the Jacobian.
+
+{peer}
+"""
+
+
+def main(argv=None):
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    default = Path(__file__).parents[1] / "docs" / "diagnosis_speed.md"
+    parser.add_argument("-o", "--output", default=default, help="the page to write")
+    options = parser.parse_args(argv)
+    page = document()
+    write(options.output, page)
+    print(page)
+
+
+if __name__ == "__main__":
+    run_main(main)
