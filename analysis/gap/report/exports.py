@@ -1,5 +1,6 @@
 """What was found in the words of a simulator: joint side, with the names that it uses."""
 
+import math
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from clie_blocks.effects import LIBRARY
 
 SIMULATORS = ("mujoco", "gazebo", "isaac")
+SHORTEST_STEP = 1e-4  # s: of a MuJoCo model whose history buffer still holds a delay
 FROM_CHECK = {"velocity_filter_mismatch", "encoder_quantization"}
 
 
@@ -97,7 +99,7 @@ def corrected_model(diagnosis, force=1.0):
         if row["limit"] is not None:
             motor["forcerange"] = f"{-row['limit']:.6g} {row['limit']:.6g}"
         if row["delay"]:
-            motor["delay"] = row["delay"]
+            motor |= {"delay": row["delay"], "nsample": math.ceil(row["delay"] / SHORTEST_STEP)}
         lines.append(f"    <motor {_attributes(motor, motor)}/>")
     return "\n".join([*lines, "  </actuator>", *_without_a_name(diagnosis), "</mujoco>", ""])
 
