@@ -92,12 +92,16 @@ def _spread(tasks, jobs):
 
 def _answered(task):
     method, place, name = task
-    kept = place / PARTS / method.replace(" ", "-") / f"{name}.json"
+    kept = place / PARTS / _slug(method) / f"{name}.json"
     if kept.is_file():
         return json.loads(kept.read_text())
     text = to_json(_answer(method, place / TRIALS / name))
     write(kept, text)
     return json.loads(text)
+
+
+def _slug(method):
+    return method.replace(",", "").replace(" ", "-")
 
 
 def _answer(method, path):

@@ -5,6 +5,7 @@ from clie_blocks.analysis.blind.protocol import protocol
 from clie_blocks.analysis.blind.words import (
     HEADLINES,
     REACHED_WORDS,
+    SHARE,
     SLICES,
     cells,
     number,
@@ -23,7 +24,6 @@ from clie_blocks.analysis.report.document import (
 )
 from clie_blocks.analysis.report.render import save_document
 
-SHARE = ("share", "95 %", "of")  # heads of `words.cells`
 MOODS = {"yes": GOOD, "not shown": UNSURE, "no": BAD}
 
 
@@ -67,7 +67,7 @@ def document(found):
 def _targets(found):
     rows, marks = [], []
     for row in found["targets"]:
-        sign = "at least" if row["more_is_better"] else "at most"
+        sign = "\u2265" if row["more_is_better"] else "\u2264"
         measured = with_interval({"value": row["measured"], "interval": row["interval"]})
         rows.append((row["words"], f"{sign} {row['target']:g}", measured, row["reached"]))
         marks.append(MOODS[row["reached"]])
@@ -141,7 +141,7 @@ def _engines(found):
         "of the other, beside those that were set by hand. The figures rest on the tables of "
         "hypotheses alone, without what the controller check establishes. Loss: mean negative "
         "logarithm of the probability of the truth.",),
-        tables=(Table(("learned on; tested on", "loss [nats]", "right first",
+        tables=(Table(("learned on; tested on", "loss [nats]", "right first %",
                        "calibration error"), rows),)),)
 
 
@@ -150,12 +150,12 @@ def _compared(found):
         return ()
     rows = found["compared"]
     tables = (
-        _methods(rows, ("right first", "among three", "right joint"), lambda row: (
+        _methods(rows, ("right first %", "among three %", "right joint %"), lambda row: (
             short(row["top_1"]), short(row["top_3"]), short(row["joint"]))),
-        _methods(rows, ("both of a pair lead", "false alarm", "unknown found"), lambda row: (
+        _methods(rows, ("both of a pair lead %", "false alarm %", "unknown found %"), lambda row: (
             short(row["pair_all_in_top_2"]), short(row["false_alarm"]),
             short(row["unknown_detected"]))),
-        _methods(rows, ("calibration error", "gap over true model's", "seconds"), lambda row: (
+        _methods(rows, ("calibration error", "gap over true model's", "time [s]"), lambda row: (
             with_interval(row["ece"]), with_interval(row["against_true_model"]),
             number(row["seconds"]["median"]))))
     picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),

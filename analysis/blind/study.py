@@ -116,13 +116,17 @@ def leave_out(folder, labels, jobs=1, most=None):
         Answers by trial; the right one is "unknown".
 
     """
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
     from clie_blocks.analysis.gap import trials
 
     folder, answers = Path(folder), {}
-    for effect, names in chosen(labels, most).items():
-        found = trials.find_trials([folder / TRIALS / name for name in names])
-        answers |= trials.diagnose_all(found, trials.Options(exclude=(effect,)), jobs,
-                                       folder / f"{LEFT_OUT}.parts")
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        for effect, names in chosen(labels, most).items():
+            found = trials.find_trials([folder / TRIALS / name for name in names])
+            answers |= trials.diagnose_all(found, trials.Options(exclude=(effect,)),
+                                           folder=folder / f"{LEFT_OUT}.parts", executor=pool)
     text = to_json(dict(sorted(answers.items())))
     write(folder / LEFT_OUT, text)
     return json.loads(text)

@@ -27,6 +27,8 @@ HEADLINES = {
 SLICES = {"by_size": "size (ratio to the noise floor 1.5, 4, 10)", "by_robot": "robot",
           "by_gear": "gear ratio", "by_excitation": "excitation of the fitted logs",
           "by_effect": "effect"}
+TO = "\u2013\u2060"  # between two numbers, never at the end of a line
+SHARE = ("%", "95 %", "of")  # heads of `cells`
 REACHED_WORDS = (
     "\"Yes\": the measured figure is as good as the target. \"Not shown\": it is worse, but the "
     "target lies within its interval. \"No\": even the interval does not reach the target.")
@@ -42,16 +44,16 @@ def percent(share):
 
 
 def cells(share):
-    """A rate as three cells: share, interval, count."""
+    """A rate as three cells, see `SHARE`."""
     if not share["of"]:
         return "-", "-", "0"
     low, high = share["interval"]
-    return (f"{100 * share['rate']:.0f} %", f"{100 * low:.0f} to {100 * high:.0f} %",
-            f"{share['hits']} of {share['of']}")
+    return (f"{100 * share['rate']:.0f}", f"{100 * low:.0f}{TO}{100 * high:.0f}",
+            f"{share['hits']}/{share['of']}")
 
 
 def short(share):
-    """A rate as short text, with its interval."""
+    """A rate in percent as short text, with its interval."""
     return "-" if not share["of"] else "{} ({})".format(*cells(share)[:2])
 
 
@@ -65,4 +67,5 @@ def with_interval(held):
     value = held["median"] if "median" in held else held["value"]
     if value is None:
         return "-"
-    return f"{number(value)} ({' to '.join(map(number, held['interval']))})"
+    low, high = held["interval"]
+    return f"{value:.2f} ({low:.2f} to {high:.2f})"

@@ -1,0 +1,78 @@
+"""The scoreboard in a headless browser, with every section that it can have."""
+
+import re
+import shutil
+import subprocess
+from html import escape
+from pathlib import Path
+
+import pytest
+
+from clie_blocks.analysis.blind import compare, left_out
+from clie_blocks.analysis.blind.page import save_page
+from clie_blocks.analysis.blind.rates import figure, rate
+from clie_blocks.analysis.blind.score import score
+from clie_blocks.analysis.blind.targets import judged
+
+PHONE = 390
+
+
+def trials(count):
+    """Robots of all kinds with right answers, some with a wrong one."""
+    label = {"severity": "strong", "ratio": 9.0, "robot": "arm of 6", "gear_ratios": [100.0],
+             "excitations": ["chirp", "steps", "other"],
+             "gap": {"nominal": 4e-4, "true_model": 1e-4, "achievable_reduction": 0.75}}
+    names = ("load_dependent_friction", "velocity_filter_mismatch", "encoder_eccentricity")
+    labels, answers = {}, {}
+    for i in range(count):
+        name, said = names[i % 3], names[i % 3 if i % 5 else (i + 1) % 3]
+        labels[f"{41 + i % 2}/trial-{i:03d}"] = {
+            **label, "kind": "single", "labels": [name],
+            "effects": [{"effect": name, "joints": [1]}]}
+        answers[f"{41 + i % 2}/trial-{i:03d}"] = {
+            "effects": [{"effect": said, "joint": [1], "probability": 0.95}],
+            "set_90": [said], "unexplained": False, "gap_before": 4e-4, "gap_after": 1e-4,
+            "seconds": 3.0}
+    return answers, labels
+
+
+@pytest.fixture
+def page(tmp_path):
+    answers, labels = trials(60)
+    found = {"seeds": [41, 42], "command": "clie blind --trials 30 --seed 41 42 --baselines",
+             **score(answers, labels)}
+    found |= {"targets": judged(found), **left_out.scored(answers, labels),
+              "compared": [compare.row(name, answers, labels)
+                           for name in (compare.FULL, "no sensitivity filter")],
+              "engines": [{"learned_on": "own_robots", "tested_on": "MuJoCo", "robots": 60,
+                           "loss": figure([0.1, 0.2], max), "top_1": rate([True, False]),
+                           "ece": figure([0.1, 0.2], max)}]}
+    return Path(save_page(found, tmp_path)).read_text()
+
+
+def test_page_has_every_section_and_needs_no_network(page):
+    for title in ("Target and measured", "How honest, how far", "Confusions", "By gear ratio",
+                  "Each effect taken out of the library", "other methods reach", "Protocol",
+                  "Calibrated on one engine, tested on the other", "Not right"):
+        assert title in page
+    assert len(page) < 2_000_000 and not re.search(r'(src|href)="(?!#|data:)', page)
+    assert not re.search(r">(None|nan)\b", page)
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_page_fits_a_phone(page, tmp_path):
+    host = tmp_path / "host.html"
+    host.write_text(
+        f'<!doctype html><body><iframe id="f" width="{PHONE}" height="800" style="border:0" '
+        f'srcdoc="{escape(page)}"></iframe><script>onload = () => {{'
+        'const root = document.getElementById("f").contentDocument.documentElement;'
+        'document.body.dataset.width = root.scrollWidth;'
+        'const wide = [...root.querySelectorAll(".wide")].filter('
+        'box => box.scrollWidth > box.clientWidth + 1);'
+        'document.body.dataset.wide = wide.length;}</script>')
+    run = subprocess.run(
+        ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+         f"--user-data-dir={tmp_path / 'profile'}", host.as_uri()],
+        capture_output=True, text=True, timeout=60, check=True)
+    assert 0 < int(re.search(r'data-width="(\d+)"', run.stdout)[1]) <= PHONE
+    assert int(re.search(r'data-wide="(\d+)"', run.stdout)[1]) <= 2  # lists of single trials
