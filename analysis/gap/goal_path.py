@@ -1,10 +1,14 @@
 """From goal to motion of a servo whose law is unknown: dead time, and how it divides.
 
-A second-order servo reaches 5 % of a step some time after the goal even without any delay; the
-fit of lag and delay together says how much of that time is delay.
+A servo reaches 5 % of a step some time after the goal even without any delay, and dry friction
+makes it later still.  So lag, delay and friction are fitted together, and each is left out in
+turn: a late set-point shifts the whole motion, friction holds it back where it starts and turns.
+
+    ddq = w^2 (goal(t - T) + offset - q - f) - 2 D w dq,   |f| <= level, f against the motion
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -14,6 +18,13 @@ REACHED = 0.05  # of a step
 FINE = 10  # steps of the fitted servo per sample of the log
 SETTLE = 50  # samples after the start that are not judged
 STARTS = (15.0, 40.0)  # rad/s
+NUMBERS = ("frequency", "damping_ratio", "offset", "delay", "level")
+FIRST = {"damping_ratio": 1.0, "offset": 0.0, "level": 2e-3}
+SCALE = (5.0, 0.2, 0.01, 0.01, 2e-3)
+BOUNDS = {"frequency": (1.0, 300.0), "damping_ratio": (0.2, 5.0), "offset": (-1.0, 1.0),
+          "delay": (0.0, 0.3), "level": (0.0, 0.5)}
+EXPLAINED_BY = {"lag": (), "setpoint_delay": ("delay",), "coulomb": ("level",),
+                "both": ("delay", "level")}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +40,9 @@ class GoalPath:
     offset : float
         Constant error [rad].
     delay : float
-        Pure delay of goal and reading [s].
+        Pure delay of goal and reading together [s].
+    level : float
+        Dry friction, as the position error that just moves the servo [rad].
     left : float
         RMS of what this does not explain [rad].
 
@@ -39,6 +52,7 @@ class GoalPath:
     damping_ratio: float
     offset: float
     delay: float
+    level: float
     left: float
 
 
@@ -68,8 +82,8 @@ def dead_times(record, k, least=0.05, rest=5):
     return np.array(found)
 
 
-def goal_path(record, k, delayed=True):
-    """Fit lag and delay of a servo; without delay for comparison.
+def goal_path(record, k, causes=("delay",)):
+    """Fit the path from goal to motion of one joint.
 
     Parameters
     ----------
@@ -77,8 +91,8 @@ def goal_path(record, k, delayed=True):
         With goals qd and positions q on an even clock.
     k : int
         Joint.
-    delayed : bool
-        Whether a delay is fitted, too.
+    causes : sequence of str
+        What there is beside the lag: ``delay``, ``level``.
 
     Raises
     ------
@@ -92,26 +106,80 @@ def goal_path(record, k, delayed=True):
     if np.ptp(goal) == 0.0:
         raise NotIdentifiableError(f"{record.source}: the goal of {record.joints[k]} never moves, "
                                    "so that its path cannot be told")
+    free = [name for name in NUMBERS if name in (*NUMBERS[:3], *causes)]
+
+    def numbers(p):
+        return {"delay": 0.0, "level": 0.0, **dict(zip(free, map(float, p), strict=True))}
 
     def error(p):
-        delay = p[3] if delayed else 0.0
-        return (followed(goal, q[0], period, *p[:3], delay) - q)[SETTLE:]
+        return (followed(goal, q[0], period, **numbers(p)) - q)[SETTLE:]
 
-    fits = [least_squares(error, (start, 1.0, 0.0, period), x_scale=(5.0, 0.2, 0.01, 0.01),
-                          bounds=((1.0, 0.2, -1.0, 0.0), (300.0, 5.0, 1.0, 0.3)), max_nfev=60)
-            for start in STARTS]
+    low, high = np.transpose([BOUNDS[name] for name in free])
+    first = FIRST | {"delay": period}
+    fits = [least_squares(error, [(first | {"frequency": start})[name] for name in free],
+                          x_scale=[SCALE[NUMBERS.index(name)] for name in free],
+                          bounds=(low, high), max_nfev=60) for start in STARTS]
     best = min(fits, key=lambda fit: fit.cost)
-    *numbers, delay = map(float, best.x)
-    return GoalPath(*numbers, delay if delayed else 0.0,
-                    float(np.sqrt(np.mean(best.fun**2))))
+    return GoalPath(**numbers(best.x), left=float(np.sqrt(np.mean(best.fun**2))))
 
 
-def followed(goal, start, period, frequency, damping_ratio, offset, delay):
-    """Position of a second-order servo that holds each goal, and is read late, shape (N,)."""
-    from scipy.signal import cont2discrete, lfilter
+def explained(fitted, judged, k):
+    """RMS error on a log that was not used, by what the servo is said to have beside its lag.
+
+    Parameters
+    ----------
+    fitted, judged : Record
+        Log to fit on, and log to judge on.
+    k : int
+        Joint.
+
+    Returns
+    -------
+    dict
+        ``lag``, ``setpoint_delay``, ``coulomb``, ``both`` -> (GoalPath, RMS on `judged` [rad]).
+
+    """
+    found = {}
+    for name, causes in EXPLAINED_BY.items():
+        path = goal_path(fitted, k, causes)
+        numbers = {number: getattr(path, number) for number in NUMBERS}
+        error = followed(judged.qd[:, k], judged.q[0, k], judged.sample_time, **numbers)
+        found[name] = path, float(np.std((error - judged.q[:, k])[SETTLE:]))
+    return found
+
+
+def followed(goal, start, period, frequency, damping_ratio, offset, delay, level=0.0):
+    """Position of a servo that holds each goal and is read late, shape (N,)."""
+    from scipy.signal import cont2discrete
 
     step = period / FINE
-    b, a, _ = cont2discrete(
-        ([frequency**2], [1.0, 2 * damping_ratio * frequency, frequency**2]), step, "zoh")
-    fine = lfilter(b.ravel(), a, np.repeat(goal, FINE) - start) + start + offset
-    return np.interp(period * np.arange(len(goal)) - delay, step * np.arange(fine.size), fine)
+    rates = np.array([[0.0, 1.0], [-frequency**2, -2 * damping_ratio * frequency]])
+    drive = np.array([[0.0], [frequency**2]])
+    a, b, *_ = cont2discrete((rates, drive, np.eye(2), 0 * drive), step, "zoh")
+    pulled = np.repeat(goal, FINE) + offset - start
+    fine = start + np.asarray(_servo().run(
+        pulled.size, inputs={"goal": pulled[:, None]}, initial_state=np.zeros(2),
+        params={"a": a, "b": b[:, 0], "level": np.array(level)}).outputs).ravel()[:pulled.size]
+    time = step * np.arange(fine.size)
+    return np.interp(period * np.arange(len(goal)) - delay, time, fine)
+
+
+@functools.cache
+def _servo():
+    """Compiled step of the servo, held by dry friction where that can hold it."""
+    import control as ct
+
+    from clie_blocks.compiled import compile_diagram
+
+    def update(t, x, u, params):
+        (a_qq, a_qv), (a_vq, a_vv) = params["a"]
+        b_q, b_v = params["b"]
+        q, dq = x
+        free = a_vq * q + a_vv * dq + b_v * u[0]
+        held = np.clip(free / b_v, -params["level"], params["level"])
+        return np.array([a_qq * q + a_qv * dq + b_q * (u[0] - held), free - b_v * held])
+
+    return compile_diagram(ct.nlsys(
+        update, lambda t, x, u, params: x[:1], name="servo", dt=1.0, inputs=["goal[0]"],
+        outputs=["q[0]"], states=["q", "dq"],
+        params={"a": np.eye(2), "b": np.ones(2), "level": np.array(0.1)}))

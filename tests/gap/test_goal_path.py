@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import dead_times, followed, goal_path
+from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 
@@ -27,7 +27,7 @@ def test_a_known_servo_is_found(goal):
     assert found.damping_ratio == pytest.approx(1.2, rel=0.03)
     assert found.delay == pytest.approx(0.035, abs=1e-3)
     assert found.left == pytest.approx(1e-3, rel=0.1)
-    assert goal_path(record(goal, q), 0, delayed=False).left > 3 * found.left
+    assert goal_path(record(goal, q), 0, ()).left > 3 * found.left
 
 
 def test_dead_time_counts_lag_and_delay(goal):
@@ -40,3 +40,39 @@ def test_dead_time_counts_lag_and_delay(goal):
 def test_a_goal_at_rest_tells_nothing(goal):
     with pytest.raises(NotIdentifiableError, match="never moves"):
         goal_path(record(0 * goal, goal), 0)
+
+
+def second_route(goal, delay, level, period=PERIOD, fine=200):
+    """The same servo by plain small steps: held while friction can hold it."""
+    h, q, dq, frequency, damping = period / fine, goal[0], 0.0, 25.0, 1.2
+    late, out = round(delay / h), []
+    for i in range(len(goal) * fine):
+        if i % fine == 0:
+            out.append(q)
+        pull = frequency**2 * (goal[max(i - late, 0) // fine] - q) - 2 * damping * frequency * dq
+        free = dq + h * pull
+        hold = h * frequency**2 * level
+        dq = free - min(max(free, -hold), hold)
+        q += h * dq
+    return np.array(out)
+
+
+def test_the_servo_with_dry_friction_agrees_with_small_steps(goal):
+    mine = followed(goal[:200], goal[0], PERIOD, 25.0, 1.2, 0.0, 0.0, 0.02)
+    assert np.abs(mine - second_route(goal[:200], 0.0, 0.02)).max() < 2e-3
+
+
+@pytest.mark.parametrize("delay, level, cause", [
+    (0.03, 0.0, "setpoint_delay"), (0.0, 0.02, "coulomb"), (0.03, 0.02, "both")])
+def test_a_late_goal_and_dry_friction_are_told_apart(delay, level, cause, goal):
+    rng = np.random.default_rng(4)
+    logs = [record(moved, second_route(moved, delay, level) + rng.normal(0, 5e-4, moved.size))
+            for moved in (goal[:600], goal[800:1400])]
+    found = explained(*logs, 0)
+    path, left = found[cause]
+    assert path.delay == pytest.approx(delay, abs=1.5e-3)
+    assert path.level == pytest.approx(level, abs=1e-3)
+    assert left < 1.5e-3
+    simpler = {"setpoint_delay": ("lag", "coulomb"), "coulomb": ("lag", "setpoint_delay"),
+               "both": ("lag", "setpoint_delay", "coulomb")}[cause]
+    assert all(found[name][1] > 1.5 * left for name in simpler)

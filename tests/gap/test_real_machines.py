@@ -75,7 +75,7 @@ def test_so101_is_late_and_coarse(shared):
     motions = named(records, "prbs_excitation", "static_holding")
     late = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
             if dead_times(motion, k).size]
-    paths = [goal_path(motion, k, delayed) for motion in motions for k in (0, 4)
+    paths = [goal_path(motion, k, ("delay",) * delayed) for motion in motions for k in (0, 4)
              for delayed in (False, True)]
     print("\nSO-101: dead times", np.round(late, 3), *paths, sep="\n  ")
     assert np.median(late) == pytest.approx(0.04, abs=1e-3)  # second tick with the new goal
