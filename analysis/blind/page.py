@@ -1,6 +1,11 @@
 """The scoreboard as one page, with its pictures."""
 
-from clie_blocks.analysis.blind.plots import confusion_matrix, reliability, shares
+from clie_blocks.analysis.blind.plots import (
+    confusion_matrix,
+    reductions,
+    reliability,
+    shares,
+)
 from clie_blocks.analysis.blind.protocol import protocol
 from clie_blocks.analysis.blind.words import (
     HEADLINES,
@@ -95,11 +100,14 @@ def _honest(found):
              with_interval(found["against_true_model"])),
             ("seconds per trial, median", with_interval(found["seconds"])),
             ("seconds per trial, largest", number(found["seconds"]["largest"])))
-    picture = Picture("reliability", reliability(c["reliability"]),
-                      "Stated against observed share of right decisions, with 95 % intervals; "
-                      "beside each point the number of trials.")
+    pictures = (
+        Picture("reliability", reliability(c["reliability"]),
+                "Stated against observed share of right decisions, with 95 % intervals; beside "
+                "each point the number of trials."),
+        Picture("reductions", reductions(found["shrinkage"]["points"]),
+                "How far the gap on the unseen log shrinks, against how far it can shrink."))
     return Section("How honest, how far", tables=(Table(("figure", "value (95 %)"), rows),),
-                   pictures=(picture,))
+                   pictures=pictures)
 
 
 def _confusion(found):

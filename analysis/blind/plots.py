@@ -95,3 +95,33 @@ def shares(table):
     axes.set_xlabel("share named right")
     axes.grid(axis="x", color="0.9")
     return figure
+
+
+def reductions(points):
+    """Draw achieved against achievable reduction of the gap, one point per trial.
+
+    Parameters
+    ----------
+    points : list of (float, float, bool)
+        Achievable, achieved, and whether the diagnosis was right.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    """
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color="0.7", lw=1)
+    for right, mark, name in ((True, "o", "right"), (False, "x", "not right")):
+        found = [point[:2] for point in points if point[2] == right]
+        if found:
+            axes.plot(*zip(*found), mark, ms=4, alpha=0.7, label=f"diagnosis {name}")
+    axes.set_xlabel("reduction of the gap that the true model brings")
+    axes.set_ylabel("reduction that was achieved")
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_ylim(-0.25, 1.02)
+    if points:
+        axes.legend(loc="upper left", fontsize=8)
+    return figure

@@ -134,10 +134,12 @@ def calibration_error(points):
 
 
 def shrinkage(rows):
-    """Achieved over achievable reduction of the gap on the unseen log."""
-    return spread((1 - answer.after / answer.before) / label["gap"]["achievable_reduction"]
-                  for label, answer in rows if answer.before and answer.after is not None
-                  and label["gap"]["achievable_reduction"] > VISIBLE)
+    """Achieved over achievable reduction of the gap on the unseen log, and both for each trial."""
+    points = [(label["gap"]["achievable_reduction"], 1 - answer.after / answer.before,
+               leads(label, answer)) for label, answer in rows
+              if answer.before and answer.after is not None]
+    return {**spread(achieved / achievable for achievable, achieved, _ in points
+                     if achievable > VISIBLE), "points": points}
 
 
 def against_true(rows):
