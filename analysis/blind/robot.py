@@ -7,6 +7,7 @@ import numpy as np
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
 DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
+SAG = 0.3  # rad, at most, under the weight of the stretched links
 SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
     "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6)}
@@ -165,6 +166,8 @@ def draw_robot(rng, kind=None, gravity=None, coupling=True):
         rotor, bearing = _digits(whole / ratio**2), np.zeros(n)
     drag = _digits((damping - bearing) / ratio**2)
     speed = rng.uniform(4.0, 9.0, n) * (1.3 if gravity else 1.0)
+    if gravity:  # tuned to carry its own weight
+        speed = np.maximum(speed, np.sqrt(_weight(length, mass, com) / (SAG * whole)))
     kp = _digits(whole * speed**2 / ratio)
     kd = _digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
     return Robot(
@@ -198,6 +201,13 @@ def restated(robot, truth):
         return robot
     return replace(robot, mass=share * robot.mass, inertia=share * robot.inertia,
                    rotor=robot.rotor + (1 - share) * robot.link / robot.ratio**2)
+
+
+def _weight(length, mass, com):
+    """Weight of the stretched links at each joint [N m]."""
+    reach = np.concatenate(([0.0], np.cumsum(length)[:-1]))
+    return np.array([G * np.sum(mass[k:] * (reach[k:] - reach[k] + com[k:]))
+                     for k in range(len(mass))])
 
 
 def _digits(values):

@@ -22,6 +22,7 @@ STEEP = 1.5  # log of two neighbouring ratios that are too far apart to go betwe
 MISSED = 0.25  # relative error of the ratio of a single effect that counts as another size
 LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
 STILL = 0.02  # rad: a joint that moves less has not been excited
+TRACE = 1.1  # relative to the noise floor: what is smaller has no size
 CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
 ATTEMPTS = 20
 UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
@@ -109,6 +110,8 @@ def _attempt(rng, kind, names, severity, index):
     runs = run(robot, [numbers] * len(motions), motions, noises, seed=index)
     _accept_afflicted(motions, runs, numbers)
     label = _label(kind, hidden, found, severity, robot, motions, prediction(robot, ref, runs))
+    if hidden and label["ratio"] < TRACE and not set(names) & set(UNSEEN):
+        raise RejectedError(f"{' and '.join(names)} leaves no trace")
     return Trial(restated(robot, numbers), motions, runs, label)
 
 

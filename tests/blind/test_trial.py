@@ -18,6 +18,8 @@ from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hi
 from clie_blocks.analysis.blind.loop import run
 from clie_blocks.analysis.blind.robot import (
     NEUTRAL,
+    SAG,
+    G,
     draw_robot,
     draw_truth,
     link_inertia,
@@ -70,6 +72,14 @@ def test_robots_have_one_to_six_joints_and_gears_up_to_200():
     assert 1.0 <= ratios.min() < 2.0 and 150.0 < ratios.max() <= 200.0
     assert {robot.period for robot in robots} == {5e-4, 1e-3, 2e-3}
     assert {robot.discretisation for robot in robots} >= {"tustin", "zoh", "backward"}
+
+
+def test_a_robot_carries_its_own_weight():
+    for seed in range(40):
+        robot = draw_robot(np.random.default_rng(seed), "arm", True)
+        stretched = [G * sum(robot.mass[i] * (robot.length[k:i].sum() + robot.com[i])
+                             for i in range(k, robot.n)) for k in range(robot.n)]
+        assert np.all(stretched / (robot.kp * robot.ratio) < 1.01 * SAG)
 
 
 def test_at_least_eight_effects_are_outside_the_vocabulary():
