@@ -55,7 +55,7 @@ def diagnose(folder, share=1.0):
     """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
     import resource
 
-    from clie_blocks.analysis.gap import pipeline, trials
+    from clie_blocks.analysis.gap import pipeline
     from clie_blocks.analysis.gap.causes import CAUSES
 
     watch = Stopwatch()
@@ -63,7 +63,7 @@ def diagnose(folder, share=1.0):
         setattr(pipeline, name, watch.watched(said, getattr(pipeline, name)))
     names = sorted({cause.name for cause in CAUSES})
     started = time.process_time()
-    robot, records = watch.watched("reading", trials.read)(trials.Trial("arm", (str(folder),)))
+    robot, records = watch.watched("reading", arm.read)(folder)
     found = pipeline.diagnose(robot, records, effects=names[::round(1 / share)])
     return {"start-up": started, "stages": watch.seconds, "seconds": time.process_time(),
             "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
@@ -121,7 +121,6 @@ def growth(folder, seconds, fault="one effect"):
 
 def peer(folder, seconds):
     """Return a table: the joint model alone, fitted by us and by python-control with scipy."""
-    from clie_blocks.analysis.gap import trials
     from clie_blocks.analysis.gap.baseline import baseline
     from clie_blocks.analysis.gap.hypothesis import hypothesis
     from clie_blocks.analysis.gap.problem import problem
@@ -129,7 +128,7 @@ def peer(folder, seconds):
     place = folder / "peer"
     place.mkdir()
     arm.write_trial(place, seconds, "one effect")
-    asked = problem(*trials.read(trials.Trial("arm", (str(place),))))
+    asked = problem(*arm.read(place))
     baseline(asked)
     start = time.process_time()
     baseline(asked)
