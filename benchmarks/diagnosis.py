@@ -179,7 +179,14 @@ def document(seconds=SECONDS, peer_seconds=1.0):
         folder = Path(name)
         parts = [stages(folder, seconds), growth(folder, seconds / 2), peer(folder, peer_seconds)]
     return PAGE.format(seconds=seconds, rate=arm.RATE, stages=parts[0], growth=parts[1],
-                       peer=parts[2], machine=_processor(), python=platform.python_version())
+                       peer=parts[2], machine=_processor(), load=_load(), python=platform.python_version())
+
+
+def _load():
+    """Say how busy the machine is: work beside it takes caches and shared cores."""
+    cores, busy = os.cpu_count(), os.getloadavg()[1]
+    return (f"The machine has {cores} cores and a load of {busy:.0f}" + (
+        ": other work ran beside, which makes these seconds longer." if busy > 1.5 else "."))
 
 
 def _processor():
@@ -196,9 +203,9 @@ PAGE = """\
 Written by `python benchmarks/diagnosis.py`; do not edit.
 
 A two-link arm with known gravity and coupling, three logs of {seconds:g} s at {rate} Hz, the whole
-library.  Each diagnosis is a process of its own on one core of {machine}, Python {python}; seconds
-are those of the processor, from start-up to answer.  The logs come from the diagnosis' own
-simulator, so they say nothing of its accuracy.
+library.  Each diagnosis is a process of its own on one core of {machine},
+Python {python}; seconds are those of the processor, from start-up to answer.  The logs come from
+the diagnosis' own simulator, so they say nothing of its accuracy.  {load}
 
 ## Stages
 
