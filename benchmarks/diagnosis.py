@@ -179,7 +179,8 @@ def document(seconds=SECONDS, peer_seconds=1.0):
         folder = Path(name)
         parts = [stages(folder, seconds), growth(folder, seconds / 2), peer(folder, peer_seconds)]
     return PAGE.format(seconds=seconds, rate=arm.RATE, stages=parts[0], growth=parts[1],
-                       peer=parts[2], machine=_processor(), load=_load(), python=platform.python_version())
+                       peer=parts[2], machine=_processor(), load=_load(),
+                       python=platform.python_version())
 
 
 def _load():

@@ -1,0 +1,58 @@
+"""What is simulated or filtered the quick way is what the plain way gives."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.fit import linearised
+from clie_blocks.analysis.gap.noise import decimated, decimation
+from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
+
+
+@pytest.fixture(scope="module")
+def fitted(healthy):
+    return baseline(healthy)
+
+
+def test_any_number_of_sets_side_by_side_are_single_runs(fitted):
+    at = fitted[1].hypothesis
+    sets = [{**at.values, "load": at.values["load"] + 0.01 * k} for k in range(11)]
+    many = at.positions(0, sets)
+    assert many.shape == (11, at.problem.n, len(at.problem.logs[0]))
+    for q, values in zip(many, sets):
+        alone, _ = at.simulator.run(at.problem.logs[0], at.of_log(0, values))
+        np.testing.assert_allclose(q.T, alone, rtol=0, atol=1e-11)
+
+
+def test_residuals_of_many_sets_are_those_of_each_error(fitted):
+    bench, at = fitted[0], fitted[1].hypothesis
+    wild = {**at.values, "damping": -40.0 * at.values["inertia"]}
+    found = bench.residuals(at.positions(0, [at.values, wild]), 0)
+    for k, part in enumerate(bench.whitened(at.error(0), 0)):
+        np.testing.assert_allclose(found[k][0], part, rtol=0, atol=1e-8)
+        assert np.ptp(found[k][1]) == 0.0 < found[k][1][0]  # a runaway is a constant
+
+
+def test_columns_are_slopes_of_the_residual(fitted):
+    bench, at = fitted[0], fitted[1].hypothesis
+    here = linearised(at, bench)
+    assert linearised(at, bench) is here
+    entry = at.open[0]
+    step = 0.02 * entry.size
+    sides = [linearised(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])), bench)
+             for sign in (-1, 1)]
+    slope = (sides[1].residual - sides[0].residual) * entry.size / (2 * step)
+    rows = slice(0, sum(len(part) for part in here.parts))
+    error = np.linalg.norm((here.columns[:, 0] - slope)[rows])
+    assert error < 0.02 * np.linalg.norm(slope[rows])
+
+
+def test_a_slow_filter_gives_the_means_of_the_quick_one(healthy):
+    nominal = healthy.nominal
+    b, a = torque_sensitivity(healthy.law, 0, nominal.inertia[0], nominal.damping[0])
+    width = decimation(healthy.period)
+    torque = np.repeat(np.random.default_rng(0).standard_normal(300), width)
+    expected = decimated(lfilter(b, a, torque), healthy.period)
+    found = lfilter(*slowed(b, a, width), decimated(torque, healthy.period))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
