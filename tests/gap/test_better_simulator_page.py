@@ -60,19 +60,37 @@ def robot_folder(tmp_path, case, monkeypatch):
             shutil.copyfile(file, folder / file.name)
     else:
         write_trial(case("coulomb", seed=1), folder)
+    simulate(folder, tmp_path / "simulated")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
+def simulate(folder, at):
+    """Write logs of a simulator that holds the refitted nominal model, and nothing else."""
+    from clie_blocks.analysis.gap.baseline import baseline
+    from clie_blocks.analysis.gap.problem import problem
+    from clie_blocks.analysis.records import Record, read_trial, write_record
+
+    robot, records = read_trial(folder)
+    asked = problem(robot, records)
+    nominal = baseline(asked)[1].hypothesis
+    at.mkdir()
+    for j, (log, record) in enumerate(zip(asked.logs, records, strict=True)):
+        q, u = nominal.simulator.run(log, nominal.of_log(j))
+        write_record(Record(time=record.time, q=q, u=u, qd=record.qd, pe=record.pe),
+                     at / f"log-{j + 1}.csv")
+
+
 def test_the_page_runs_as_printed(robot_folder, capsys):
     commands = [line.split() for block in blocks("sh") for line in block.splitlines()]
-    assert [words[1] for words in commands] == ["check", "identify", "diagnose"]
+    assert [words[1] for words in commands] == ["check", "identify", "diagnose", "diagnose"]
     for words in commands:
         assert words[0] == "clie" and main(words[1:]) == 0, words
-    assert "coulomb at joint 1" in capsys.readouterr().out
+    assert capsys.readouterr().out.count("coulomb at joint 1") == 2
     (block,) = blocks("python")
     exec(compile(block, str(PAGE), "exec"), {})
     assert capsys.readouterr().out.startswith("effect ['coulomb'")
+    assert (robot_folder / "report" / "my-robot.next.csv").is_file()
     joint = ElementTree.parse(robot_folder / "report" / "my-robot.xml").find(".//joint")
     assert float(joint.get("frictionloss")) > 0.0
 
