@@ -117,11 +117,15 @@ def read_examples(path):
 
 
 def _of_study(folder):
+    """Trials of a study but those on which the controller check decided, not the evidence."""
+    from clie_blocks.analysis.gap.pipeline import FROM_CHECK
+
     labels = json.loads((folder / "labels.json").read_text())
     diagnoses = json.loads((folder / "diagnoses.json").read_text())
     for name, label in sorted(labels.items()):
         told = diagnoses[name]
-        if "evidence" in told and not told.get("decisions"):
+        from_check = {row["effect"] for row in told.get("effects", ())} & set(FROM_CHECK)
+        if "evidence" in told and not from_check:
             several = label["kind"] in ("single", "pair", "triple")
             yield {**told["evidence"],
                    "truth": sorted(label["labels"]) if several else [label["kind"]]}
@@ -203,9 +207,11 @@ def main(argv=None):
     asked = parser.parse_args(argv)
     if asked.n:
         examine(asked.n, asked.seed, asked.robots, asked.jobs)
-    examples = [one for path in [asked.robots, *asked.studies] for one in read_examples(path)]
-    told = {"schema_version": SCHEMA_VERSION, "robots": len(examples), "seed": asked.seed,
-            "studies": [study.name for study in asked.studies],
+    robots = read_examples(asked.robots)
+    trials = [one for study in asked.studies for one in read_examples(study)]
+    examples = robots + trials
+    told = {"schema_version": SCHEMA_VERSION, "robots": len(robots), "seed": asked.seed,
+            "trials": len(trials), "studies": [study.name for study in asked.studies],
             "loss": held_out_loss(examples, asked.seed),
             "numbers": dataclasses.asdict(learn(examples, asked.seed))}
     write(asked.output, to_json(told))

@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.screen import rescreened, screen
+from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.shrinkage import shrinkage
 from clie_blocks.analysis.gap.siblings import siblings
 from clie_blocks.analysis.gap.verdict import learned, verdict, weighed
@@ -21,6 +22,7 @@ from clie_blocks.analysis.gap.where import where
 from clie_blocks.errors import ClieError, nearest
 
 LEADERS = 8
+FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
@@ -271,13 +273,15 @@ def _with_another(found, bench, first, causes):
 
 
 def race(bench, base, candidates, finalists):
-    """Fit candidates for a few steps, then the best of them to the end."""
+    """Fit candidates for a few steps, then the best of them, and the favourites, to the end."""
     started = []
     for candidate in candidates:
         start = hypothesis(bench.problem, candidate.members, base.hypothesis)
         started.append(fit(shrunk(start, bench, base.cost), bench, 2))
     order = sorted(started, key=lambda f: f.total)
-    return [fit(f.hypothesis, bench, 8) for f in order[:finalists]] + order[finalists:]
+    last = order[:finalists] + [f for f in started[:FAVOURITES] if f not in order[:finalists]]
+    return ([settled(fit(f.hypothesis, bench, 8), bench) for f in last]
+            + [f for f in order if f not in last])
 
 
 def _enough(fits):

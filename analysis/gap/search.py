@@ -85,7 +85,7 @@ def faults(bench, base, errors, causes):
     found = []
     for cause in STEP_FAULT:
         if cause in causes and (problem.chain.known or not cause.needs_links):
-            courses = [_course(cause.variant, problem, q) for q in motion]
+            courses = [course(cause.variant, problem, q) for q in motion]
             moments = [[np.arange(EDGE, len(log) * problem.period - EDGE, SPACING)
                         for log in problem.logs] for _ in range(problem.n)]
             found.append((courses, *_fault(bench, base, errors, cause, courses, moments)))
@@ -122,11 +122,11 @@ def _fault(bench, base, errors, cause, courses, moments):
 def _scans(bench, base, errors, courses, joints, moments):
     """Per log, projections of the joints' errors on the fault from each moment on."""
     return [[sum(parts) for parts in zip(*(
-        _scan(bench, base, errors[j][k], j, k, courses[j][:, k], tried) for k in joints))]
+        scan(bench, base, errors[j][k], j, k, courses[j][:, k], tried) for k in joints))]
         for j, tried in enumerate(moments)]
 
 
-def _course(variant, problem, q):
+def course(variant, problem, q):
     """Torque of a unit fault that lasts the whole log, (N, n)."""
     if variant == "torque":
         return np.ones_like(q)
@@ -139,7 +139,7 @@ def _course(variant, problem, q):
     return tip_load_torque(problem.chain, q, dq, ddq) / problem.gear_ratio
 
 
-def _scan(bench, base, error, j, k, course, moments):
+def scan(bench, base, error, j, k, course, moments):
     """Projections of an error on the fault from each moment on: its product and its square."""
     from scipy.signal import lfilter
 

@@ -16,6 +16,7 @@ import numpy as np
 from clie_blocks.analysis.gap.evidence import evidence
 
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
+HALF = 0.5  # of what the best hypothesis leaves: a free torque must at least remove the other half
 
 
 @dataclasses.dataclass(frozen=True)
@@ -168,7 +169,7 @@ def _unknown(table, score, known, c):
         slack = c.floor + c.slack * table.nothing
         ways += [(free, score(best.excess) - c.structure - cost
                   + c.sharpness * np.log((best.excess + slack) / (max(free, 0.0) + slack)))
-                 for free, cost in zip(table.free, costs)]
+                 for free, cost in zip(table.free, costs) if free < HALF * best.excess]
     return max(ways, key=lambda way: way[1])
 
 

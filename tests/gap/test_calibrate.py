@@ -52,8 +52,8 @@ def test_a_run_continues_and_writes_numbers_that_can_be_read(tmp_path, monkeypat
 def test_an_opened_study_is_read_without_what_the_controller_check_decided(tmp_path):
     table = {"nothing": 1.0, "stray": 0.0, "strayed": 0, "free": [], "rows": []}
     (tmp_path / "diagnoses.json").write_text(json.dumps({
-        "a": {"evidence": table, "decisions": []},
-        "b": {"evidence": table, "decisions": ["the filter is not the stated one"]}}))
+        "a": {"evidence": table, "effects": [{"effect": "none"}]},
+        "b": {"evidence": table, "effects": [{"effect": "velocity_filter_mismatch"}]}}))
     (tmp_path / "labels.json").write_text(json.dumps({
         "a": {"kind": "none", "labels": ["none"]}, "b": {"kind": "none", "labels": ["none"]}}))
     found = calibrate.read_examples(tmp_path)

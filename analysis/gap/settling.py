@@ -1,0 +1,77 @@
+"""What time brings differs from log to log: phase of a sinusoid, and moment of a fault.
+
+They say nothing of the cause, so they are found anew in every log, held-out ones too, once the
+rest of a hypothesis is fitted.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
+from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.search import NEVER, course, scan, torque_columns
+
+REACH, FINE = 0.12, 4e-3  # s around the moment of a fault, and between the moments tried
+STEPS = 4  # of the fit that follows
+
+
+def settled(found, bench):
+    """Return a fit with phases and moments of all logs found anew, if that explains more.
+
+    Parameters
+    ----------
+    found : Fit
+        A fitted hypothesis.
+    bench : Bench
+        Whitening.
+
+    """
+    timed = [member for member in found.hypothesis.members
+             if member.cause is PERIODIC_DISTURBANCE or member.cause in STEP_FAULT]
+    if not timed:
+        return found
+    at = found.hypothesis
+    for member in timed:
+        again = rephased if member.cause is PERIODIC_DISTURBANCE else retimed
+        at = at.with_values(again(dataclasses.replace(found, hypothesis=at), member, bench))
+    tried = fit(at, bench, STEPS)
+    return tried if tried.total < found.total else found
+
+
+def rephased(found, member, bench):
+    """Values with sine and cosine of a sinusoid as they fit each log."""
+    at, problem = found.hypothesis, bench.problem
+    sine, cosine, frequency = (f"{member.name}.{name}" for name in ("sine", "cosine", "frequency"))
+    values = {**at.values, sine: at.values[sine].copy(), cosine: at.values[cosine].copy()}
+    for j, log in enumerate(problem.logs):
+        errors = bench.whitened(at.error(j), j)
+        for k in member.joints:
+            phase = (2 * np.pi * at.values[frequency][k] * problem.period
+                     * np.arange(len(log)))
+            data = torque_columns(bench, found, j, k, np.stack([np.sin(phase), np.cos(phase)], 1))
+            more = np.linalg.lstsq(data, errors[k], rcond=None)[0]
+            values[sine][j, k] += more[0]
+            values[cosine][j, k] += more[1]
+    return values
+
+
+def retimed(found, member, bench):
+    """Values with the moment of a fault at which it explains most of each log."""
+    at, problem = found.hypothesis, bench.problem
+    onset, size = (f"{member.name}.{name}" for name in ("onset", member.cause.numbers[0].name))
+    moments = at.values[onset].copy()
+    without = at.with_values({**at.values, onset: np.full_like(moments, NEVER)})
+    for j in range(len(problem.logs)):
+        errors = bench.whitened(without.error(j), j)
+        torque = course(member.cause.variant, problem, without.positions(j, [without.values])[0].T)
+        for joints in [list(member.joints)] if member.cause.shared else [[k] for k in
+                                                                         member.joints]:
+            tried = moments[j, joints[0]] + np.arange(-REACH, REACH, FINE)
+            scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried) for k in joints]
+            right, square = (sum(parts) for parts in zip(*scans))
+            large = at.values[size][joints[0]]
+            best = int(np.argmax(2 * large * right - large**2 * square))
+            if moments[j, joints[0]] < NEVER:
+                moments[j, joints] = tried[best]
+    return {**at.values, onset: moments}
