@@ -206,7 +206,8 @@ Written by `python benchmarks/diagnosis.py`; do not edit.
 A two-link arm with known gravity and coupling, three logs of {seconds:g} s at {rate} Hz, the whole
 library.  Each diagnosis is a process of its own on one core of {machine},
 Python {python}; seconds are those of the processor, from start-up to answer.  The logs come from
-the diagnosis' own simulator, so they say nothing of its accuracy.  {load}
+the diagnosis' own simulator, so they say nothing of its accuracy.
+{load}
 
 ## Stages
 
