@@ -1188,7 +1188,7 @@ if real:
 # on the unseen run falls from 6.9 to about 2 um. But look at the bars on the right. The
 # first run repeats one motion, lap after lap, to 0.2 um: what the corrected model still misses is ten times
 # as large, and it comes back in every lap. So it is no noise; the machine has something more, and the
-# report says so: `unknown` stands in the set beside `coulomb`. Plotted against the position, the torque
+# report says so: `unknown` keeps a share, beside the kinds of dry friction. Plotted against the position, the torque
 # that is left differs along the screw and between the two directions, by about a tenth of the friction. No
 # cause in the library is that. **Better, not finished, and the tool does not pretend.**
 
