@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from clie_blocks.analysis.gap.goal_path import goal_path
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
@@ -127,8 +128,17 @@ def goal_driven(robot, records):
     stated = dataclasses.replace(robot, controller=controller)
     said = ("The command is not logged: the position error stands for it, so that torques are in "
             "rad of error and damping holds the servo's own.")
+    said = " ".join([said, *_paths(records[0])])
     return stated, [record.replace(u=record.qd - record.q, robot=stated).noted(said)
                     for record in records]
+
+
+def _paths(record):
+    """What the way from goal to motion says of each joint whose goal moves."""
+    for k in np.flatnonzero(np.ptp(record.qd, axis=0) > 0):
+        path = goal_path(record, k, ("delay", "level"))
+        yield (f"{record.joints[k]}: goals act {1e3 * path.delay:.0f} ms late, and dry friction "
+               f"holds up to {path.level:.3g} rad of error.")
 
 
 def _hanging(robot):

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap.goal_path import followed
 from clie_blocks.analysis.gap.preparation import even, prepared
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Links, Motor
@@ -80,3 +81,14 @@ def test_logs_of_two_robots_are_not_mixed(case):
     other = dataclasses.replace(made.robot, name="another")
     with pytest.raises(RecordError, match="different robots"):
         prepared(made.robot, [made.records[0], made.records[1].replace(robot=other)])
+
+
+def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command():
+    goal = np.repeat(np.random.default_rng(5).uniform(-0.5, 0.5, 25), 40)
+    q = followed(goal, goal[0], 0.02, 25.0, 1.2, 0.0, 0.03, 0.01)
+    robot = Robot(n=2, controller=Controller(law="unknown", sample_time=0.02))
+    record = Record(time=0.02 * np.arange(1000), q=np.stack([q, 0 * q], 1),
+                    qd=np.stack([goal, 0 * goal], 1), robot=robot)
+    said = prepared(robot, [record])[1][0].decisions[-1]
+    assert "joint1: goals act 30 ms late, and dry friction holds up to 0.01 rad" in said
+    assert "joint2:" not in said
