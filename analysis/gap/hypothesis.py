@@ -101,8 +101,15 @@ class Hypothesis:
     @functools.cached_property
     def simulator(self):
         """The closed loop of this hypothesis."""
-        return simulator(structure(self.problem),
-                         tuple(member.cause for member in self.members))
+        causes = tuple(member.cause for member in self.all_members)
+        if self.problem.law.variant == "loop":
+            return self.problem.law.simulator(causes)
+        return simulator(structure(self.problem), causes)
+
+    @property
+    def all_members(self):
+        """Causes of the hypothesis, behind those that the model holds anyway."""
+        return (*self.problem.inside, *self.members)
 
     def of_log(self, j, values=None):
         """Parameters of log j."""
@@ -127,8 +134,18 @@ class Hypothesis:
     @functools.cached_property
     def open(self):
         """The numbers that a fit moves."""
-        return (*self._joint_model(), *(entry for member in self.members
-                                        for entry in self._of_member(member)))
+        held = (self._known(entry) for member in self.problem.inside
+                for entry in self._of_member(member))
+        return (*self._joint_model(), *held, *(entry for member in self.members
+                                               for entry in self._of_member(member)))
+
+    def _known(self, entry):
+        """Number of a cause that the model holds: it may move within its size."""
+        member = next(m for m in self.problem.inside if entry.key.startswith(f"{m.name}."))
+        value = member.values[entry.key.removeprefix(f"{member.name}.")]
+        k = member.joints[0] if entry.joint is None else entry.joint
+        centre = value[entry.log, k] if entry.log is not None else value[k]
+        return dataclasses.replace(entry, centre=centre, tolerance=entry.size)
 
     def _joint_model(self):
         given, n = self.problem.nominal, self.problem.n
@@ -165,7 +182,7 @@ class Hypothesis:
 
     def members_joint(self, entry):
         """First joint of the member that a number of the whole robot belongs to."""
-        return next(member.joints[0] for member in self.members
+        return next(member.joints[0] for member in self.all_members
                     if entry.key.startswith(f"{member.name}."))
 
     def moved(self, steps):
@@ -198,13 +215,15 @@ def hypothesis(problem, members, base=None):
     """
     members = tuple(members)
     values = constants(problem)
-    if base is not None:
-        values.update({key: base.values[key] for key in ("inertia", "damping", "load", "a", "b")})
-    for member in members:
+    for member in (*problem.inside, *members):
         for number in member.cause.numbers:
             value = np.array(member.values[number.name], float)
             if number.scope != "robot" and number.neutral is not None:
                 idle = [k for k in range(problem.n) if k not in member.joints]
                 value[..., idle] = number.neutral
             values[f"{member.name}.{number.name}"] = value
+    if base is not None:
+        held = {f"{m.name}.{number.name}" for m in problem.inside for number in m.cause.numbers}
+        values.update({key: value for key, value in base.values.items()
+                       if key in held or key in ("inertia", "damping", "load", "a", "b")})
     return Hypothesis(problem, members, values)

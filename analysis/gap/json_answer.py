@@ -34,6 +34,7 @@ def answer(diagnosis):
                            "unseen_data": shrunk.unseen, "judged_on": shrunk.judged_on},
         "theorem_2": _theorem_2(diagnosis),
         "joint_model": _joint_model(diagnosis),
+        "simulator": _simulator(diagnosis),
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
         "where": {**diagnosis.where, "block": block_shares(diagnosis)},
         "next_experiment": advice and advice.as_dict(),
@@ -86,8 +87,22 @@ def _effects(diagnosis, given):
     return rows
 
 
+def _simulator(diagnosis):
+    """Effects that the user's own simulator holds: the robot's numbers beside the simulator's."""
+    rows = []
+    for member in diagnosis.bench.problem.inside:
+        row = {"effect": member.cause.name, **_of_member(member, diagnosis.model)}
+        for name, entry in row["parameters"].items():
+            entry["simulated"] = member.values[name][..., list(member.joints)]
+        rows.append(row)
+    return rows
+
+
 def _numbers(name, fit):
-    member = next(m for m in fit.hypothesis.members if m.cause.name == name)
+    return _of_member(next(m for m in fit.hypothesis.members if m.cause.name == name), fit)
+
+
+def _of_member(member, fit):
     spread = intervals(fit)
     at, found = list(member.joints), {}
     for number in member.cause.numbers:

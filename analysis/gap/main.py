@@ -5,6 +5,7 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
+from clie_blocks.errors import ClieError
 from clie_blocks.output import run_main, to_json, write
 
 
@@ -26,7 +27,11 @@ def main(argv=None):
     from clie_blocks.analysis.gap import trials
 
     found = trials.find_trials(asked.paths, asked.robot)
-    options = trials.Options(asked.holdout, _names(asked.effects), _names(asked.exclude))
+    options = trials.Options(asked.holdout, _names(asked.effects), _names(asked.exclude),
+                             simulated=tuple(map(str, asked.simulated)))
+    if asked.simulated and len(found) > 1:
+        raise ClieError(f"--simulated is for the logs of one robot, and there are {len(found)}: "
+                        "name one trial")
     folder = asked.output
     if folder is None and asked.json and len(found) > 1:
         folder = f"{asked.json}{trials.PARTS}"
@@ -75,6 +80,8 @@ def _parser():
     parser.add_argument("--holdout", help="log that only judges, by name or number (the last)")
     parser.add_argument("--effects", help="look for these effects only, separated by commas")
     parser.add_argument("--exclude", help="leave these effects out")
+    parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
+                        help="logs of your own simulator in the same experiments: what differs?")
     parser.add_argument("--jobs", type=int, default=1, help="trials side by side")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--json", type=Path, help="write the answer; of many trials by name")

@@ -3,7 +3,9 @@
 import dataclasses
 import time
 
+from clie_blocks.analysis.gap.any_loop import loop_problem, trusted
 from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.beside_simulator import beside_simulator, lacking
 from clie_blocks.analysis.gap.candidates import extended, pairs, singles
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
@@ -11,6 +13,7 @@ from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
 from clie_blocks.analysis.gap.fit import diverged, fit, shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 from clie_blocks.analysis.gap.leftover import structured
+from clie_blocks.analysis.gap.loop_simulator import reachable
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.screen import rescreened, screen
@@ -81,13 +84,14 @@ class Diagnosis:
     seconds: float
 
 
-def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclude=()):
+def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), exclude=(),
+             simulated=(), loop=None):
     """Say which effect makes a robot differ from its model, where, and how far the gap shrinks.
 
     Parameters
     ----------
     robot : Robot
-        What is known of it.
+        What is known of it; with `loop`, the record or list of records.
     records : list of Record
         Its logs.
     held_out : list of int, optional
@@ -96,6 +100,11 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
         Numbers of the verdict.
     effects, exclude : sequence of str
         Effects to look for (all when empty), and effects to leave out.
+    simulated : list of Record
+        Logs of the user's own simulator in the same experiments; then the question is what
+        differs between it and the robot.
+    loop : control.NonlinearIOSystem, optional
+        Any closed loop in the place of the paper's joint, see `loop_ports`.
 
     Returns
     -------
@@ -106,9 +115,17 @@ def diagnose(robot, records, held_out=None, calibration=None, effects=(), exclud
     began = time.perf_counter()
     causes = chosen(effects, exclude)
     calibration = calibration or learned()
-    asked = state_problem(robot, records, held_out)
-    check = controller_check(asked)
-    bench, base, table = examined(dataclasses.replace(asked, law=check.law), causes)
+    if loop is None:
+        asked = state_problem(robot, records, held_out)
+        check = controller_check(asked)
+    else:
+        asked = loop_problem(loop, robot if isinstance(robot, list) else [robot], held_out)
+        check, causes = trusted(asked, causes), tuple(filter(reachable, causes))
+    ran = dataclasses.replace(asked, law=check.law)
+    if simulated:
+        ran, decisions = beside_simulator(ran, robot, simulated, causes, calibration)
+        check = dataclasses.replace(check, decisions=check.decisions + decisions)
+    bench, base, table = examined(ran, lacking(causes, ran.inside))
     ranking = weighed(table, calibration)
     model = _leading(ranking, base)
     if model is not base:

@@ -80,6 +80,10 @@ class Problem:
         Stated step of the logged position [rad], 0 when not stated.
     joints : tuple of str
         Names.
+    inside : tuple of Member
+        Causes that the nominal model holds, beside its joint model.
+    quiet : bool
+        Models run without the measured noise, as the user's simulator does.
 
     """
 
@@ -92,6 +96,8 @@ class Problem:
     shaft_ratio: np.ndarray
     resolution: np.ndarray
     joints: tuple
+    inside: tuple = ()
+    quiet: bool = False
 
     @property
     def n(self):
@@ -136,7 +142,7 @@ def problem(robot, records, held_out=None):
     """
     held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
     law = _stated_law(robot.controller, records[0])
-    logs = [_log(record, robot, k) for k, record in enumerate(records)]
+    logs = [as_log(record, robot, k) for k, record in enumerate(records)]
     if min(map(len, logs)) < LEAST_SAMPLES:
         raise NotIdentifiableError(
             f"{min(logs, key=len).name} has {min(map(len, logs))} samples; a diagnosis needs at "
@@ -159,7 +165,8 @@ def _stated_law(controller, record):
     return control_law(controller, sample_time(record, controller))
 
 
-def _log(record, robot, k):
+def as_log(record, robot, k):
+    """Record k of a robot as the diagnosis reads it."""
     if record.u is None:
         raise RecordError(f"{record.source} has no command u; without it nothing can be said of "
                           "the controller: log what it commands")

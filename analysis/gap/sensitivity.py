@@ -33,12 +33,16 @@ def loop_polynomials(law, k, inertia, damping):
 
 def torque_sensitivity(law, k, inertia, damping):
     """S_tau(z) of joint k: ``numerator, denominator``, position per torque [rad/(N m)]."""
+    if law.variant == "loop":
+        return law.torque[k]
     torque, _, denominator = loop_polynomials(law, k, inertia, damping)
     return torque, denominator
 
 
 def sensor_sensitivity(law, k, inertia, damping):
     """S_0(z) of joint k: ``numerator, denominator``, measured position per sensor error."""
+    if law.variant == "loop":
+        return law.sensor[k]
     _, sensor, denominator = loop_polynomials(law, k, inertia, damping)
     return sensor, denominator
 

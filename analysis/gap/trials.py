@@ -49,6 +49,8 @@ class Options:
         Effects to look for (all when empty), and effects to leave out.
     report : bool
         Write a page beside each result that is kept.
+    simulated : tuple of str
+        Logs of the user's own simulator in the same experiments.
 
     """
 
@@ -56,6 +58,7 @@ class Options:
     effects: tuple = ()
     exclude: tuple = ()
     report: bool = False
+    simulated: tuple = ()
 
 
 def find_trials(paths, robot=None):
@@ -111,17 +114,26 @@ def diagnose_trial(trial, options=None):
 def _diagnosed(trial, options):
     from clie_blocks.analysis.gap.pipeline import diagnose
 
-    robot, records = read(trial)
+    robot, records, simulated = read_beside(trial, options.simulated)
     held_out = _held_out(options.holdout, records, trial.paths)
     return diagnose(robot, records, held_out=held_out, effects=options.effects,
-                    exclude=options.exclude), records
+                    exclude=options.exclude, simulated=simulated), records
 
 
 def read(trial):
     """Robot and records of a trial, in the form of eq. (11)."""
-    from clie_blocks.analysis.gap.preparation import prepared
+    return read_beside(trial, ())[:2]
 
-    return prepared(*_as_logged(trial))
+
+def read_beside(trial, simulated):
+    """Robot, records and logs of a simulator, in the form of eq. (11)."""
+    from clie_blocks.analysis.gap.preparation import prepared
+    from clie_blocks.analysis.records import read_record
+
+    robot, records = _as_logged(trial)
+    also = [read_record(path, robot) for path in simulated]
+    robot, every = prepared(robot, [*records, *also])
+    return robot, every[:len(records)], every[len(records):]
 
 
 def _as_logged(trial):
@@ -237,7 +249,8 @@ def _kept(trial, options, folder):
 def made_from(trial, options):
     """Digest of everything that a result depends on."""
     digest = hashlib.sha256(f"{__version__} {options}".encode())
-    files = [Path(path) for path in (*trial.paths, *([trial.robot] if trial.robot else []))]
+    files = [Path(path) for path in (*trial.paths, *([trial.robot] if trial.robot else []),
+                                     *options.simulated)]
     for path in files:
         for file in sorted(path.iterdir()) if path.is_dir() else [path]:
             if file.is_file():

@@ -1,0 +1,192 @@
+"""A simulator in the place of a model: what differs between it and the robot.
+
+The simulator logged the same experiments.  Its log is diagnosed first: the joint model and the
+effects found there are what the simulator already holds.  They become the base of the robot's
+diagnosis, with their values as its datasheet, so that a changed number is parametric and only
+what the simulator lacks is a cause.  What this base misses of the simulator's own log is taken off
+the robot's log, so that to first order only the difference of the two logs counts.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.noise import sensor_noise
+from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.verdict import weighed
+from clie_blocks.errors import RecordError
+
+SAME = 1e-3  # largest difference of two references, over their range, that rounding explains
+# Relative changes that count as none; of the load, over the RMS torque.
+SAME_NUMBER = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
+HELD = 0.1  # the same, of the numbers of an effect that the simulator holds
+APART = ("joint_elasticity", "backlash")
+
+
+def beside_simulator(asked, robot, records, causes, calibration):
+    """Return the problem with what the simulator holds as the nominal model.
+
+    Parameters
+    ----------
+    asked : Problem
+        The robot's logs.
+    robot : Robot
+        What is known of it.
+    records : list of Record
+        The simulator's logs.
+    causes : sequence of Cause
+        What to look for in them.
+    calibration : Calibration
+        Numbers of the verdict.
+
+    Returns
+    -------
+    problem : Problem
+        Its `inside` holds the simulator's effects.
+    decisions : tuple of str
+        What the simulator holds, in words.
+
+    """
+    check_clock(asked, records)
+    simulated = dataclasses.replace(problem(robot, records, held_out=[]), law=asked.law)
+    for log in simulated.fit:
+        check_used(log, asked.logs)
+    model = identified(as_quiet_as(simulated, asked), causes, calibration)
+    match = [matching(log, simulated.fit) for log in asked.logs]
+    logs = [log if j is None else dataclasses.replace(
+        log, q=log.q - model.error(j), start=simulated.fit[j].start)
+        for log, j in zip(asked.logs, match)]
+    inside = tuple(_held(model, member, match) for member in model.members)
+    beside = dataclasses.replace(
+        asked, nominal=_nominal(asked, model), inside=inside, fit=tuple(logs[:len(asked.fit)]),
+        held_out=tuple(logs[len(asked.fit):]))
+    return silent(beside), said(model, asked.joints)
+
+
+def identified(simulated, causes, calibration):
+    """Hypothesis that says best what a simulator holds, fitted to its logs."""
+    from clie_blocks.analysis.gap.pipeline import examined
+
+    _, base, table = examined(simulated, causes)
+    fits = [standing.fit for standing in weighed(table, calibration) if standing.fit is not None]
+    best = fits[0]
+    return best.hypothesis if excess(best) < excess(base) else base.hypothesis
+
+
+def as_quiet_as(simulated, asked):
+    """Simulator's problem in which nothing below the robot's own noise matters."""
+    quiet = np.array([np.sqrt(12) * sensor_noise(asked, k) for k in range(asked.n)])
+    return silent(dataclasses.replace(
+        simulated, resolution=np.maximum(simulated.resolution, quiet)))
+
+
+def silent(given):
+    """Problem whose models run without the measured noise."""
+    logs = [dataclasses.replace(log, dither=0.0 * log.dither) for log in given.logs]
+    return dataclasses.replace(given, quiet=True, fit=tuple(logs[:len(given.fit)]),
+                               held_out=tuple(logs[len(given.fit):]))
+
+
+def lacking(causes, inside):
+    """Causes that a simulator does not hold."""
+    held = {member.cause.name for member in inside}
+    if held & set(APART):
+        held |= set(APART)
+    return tuple(cause for cause in causes if cause.name not in held)
+
+
+def matching(log, simulated):
+    """Place of the simulator's log of the same experiment, or None."""
+    for j, other in enumerate(simulated):
+        if len(other) == len(log) and distance(log, other) < SAME:
+            return j
+    return None
+
+
+def distance(log, other):
+    """Largest difference of set-points and excitations, over their ranges."""
+    return max(np.max(np.abs(one - two) / (np.ptp(one, axis=0) + np.ptp(two, axis=0) + 1e-9))
+               if np.ptp(one) + np.ptp(two) > 0 else np.max(np.abs(one - two))
+               for one, two in ((log.q_d, other.q_d), (log.pe, other.pe)))
+
+
+def check_used(log, robots):
+    """Refuse a simulator's log that belongs to no log of the robot.
+
+    Raises
+    ------
+    RecordError
+        Says whether its length or its reference differs, and what to do.
+
+    """
+    if matching(log, robots) is not None:
+        return
+    lengths = sorted({len(other) for other in robots})
+    if len(log) not in lengths:
+        raise RecordError(
+            f"{log.name}: the simulator's log has {len(log)} samples, the robot's logs have "
+            f"{', '.join(map(str, lengths))}; both must hold the same experiment on the same "
+            "clock: log from the same first to the same last sample")
+    nearest = min((other for other in robots if len(other) == len(log)),
+                  key=lambda other: distance(log, other))
+    raise RecordError(
+        f"{log.name}: the simulator ran another experiment; its reference or excitation differs "
+        f"from that of {nearest.name} by {distance(log, nearest):.1%} of its range. Feed the "
+        "simulator with qd and pe of the robot's log")
+
+
+def check_clock(asked, records):
+    """Refuse logs of a simulator on another clock.
+
+    Raises
+    ------
+    RecordError
+        If the sample times differ.
+
+    """
+    for record in records:
+        if abs(record.sample_time - asked.period) > 1e-3 * asked.period:
+            raise RecordError(
+                f"{record.source}: the simulator logs every {record.sample_time:g} s, the robot "
+                f"every {asked.period:g} s; log both at the period of the controller, or bring "
+                "one to the clock of the other with clie_blocks.analysis.records.resample")
+
+
+def said(model, joints):
+    """What a simulator holds, one sentence per effect."""
+    return tuple(
+        f"the simulator already holds {member.cause.name} at "
+        f"{', '.join(joints[k] for k in member.joints)}; a change of its numbers is parametric"
+        for member in model.members) or (
+        "the simulator's own log shows no effect of the library",)
+
+
+def _nominal(asked, model):
+    """The simulator's joint model, from which the robot's may differ by next to nothing."""
+    torque = np.sqrt(np.mean(np.concatenate([log.u for log in asked.logs]) ** 2, axis=0))
+    found = {name: model.values[name] for name in SAME_NUMBER}
+    scale = {**found, "load": torque}
+    return dataclasses.replace(asked.nominal, **found, **{
+        f"{name}_tolerance": share * np.abs(scale[name]) + 1e-12
+        for name, share in SAME_NUMBER.items()})
+
+
+def _held(model, member, match):
+    """Member with its fitted values, at all joints where it may be, for the robot's logs."""
+    values = {number.name: _for_logs(model.values[f"{member.name}.{number.name}"], number, match)
+              for number in member.cause.numbers}
+    grows = all(number.neutral in (0.0, None) for number in member.cause.numbers)
+    joints = tuple(range(model.problem.n)) if grows else member.joints
+    sizes = {name: HELD * np.maximum(np.abs(value), np.abs(value).max(initial=1e-12) / 2)
+             for name, value in values.items()}
+    return Member(member.cause, joints, values, sizes)
+
+
+def _for_logs(value, number, match):
+    """Numbers that differ between logs, in the robot's order; neutral where nothing is known."""
+    if number.scope != "log":
+        return np.array(value, float)
+    idle = np.full(value.shape[1:], 0.0 if number.neutral is None else number.neutral)
+    return np.stack([idle if j is None else value[j] for j in match])

@@ -1,0 +1,107 @@
+"""Any python-control loop in the place of the paper's joint; the truth comes from solve_ivp."""
+
+import control as ct
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap.loop_ports import loop_ports
+from clie_blocks.analysis.records import Record
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.errors import ClieError
+from clie_blocks.joints import decoupled_joints
+
+INERTIA, DAMPING, KP, KD, PERIOD, NOISE = 0.05, 0.1, 8.0, 0.6, 2e-3, 3e-5
+TIME = PERIOD * np.arange(7000)
+TORQUE = {
+    "coulomb": lambda t, q, dq: 0.04 * np.tanh(dq / 1e-3),
+    "viscous": lambda t, q, dq: 0.05 * dq,
+    "spring": lambda t, q, dq: 0.3 * q,
+    "gravity": lambda t, q, dq: 0.25 * np.cos(q + 0.4),
+    "torque_ripple": lambda t, q, dq: 0.03 * np.sin(14.0 * q),
+    "periodic_disturbance": lambda t, q, dq: 0.03 * np.sin(2 * np.pi * 1.7 * t),
+    "step_fault": lambda t, q, dq: 0.05 * (t > 6.0),
+    "none": lambda t, q, dq: 0.0,
+    "unknown": lambda t, q, dq: 0.05 * np.sin(9.0 * q * dq) * np.cos(1.3 * t),
+}
+
+
+def foreign_loop(**renamed):
+    """A closed loop in ten lines that knows nothing of this package."""
+    def rate(t, x, u, params):
+        q_d, pe, torque = u
+        motor = params["Kp"] * (q_d - x[0]) - params["Kd"] * x[1] + pe
+        return np.array([x[1], (motor + torque - DAMPING * x[1]) / INERTIA])
+
+    def output(t, x, u, params):
+        q_d, pe, torque = u
+        return np.array([x[0], params["Kp"] * (q_d - x[0]) - params["Kd"] * x[1] + pe, x[1]])
+
+    names = {"inputs": ["q_d", "pe", "torque"], "outputs": ["q", "u", "dq"], **renamed}
+    return ct.nlsys(rate, output, states=["angle", "speed"], name="mine",
+                    params={"Kp": KP, "Kd": KD}, **names)
+
+
+def drive(k):
+    """Set-point and excitation of experiment k."""
+    tones = np.array([0.11, 0.37, 0.83, 1.9, 3.1]) * (1.0, 1.17, 0.9)[k]
+    q_d = 0.6 * np.sin(2 * np.pi * 0.09 * (1 + k / 5) * TIME)
+    return q_d, 0.25 * np.sin(2 * np.pi * np.outer(TIME, tones) + 3.0 * k).sum(axis=1)
+
+
+def logged(name, k):
+    """Log of the true joint: held inputs, integrated by another engine."""
+    q_d, pe = drive(k)
+    noise = np.random.default_rng(k).normal(0, NOISE, len(TIME))
+
+    def rate(t, x):
+        i = min(int(t / PERIOD + 1e-9), len(TIME) - 1)
+        motor = KP * (q_d[i] - x[0] - noise[i]) - KD * x[1] + pe[i]
+        return x[1], (motor - TORQUE[name](t, *x) - DAMPING * x[1]) / INERTIA
+
+    found = solve_ivp(rate, (0, TIME[-1]), (0.0, 0.0), t_eval=TIME, max_step=PERIOD,
+                      method="RK23", rtol=1e-6, atol=1e-9)
+    q = found.y[0] + noise
+    u = KP * (q_d - q) - KD * found.y[1] + pe
+    return Record(time=TIME, q=q[:, None], u=u[:, None], qd=q_d[:, None], pe=pe[:, None],
+                  source=f"log-{k + 1}")
+
+
+@pytest.mark.parametrize("name", [
+    "coulomb", *(pytest.param(name, marks=pytest.mark.slow) for name in (
+        "spring", "none", "gravity", "torque_ripple", "periodic_disturbance", "step_fault",
+        "viscous", "unknown"))])
+def test_what_a_foreign_loop_lacks_is_named(name):
+    found = diagnose([logged(name, k) for k in range(2)], loop=foreign_loop())
+    expected = {"none": ("none",), "viscous": ("parametric",), "unknown": ("unknown",)}
+    assert found.ranking[0].names == expected.get(name, (name,))
+    if name == "viscous":
+        assert answer(found)["joint_model"]["damping"]["value"][0] == pytest.approx(
+            DAMPING + 0.05, rel=0.03)
+    if name == "coulomb":
+        assert answer(found)["effects"][0]["parameters"]["level"]["value"][0] == pytest.approx(
+            0.04, rel=0.05)
+    assert any("out of reach" in said for said in answer(found)["decisions"])
+
+
+def test_one_record_and_a_diagram_of_the_package_do():
+    plant = decoupled_joints([DAMPING / INERTIA], [1 / INERTIA], [0.0], name="plant")
+    found = diagnose(logged("spring", 0), loop=joint_loop(plant, [KP], [KD]))
+    assert found.ranking[0].names == ("spring",)
+    assert found.shrinkage.judged_on == "blocks left out of the fit"
+    assert any("port 'pe'" in said for said in answer(found)["decisions"])
+
+
+@pytest.mark.parametrize("names, missing", [
+    ({"outputs": ["angle", "u", "dq"]}, "'q'"), ({"outputs": ["q", "torque", "dq"]}, "'u'"),
+    ({"inputs": ["qd", "pe", "torque"]}, "did you mean 'q_d'|'q_d'"),
+    ({"inputs": ["q_d", "excitation", "tau"]}, "summing")])
+def test_a_missing_port_is_named_with_the_remedy(names, missing):
+    with pytest.raises(ClieError, match=missing):
+        loop_ports(foreign_loop(**names))
+
+
+def test_what_is_no_loop_is_refused():
+    with pytest.raises(ClieError, match="python-control"):
+        diagnose(logged("none", 0), loop=lambda t: t)

@@ -1,0 +1,89 @@
+"""The user's own simulator in the place of a model: only what it lacks is named."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap.own_robots import run
+from clie_blocks.errors import RecordError
+
+FRICTION = 0.03  # of the torque scale 0.3 kp
+
+
+@pytest.fixture(scope="module")
+def machine(case):
+    """Function that logs the experiments of one robot file with chosen physics."""
+    made = case("none", seed=5)
+    motor = made.robot.motor
+
+    def logs(noise=1.0, wanted=None, **effects):
+        records = made.records[:2]
+        lanes = [{"q_d": record.qd[:, k], "pe": record.pe[:, k], "weight": 0.0, "offset": 0.0,
+                  "inertia": inertia[k], "damping": inertia[k], "start": record.qd[0, k],
+                  "kp": made.robot.controller.kp[k], "kd": made.robot.controller.kd[k],
+                  "lsb": 1e-4, "sigma": 1e-4 * noise,
+                  **({"forward": FRICTION * 0.3 * made.robot.controller.kp[0], **effects}
+                     if k == 0 else {})}
+                 for record in records for k in range(made.robot.n)]
+        q, u = run(lanes, np.random.default_rng(int(10 * noise)))
+        n = made.robot.n
+        return [record.replace(q=q[:, n * j:n * j + n], u=u[:, n * j:n * j + n])
+                for j, record in enumerate(records)]
+
+    inertia = motor.gear_ratio * motor.inertia
+    blank = dataclasses.replace(made.robot, motor=dataclasses.replace(
+        motor, inertia=None, viscous_friction=None), links=type(made.robot.links)(),
+        encoder=dataclasses.replace(made.robot.encoder, resolution=np.full(made.robot.n, 1e-4)),
+        controller=dataclasses.replace(made.robot.controller, command_resolution=None))
+    return blank, logs
+
+
+def named(found):
+    return {row["effect"] for row in answer(found)["effects"] if row["probability"] >= 0.5}
+
+
+def test_a_simulator_that_holds_everything_leaves_nothing(machine):
+    robot, logs = machine
+    found = diagnose(robot, logs(), simulated=logs(noise=0.5))
+    assert found.verdict == "none"
+    assert {member.cause.name for member in found.bench.problem.inside} == {"coulomb"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect, number", [("time_delay", {"delay": 0.008}),
+                                            ("quadratic_drag", {"quadratic": 0.3})])
+def test_only_what_the_simulator_lacks_is_named(machine, effect, number):
+    robot, logs = machine
+    found = diagnose(robot, logs(**number), simulated=logs(noise=0.5))
+    assert named(found) <= {effect, "actuator_lag"} and effect in answer(found)["set_90"]
+    assert found.shrinkage.after < 1.1 * found.shrinkage.floor < found.shrinkage.before
+    assert any("already holds coulomb" in said for said in answer(found)["decisions"])
+
+
+@pytest.mark.slow
+def test_another_number_of_an_effect_that_both_hold_is_parametric(machine):
+    robot, logs = machine
+    simulated = logs(noise=0.5)
+    level = FRICTION * 0.3 * robot.controller.kp[0]
+    found = diagnose(robot, logs(forward=1.6 * level), simulated=simulated)
+    assert found.verdict == "parametric"
+    held, = answer(found)["simulator"]
+    assert held["effect"] == "coulomb"
+    now, was = (held["parameters"]["level"][key][0] for key in ("value", "simulated"))
+    assert now == pytest.approx(1.6 * level, rel=0.05)
+    assert was == pytest.approx(level, rel=0.05)
+
+
+def test_logs_of_other_experiments_are_refused(machine):
+    robot, logs = machine
+    robots, simulated = logs(), logs(noise=0.5)
+    with pytest.raises(RecordError, match="5000 samples"):
+        diagnose(robot, robots, simulated=[simulated[0].part(0, 5000)])
+    other = simulated[0].replace(qd=simulated[0].qd + 0.2 * np.sin(simulated[0].time)[:, None])
+    with pytest.raises(RecordError, match="another experiment"):
+        diagnose(robot, robots, simulated=[other])
+    slow = simulated[0].replace(time=2 * simulated[0].time)
+    with pytest.raises(RecordError, match="0.002 s"):
+        diagnose(robot, robots, simulated=[slow])
