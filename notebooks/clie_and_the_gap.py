@@ -1176,12 +1176,13 @@ if real:
     time_axis = np.arange(len(logs[1])) * real.problem.period
     for fit_of, name in ((real.base, "refitted nominal model"), (real.model, "corrected model")):
         left.plot(time_axis, 1e6 * fit_of.hypothesis.error(1)[:, 0], lw=0.6, label=name)
-    left.set(xlabel="time [s]", ylabel="axis - prediction [um]", title="run with pulses, unseen")
+    left.set(xlabel="time [s]", ylabel="axis - prediction [um]", ylim=(-40, 40),
+             title="run with pulses, unseen")
     left.legend()
     sizes = {"nominal": said["gap_before"], "corrected": said["gap_after"],
-             "not\nrepeated": noise_floor(logs[0]).std[0], "encoder": said["gap_floor"]}
-    right.bar(sizes.keys(), [1e6 * size for size in sizes.values()])
-    right.set(yscale="log", ylabel="rms of the error [um]")
+             "lap to lap": noise_floor(logs[0]).std[0], "encoder": said["gap_floor"]}
+    right.barh(list(sizes)[::-1], [1e6 * size for size in sizes.values()][::-1])
+    right.set(xscale="log", xlim=(0.1, 10), xlabel="rms of the error [um]")
 
 # %% [markdown]
 # **Answer.** For the greater part. Dry friction is the first of all causes, as published, and the error
