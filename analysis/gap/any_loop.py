@@ -141,8 +141,9 @@ def trusted(asked, causes):
     out = sorted({cause.name for cause in causes}
                  - {cause.name for cause in causes if reachable(cause)})
     said = ["the controller is part of the loop and is taken as it is",
-            f"a missing torque enters at the port {law.ports.torque!r}",
-            f"out of reach at a torque port: {', '.join(out)}"]
+            f"a missing torque enters at the port {law.ports.torque!r}"]
+    if out:
+        said.append(f"out of reach at a torque port: {', '.join(out)}")
     if not law.ports.has_rate:
         said.append("the loop shows no dq; velocities are derivatives of q")
     zero = np.zeros(n)
