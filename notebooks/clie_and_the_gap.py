@@ -1175,8 +1175,9 @@ if real:
     fig, (left, right) = plt.subplots(1, 2, layout="constrained", width_ratios=[2, 1])
     time_axis = np.arange(len(logs[1])) * real.problem.period
     for fit_of, name in ((real.base, "refitted nominal model"), (real.model, "corrected model")):
-        left.plot(time_axis, 1e6 * fit_of.hypothesis.error(1)[:, 0], lw=0.6, label=name)
-    left.set(xlabel="time [s]", ylabel="axis - prediction [um]", ylim=(-40, 40),
+        error = fit_of.hypothesis.error(1, dithered=False)[:, 0]
+        left.plot(time_axis, 1e6 * error, lw=0.6, label=name)
+    left.set(xlabel="time [s]", ylabel="axis - prediction [um]", ylim=(-25, 25),
              title="run with pulses, unseen")
     left.legend()
     sizes = {"nominal": said["gap_before"], "corrected": said["gap_after"],

@@ -50,6 +50,9 @@ def test_emps_is_dry_friction_without_delay(shared):
     repeated = noise_floor(records[0])  # the machine repeats its laps ten times better
     assert repeated.method == "periods" and 1e-7 < repeated.std[0] < 3e-7
     assert said["gap_after"] > 5 * repeated.std[0]
+    log, error = found.problem.logs[1], found.model.hypothesis.error(1, dithered=False)
+    measured, simulated = (np.std(x) for x in (log.q_d - log.q, log.q_d - log.q + error))
+    assert simulated == pytest.approx(measured, rel=2e-3)  # 0.58 mm behind the reference
     values, force = found.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
     assert values["coulomb.level"][0] * force == pytest.approx(20.39, rel=0.05)  # published
     assert values["inertia"][0] * force == pytest.approx(95.11, rel=0.03)
