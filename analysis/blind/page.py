@@ -171,7 +171,8 @@ def _compared(found):
     return (Section("What each stage buys, and what other methods reach", (
         f"The same {rows[0]['trials']} trials, the same logs, the same knowledge of robot and "
         "controller. The gap is judged on the unseen log, after diagnoses that name the effect "
-        "right. None of the other methods can say that it knows no such effect.",),
+        "right. The diagnosis with a stage taken away can still say \"unknown\"; the methods of "
+        "today cannot.",),
         tables=tables, pictures=(picture,)),)
 
 
