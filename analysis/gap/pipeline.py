@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.loop_simulator import reachable
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
+from clie_blocks.analysis.gap.pruning import pruned
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.shrinkage import shrinkage
@@ -27,7 +28,6 @@ from clie_blocks.errors import ClieError, nearest
 LEADERS = 8
 FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
 QUIET = 0.1  # excess per sample of a robot that nothing ails
-USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
 HOPELESS = 0.3  # share of the excess that pairs may leave for a third cause to be looked for
@@ -190,46 +190,6 @@ def _leading(ranking, base):
         return ranking[0].fit
     fitted = [standing for standing in ranking if standing.fit is not None]
     return min((standing.fit for standing in fitted), key=excess, default=base)
-
-
-def pruned(found, bench, nothing):
-    """Leave out joints at which a cause of a fit does no more than noise.
-
-    Parameters
-    ----------
-    found : Fit
-        A fitted hypothesis.
-    bench : Bench
-        Whitening.
-    nothing : float
-        Excess of the refitted nominal model.
-
-    """
-    for place, member in enumerate(found.hypothesis.members):
-        if member.cause.shared or len(member.joints) == 1:
-            continue
-        for k in member.joints:
-            fewer = _without(found.hypothesis, place, k)
-            tried = None if fewer is None else fit(fewer, bench, 3)
-            if tried and excess(tried) - excess(found) < USELESS + USELESS_SHARE * nothing:
-                found = tried
-    return found
-
-
-def _without(at, place, k):
-    member = at.members[place]
-    joints = tuple(j for j in member.joints if j != k)
-    if not joints:
-        return None
-    values = dict(at.values)
-    for number in member.cause.numbers:
-        key = f"{member.name}.{number.name}"
-        if number.neutral is not None:
-            values[key] = values[key].copy()
-            values[key][..., k] = number.neutral
-    members = list(at.members)
-    members[place] = dataclasses.replace(member, joints=joints)
-    return dataclasses.replace(at, members=tuple(members), values=values)
 
 
 def _free(base, fits, bench):
