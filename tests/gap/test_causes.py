@@ -1,0 +1,205 @@
+"""What the diagnosis fits is what the catalogue describes: each cause against its effect's law."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.integrate import solve_ivp
+
+from clie_blocks import effects
+from clie_blocks.analysis.gap.causes import (
+    CAUSES,
+    drive,
+    friction,
+    load,
+    sensor,
+    timed,
+    transmission,
+)
+from clie_blocks.analysis.gap.pipeline import FROM_CHECK
+from clie_blocks.analysis.gap.simulated import State
+from clie_blocks.effects import (
+    asymmetric_coulomb,
+    backlash,
+    coulomb,
+    dead_zone,
+    encoder_eccentricity,
+    friction_drift,
+    joint_elasticity,
+    lag,
+    load_dependent_friction,
+    periodic_disturbance,
+    presliding,
+    quadratic_drag,
+    spring,
+    stribeck,
+    torque_ripple,
+)
+from clie_blocks.effects.actuator_saturation import saturated_torque
+from clie_blocks.effects.torque_gain_error import scaled_torque
+
+N = 3
+STEEP = 1e-9  # rad/s: the smoothed sign of the catalogue is a sign
+signed = arrays(float, N, elements=st.floats(-5.0, 5.0))
+moving = signed.map(lambda v: np.where(np.abs(v) < 1e-3, 1e-3, v))
+positive = arrays(float, N, elements=st.floats(1e-3, 5.0))
+
+
+def state(q=0.0, dq=0.0, u=0.0, t=0.0, h=1e-3):
+    return State(np.broadcast_to(q, N), np.broadcast_to(dq, N), np.broadcast_to(u, N), t, h,
+                 None, np.ones(N))
+
+
+def dry(cause, s, p):
+    """Torque against the motion: the side that the motion is on, with its sign."""
+    forward, backward = cause.pieces[0].act(s, p)
+    return np.where(s.dq > 0, forward, -np.asarray(backward))
+
+
+def waves(sine, cosine):
+    """Level and phase of a wave given by sine and cosine."""
+    return np.hypot(sine, cosine), np.arctan2(cosine, sine)
+
+
+def test_every_effect_that_is_searched_for_is_in_the_catalogue():
+    named = {cause.name for cause in CAUSES} | set(FROM_CHECK)
+    assert named <= set(effects.LIBRARY)
+
+
+@given(moving, positive, positive, positive)
+def test_dry_friction(dq, level, more, speed):
+    s = state(dq=dq)
+    assert np.allclose(dry(friction.COULOMB, s, {"level": level}),
+                       coulomb.coulomb_torque(dq, level, STEEP))
+    assert np.allclose(dry(friction.ASYMMETRIC_COULOMB, s, {"forward": level, "backward": more}),
+                       asymmetric_coulomb.asymmetric_coulomb_torque(dq, level, more, STEEP))
+    assert np.allclose(
+        dry(friction.STRIBECK, s, {"level": level, "excess": more, "speed": speed}),
+        stribeck.stribeck_torque(dq, level, 1 + more / level, speed, 2.0, STEEP))
+
+
+@given(moving, signed, positive)
+def test_friction_of_the_load_is_that_of_the_motor_torque(dq, u, slope):
+    of_motor = friction.LOAD_DEPENDENT_FRICTION[0]
+    assert np.allclose(
+        dry(of_motor, state(dq=dq, u=u), {"level": np.zeros(N), "slope": slope}),
+        load_dependent_friction.load_dependent_torque(dq, u, slope, STEEP))
+
+
+@given(moving, st.floats(0.0, 60.0), signed, positive)
+def test_friction_that_drifts(dq, t, change, time):
+    viscous, of_level = friction.FRICTION_DRIFT
+    clock = {"time": time, "since": np.zeros(N)}
+    there, _ = viscous.pieces[0].act(state(dq=dq, t=t), [], {"damping": change, **clock})
+    assert np.allclose(there, friction_drift.friction_drift_torque(
+        t, dq, change, 0.0, time, STEEP))
+    # the level itself may not fall below zero, so the change is seen on a large one
+    numbers = {"level": np.full(N, 9.0), "change": change, **clock}
+    assert np.allclose(
+        dry(of_level, state(dq=dq, t=t), numbers) - 9.0 * np.sign(dq),
+        friction_drift.friction_drift_torque(t, dq, 0.0, change, time, STEEP))
+
+
+@given(signed, moving, positive)
+def test_loads_of_pose_and_speed(q, dq, size):
+    drag, _ = friction.QUADRATIC_DRAG.pieces[0].act(state(dq=dq), [], {"drag": size})
+    assert np.allclose(drag, quadratic_drag.quadratic_drag_torque(dq, size))
+    pull, _ = load.SPRING.pieces[0].act(state(q=q), [], {"stiffness": size})
+    assert np.allclose(pull, spring.spring_torque(q, size, 0.0, 0.0))
+
+
+@given(signed, signed, signed, positive, st.floats(0.0, 60.0))
+def test_waves_over_pose_and_time(q, sine, cosine, order, t):
+    level, phase = waves(sine, cosine)
+    numbers = {"sine": sine, "cosine": cosine, "order": order, "frequency": order}
+    ripple, _ = drive.TORQUE_RIPPLE.pieces[0].act(state(q=q), [], numbers)
+    assert np.allclose(ripple, torque_ripple.cogging_torque(q, level, order, phase))
+    tone, _ = timed.PERIODIC_DISTURBANCE.pieces[0].act(state(t=t), [], numbers)
+    assert np.allclose(tone, periodic_disturbance.periodic_torque(t, level, order, phase))
+    seen = sensor.ENCODER_ECCENTRICITY.pieces[0].act(q, numbers)
+    assert np.allclose(seen, encoder_eccentricity.eccentric_measurement(
+        q, 0.0 * q, level, order, phase)[0])
+
+
+@given(signed, positive)
+def test_static_drives(u, size):
+    def delivered(cause, name):
+        return cause.pieces[0].act(u, [], {name: size}, 1e-3)[0]
+
+    assert np.allclose(delivered(drive.ACTUATOR_SATURATION, "limit"), saturated_torque(u, size))
+    assert np.allclose(delivered(drive.DEAD_ZONE, "width"),
+                       dead_zone.dead_zone_torque(u, size, 0.0))
+    assert np.allclose(delivered(drive.TORQUE_GAIN_ERROR, "error"), scaled_torque(u, size))
+
+
+@given(signed, signed, arrays(float, N, elements=st.floats(2e-4, 0.2)))
+def test_a_lag_gives_the_mean_of_the_lagged_torque_over_a_period(u, z, time):
+    h = 1e-3
+    mean, (after,) = drive.ACTUATOR_LAG.pieces[0].act(u, [z], {"time": time}, h)
+    assert np.allclose(after, lag.lag_step(z, u, time, h))
+    instants = (np.arange(4000) + 0.5) / 4000 * h
+    course = lag.lag_step(z, u, time, instants[:, None])
+    assert np.allclose(mean, course.mean(axis=0), rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 7, 3.25])
+def test_a_delay_gives_the_mean_of_the_late_staircase(samples):
+    rng = np.random.default_rng(3)
+    h, commands = 1e-3, rng.standard_normal((80, N))
+    memory = [np.zeros(N)] * drive.DELAY_TAPS
+    given_out = []
+    for u in commands:
+        late, memory = drive.TIME_DELAY.pieces[0].act(u, memory, {"time": np.full(N, samples * h)},
+                                                      h)
+        given_out.append(late)
+    staircase = np.vstack([np.zeros((drive.DELAY_TAPS, N)), commands])
+    whole, part = divmod(samples, 1)
+    at = np.arange(80) + drive.DELAY_TAPS - int(whole)
+    expected = (1 - part) * staircase[at] + part * staircase[at - 1]
+    assert np.allclose(given_out, expected)
+
+
+def test_presliding_is_a_dahl_contact():
+    reach, level, h = np.array([0.004, 0.01, 0.03]), np.array([0.2, 0.5, 1.0]), 1e-3
+    speed = np.array([0.3, 0.1, 0.4])
+
+    def velocity(t):
+        return speed * np.cos(9.0 * t)
+
+    bent = solve_ivp(lambda t, z: presliding.dahl_rate(z, velocity(t), reach, 1.0, 1e9),
+                     (0.0, 1.0), np.zeros(N), max_step=2e-4, rtol=1e-9, atol=1e-12)
+    numbers = {"range": reach, "level": level, "bristle_damping": np.zeros(N)}
+    z = [np.zeros(N)]
+    for k in range(1000):
+        now = dataclasses.replace(state(h=h), dq=velocity((k + 0.5) * h))
+        _, z = friction.PRESLIDING.pieces[0].act(now, z, numbers)
+    expected = presliding.dahl_torque(bent.y[:, -1], 1e-9, level, reach, 1e9)
+    assert np.allclose(level * z[0], expected, rtol=2e-3, atol=2e-3 * level.min())
+
+
+@given(signed, signed, positive, positive)
+def test_a_gear_that_gives_way(twist, rate, frequency, link):
+    numbers = {"frequency": frequency, "damping_ratio": np.full(N, 0.1)}
+    omega = 2 * np.pi * frequency
+    assert np.allclose(
+        transmission.JOINT_ELASTICITY.pieces[0].act(twist, rate, numbers, link),
+        joint_elasticity.elastic_torque(twist, rate, 1 / (link * omega**2), 0.2 * link * omega))
+
+
+@given(signed, positive, positive)
+def test_a_pressed_flank_is_the_spring_of_the_catalogue(twist, half, link):
+    numbers = {"half_gap": half, "contact": np.full(N, 300.0)}
+    assert np.allclose(
+        transmission.BACKLASH.pieces[0].act(twist, np.zeros(N), numbers, link),
+        backlash.contact_torque(twist, np.zeros(N), half, link * 300.0**2, 0.0))
+
+
+def test_a_flank_never_pulls():
+    twist, numbers = np.array([0.011, -0.011, 0.0]), {
+        "half_gap": np.full(N, 0.01), "contact": np.full(N, 300.0)}
+    leaving = transmission.BACKLASH.pieces[0].act(twist, -50.0 * np.sign(twist), numbers,
+                                                  np.ones(N))
+    assert np.all(leaving * twist >= 0.0)
