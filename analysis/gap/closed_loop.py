@@ -272,8 +272,8 @@ class Simulator:
         (name, gap), = [(name, piece) for name, piece in self.pieces
                         if piece.port == "transmission"]
         loose = p[name]["loose"]
-        link, link_damping = link_part(now.chain, now.ratio, p, p[name]["link"])
-        motor, behind = p["inertia"] - link, loose * p[name]["bearing"] * link_damping
+        link, link_damping = link_part(now.chain, now.ratio, p, p[name]["link_share"])
+        motor, behind = p["inertia"] - link, loose * p[name]["bearing_share"] * link_damping
         held = link + (1.0 - loose) * motor  # a joint without play moves as one
         after = {}
         for _ in range(SUBSTEPS):

@@ -106,10 +106,13 @@ def _of_member(member, fit):
     spread = intervals(fit)
     at, found = list(member.joints), {}
     for number in member.cause.numbers:
+        if number.switch:
+            continue
         key = f"{member.name}.{number.name}"
         value = fit.hypothesis.values[key][..., at]
         half = spread.get(key)
-        low_high = None if half is None else [value - half[..., at], value + half[..., at]]
+        low_high = None if half is None else [
+            np.clip(value + side * half[..., at], number.lower, number.upper) for side in (-1, 1)]
         if number.scope == "robot":
             value = value[0]
             low_high = None if half is None else [bound[0] for bound in low_high]

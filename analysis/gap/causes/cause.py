@@ -29,6 +29,8 @@ class Number:
         It multiplies an angle or a time under a sine.
     nuisance : bool
         It says how the joint is built, not how large the cause is.
+    switch : bool
+        It says where the cause acts; the joints of an answer say so already.
 
     """
 
@@ -41,6 +43,7 @@ class Number:
     neutral: float | None = 0.0
     phase: bool = False
     nuisance: bool = False
+    switch: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -8,16 +8,17 @@ from clie_blocks.analysis.gap.simulated import Piece
 CONTACT_DAMPING = 1.0
 CONTACTS = 60.0, 600.0, 1000.0  # rad/s: least, first and largest stiffness of a closed gap
 _BUILT = (  # how the joint is built; see closed_loop.link_part for the first
-    Number("link", "1", 0.02, 3.0, neutral=None, nuisance=True),  # share of the stated inertia
-    Number("bearing", "1", 0.0, 1.0, neutral=None, nuisance=True),  # share of its drag behind
-    Number("loose", "1", fixed=True))  # one where motor and link move apart
+    Number("link_share", "1", 0.02, 3.0, neutral=None, nuisance=True),  # of the stated inertia
+    Number("bearing_share", "1", 0.0, 1.0, neutral=None, nuisance=True),  # of its drag, behind
+    Number("loose", "1", fixed=True, switch=True))  # one where motor and link move apart
 
 
 def _built(scene):
     """Ways the joint may be built: its link as stated, or a few guesses."""
     every = 1.0 + 0 * scene.torque
     shares = (1.0,) if scene.problem.chain.known else (0.2, 0.6)
-    return [{"link": share * every, "bearing": 0.5 * every, "loose": every} for share in shares]
+    return [{"link_share": share * every, "bearing_share": 0.5 * every, "loose": every}
+            for share in shares]
 
 
 def _elastic(twist, rate, p, link):
