@@ -9,12 +9,15 @@ from clie_blocks.analysis.gap.controller_check import ControllerCheck
 from clie_blocks.analysis.gap.links import planar_chain
 from clie_blocks.analysis.gap.loop_ports import checked, loop_ports
 from clie_blocks.analysis.gap.loop_simulator import MOST_SUBSTEPS, REACH, LoopSimulator, reachable
+from clie_blocks.analysis.gap.loop_step import GLANCE
 from clie_blocks.analysis.gap.problem import Nominal, Problem, as_log
 from clie_blocks.errors import ClieError, RecordError
+from clie_blocks.signals import ports
 
 BAND = (0.3, 20.0)  # rad/s, in which inertia and damping are read from the linearised loop
 TOLERANCE = {"inertia": 0.01, "damping": 0.05, "load": 0.005}  # of a loop's own numbers
 NUDGE = 1e-6
+AFTER = 1e-5  # weight of all states at rest beside joints at rest
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -77,11 +80,15 @@ class LoopLaw:
     denominator = numerator
 
     def simulator(self, causes):
-        """The loop with causes at its torque port."""
+        """The loop with causes at its ports."""
         return _simulator(self, causes)
 
+    def reaches(self, cause):
+        """Whether a cause can act at the ports of the loop."""
+        return reachable(cause, self.ports)
+
     def at_rest(self, start):
-        """State of the loop at rest at a position, as far as it has one."""
+        """State of the loop with its joints at rest at a position."""
         return _at_rest(self.diagram, self.ports, start)
 
 
@@ -139,13 +146,14 @@ def trusted(asked, causes):
     """Check of a loop's controller: there is none, since the loop is taken as it is."""
     n, law = asked.n, asked.law
     out = sorted({cause.name for cause in causes}
-                 - {cause.name for cause in causes if reachable(cause)})
+                 - {cause.name for cause in causes if law.reaches(cause)})
     said = ["the controller is part of the loop and is taken as it is",
             f"a missing torque enters at the port {law.ports.torque!r}"]
     if out:
-        said.append(f"out of reach at a torque port: {', '.join(out)}")
-    if not law.ports.has_rate:
-        said.append("the loop shows no dq; velocities are derivatives of q")
+        said.append(f"out of reach at the ports of a loop: {', '.join(out)}")
+    if not law.ports.has_sensor:
+        said.append("an input 'sensor' that adds to the measured position would bring "
+                    "encoder_eccentricity into reach")
     zero = np.zeros(n)
     return ControllerCheck(zero, zero + np.inf, (), np.full((2, n), np.nan), (), zero, law,
                            tuple(said))
@@ -162,7 +170,7 @@ def _law(loop, found, period, start, chain):
         [k, found.n + k], k], period if loop.dt else 0.0, found) for k in range(found.n)])
     if not loop.dt:
         speed = np.abs(np.linalg.eigvals(a)).max(initial=1.0)
-        substeps = int(np.clip(np.ceil(period * speed / REACH), 2, MOST_SUBSTEPS))
+        substeps = int(np.clip(np.ceil(period * speed / REACH), 1, MOST_SUBSTEPS))
         a, b, c, d, _ = cont2discrete((a, b, c, d), period)
     else:
         substeps = 1
@@ -221,14 +229,18 @@ def _inputs(loop, start):
 
 
 def _at_rest(loop, found, start):
-    """State in which the loop stands still with the set-point at a position; zeros if none."""
+    """State in which the joints stand still at a position, and all else as nearly as it can."""
     from scipy.optimize import least_squares
 
-    u = _inputs(loop, start)
+    u, reach = _inputs(loop, start), 1.0 if loop.dt else GLANCE
+    at = ports(loop.output_labels)["q"]
+
+    def shown(x):
+        return np.asarray(loop.output(0.0, x, u))[at]
 
     def moves(x):
-        rate = np.asarray(loop.dynamics(0.0, x, u))
-        return rate - x if loop.dt else rate
+        rate = np.asarray(loop.dynamics(0.0, x, u)) - (x if loop.dt else 0.0)
+        q = shown(x)
+        return np.concatenate((q - start, (shown(x + reach * rate) - q) / reach, AFTER * rate))
 
-    solved = least_squares(moves, np.zeros(loop.nstates))
-    return solved.x if solved.cost < 1e-12 else np.zeros(loop.nstates)
+    return least_squares(moves, np.zeros(loop.nstates), xtol=1e-14, ftol=1e-14, gtol=1e-14).x

@@ -2,12 +2,11 @@
 
 import dataclasses
 
-import numpy as np
-
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.signals import ports
+from clie_blocks.signals import interconnect, ports, summing
 
-REFERENCE, EXCITATION, TORQUE, POSITION, COMMAND, RATE = "q_d", "pe", "torque", "q", "u", "dq"
+REFERENCE, EXCITATION, TORQUE, SENSOR = "q_d", "pe", "torque", "sensor"
+POSITION, COMMAND, DELIVERED = "q", "u", "u_in"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -20,8 +19,8 @@ class Ports:
         Joints.
     torque : str
         Input at which a missing torque enters, ``torque`` or ``pe``.
-    has_pe, has_rate : bool
-        Whether the loop takes an excitation and shows velocities.
+    has_pe, has_sensor : bool
+        Whether the loop takes an excitation, and an error of the measured position.
     other : tuple of str
         Further inputs; they are held at zero.
 
@@ -30,7 +29,7 @@ class Ports:
     n: int
     torque: str
     has_pe: bool
-    has_rate: bool
+    has_sensor: bool
     other: tuple
 
 
@@ -38,8 +37,10 @@ def loop_ports(loop):
     """Find the ports of a loop.
 
     Inputs: q_d[k] [rad], torque[k] [N m] that acts on the joint like a motor's, and optionally
-    pe[k] [N m].  Outputs: q[k] [rad], u[k] [N m], and optionally dq[k] [rad/s].  Without a port
-    ``torque`` a missing torque enters at ``pe``.
+    pe[k] [N m] and sensor[k] [rad], which adds to the measured position.  Outputs: q[k] [rad] as
+    measured, and u[k] [N m], what the controller asks of the drive.  Instead of ``torque`` a loop
+    may be cut at the motor: the torque that leaves the drive is then its input u_in[k] [N m], see
+    `checked`.  With neither, a missing torque enters at ``pe``.
 
     Raises
     ------
@@ -54,15 +55,18 @@ def loop_ports(loop):
     torque = TORQUE if TORQUE in inputs or EXCITATION not in inputs else EXCITATION
     _require(loop, torque, inputs, "input",
              "an input that adds to the motor's torque: put a summing block "
-             "summing('u', 'torque', output='u', n=n, name='motor') before the plant and feed "
-             "inputs={'torque': 'motor.torque', ...}")
+             "summing('u', 'torque', output='both', n=n, name='motor') before the plant and feed "
+             "inputs={'torque': 'motor.torque', ...}; or cut the loop at the motor: "
+             "inputs={'u_in': 'plant.u', ...}")
     n = len(outputs[POSITION])
-    for name, group in ((REFERENCE, inputs), (torque, inputs), (COMMAND, outputs)):
+    sized = [(REFERENCE, inputs), (torque, inputs), (COMMAND, outputs)]
+    sized += [(name, inputs) for name in (EXCITATION, SENSOR) if name in inputs]
+    for name, group in sized:
         if len(group[name]) != n:
             raise ClieError(f"{loop.name}: {name} has {len(group[name])} signals and q has {n}; "
                             "every joint needs one of each")
-    known = (REFERENCE, torque, EXCITATION)
-    return Ports(n, torque, EXCITATION in inputs, len(outputs.get(RATE, ())) == n,
+    known = (REFERENCE, torque, EXCITATION, SENSOR)
+    return Ports(n, torque, EXCITATION in inputs, SENSOR in inputs,
                  tuple(name for name in inputs if name not in known))
 
 
@@ -74,12 +78,15 @@ def _require(loop, name, found, kind, remedy):
 
 
 def checked(loop):
-    """Loop as a system that can be joined and compiled; a transfer function becomes a realisation.
+    """Loop as a closed system with a port for torque; a transfer function becomes a realisation.
+
+    A loop with an input u_in is cut at the motor.  It is closed here, so that what enters the
+    plant is its output u and the missing torque.
 
     Raises
     ------
     ClieError
-        If it is not a python-control system.
+        If it is not a python-control system, or u_in does not fit u.
 
     """
     import control as ct
@@ -89,9 +96,22 @@ def checked(loop):
     if not isinstance(loop, (ct.NonlinearIOSystem, ct.StateSpace)):
         raise ClieError(f"loop= takes a python-control system, not {type(loop).__name__}; build "
                         "one with ct.nlsys, ct.ss or ct.interconnect")
-    return loop
+    return _closed(loop) if DELIVERED in ports(loop.input_labels) else loop
 
 
-def rows(signal, samples, n):
-    """Signal of a log as rows, shape (N, n)."""
-    return np.broadcast_to(np.asarray(signal, float), (samples, n))
+def _closed(loop):
+    """Loop with u_in driven by u, and by a torque that it takes at an input `torque`."""
+    inputs, outputs = ports(loop.input_labels), ports(loop.output_labels)
+    _require(loop, COMMAND, outputs, "output", f"outputs={{'{COMMAND}': 'pd.{COMMAND}', ...}}")
+    n = len(inputs[DELIVERED])
+    if len(outputs[COMMAND]) != n or TORQUE in inputs:
+        raise ClieError(f"{loop.name}: a loop with {n} inputs u_in needs as many outputs u and no "
+                        "input torque, since the missing torque enters at u_in")
+    inner, motor = f"{loop.name}_open", "motor"
+    opened = loop.copy(name=inner)
+    return interconnect(
+        [opened, summing(COMMAND, TORQUE, output="both", n=n, name=motor)],
+        [(f"{inner}.{DELIVERED}", f"{motor}.both"), (f"{motor}.{COMMAND}", f"{inner}.{COMMAND}")],
+        inputs={**{name: f"{inner}.{name}" for name in inputs if name != DELIVERED},
+                TORQUE: f"{motor}.{TORQUE}"},
+        outputs={name: f"{inner}.{name}" for name in outputs}, name=loop.name)

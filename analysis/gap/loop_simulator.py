@@ -1,8 +1,8 @@
-"""Any loop with causes joined at its torque port: what the diagnosis simulates for ``loop=``.
+"""Any loop with causes joined at its ports: what the diagnosis simulates for ``loop=``.
 
-The causes are one block that reads the motion of the loop and returns a torque to it.  Dry
-friction is smoothed at rest there, since a foreign loop knows no sticking; a change of inertia,
-damping or constant load acts as the torque that it would make.
+In each step the causes read the motion of the loop and push back: dry friction as an impulse that
+can stop a joint but never turn it round, a drive by the torque that it adds to the command, a
+change of inertia, damping or constant load by the torque that it would make.
 """
 
 import dataclasses
@@ -10,21 +10,22 @@ import functools
 
 import numpy as np
 
-from clie_blocks.analysis.gap.loop_ports import COMMAND, EXCITATION, POSITION, RATE, REFERENCE
+from clie_blocks.analysis.gap import simulated as robot
+from clie_blocks.analysis.gap.loop_ports import EXCITATION, REFERENCE, SENSOR
+from clie_blocks.analysis.gap.loop_step import LoopStep
 from clie_blocks.analysis.gap.simulated import State
-from clie_blocks.signals import interconnect, signals, summing
 
 MODEL = ("inertia", "damping", "load")
-WIDTH = 2e-3  # rad/s: below this speed dry friction is smooth
-FASTEST = 300.0  # rad/s, corner of the derivatives that the loop does not show
 REACH = 0.4  # step times the fastest pole of the loop
 MOST_SUBSTEPS = 50
+AT_TORQUE = ("load", "friction", "drive")
 
 
-def reachable(cause):
-    """Whether a cause can act at a torque port: without memory, and without link data."""
+def reachable(cause, ports):
+    """Whether a cause can act at the ports of a loop; link data and gears are out of reach."""
     return not cause.needs_links and all(
-        piece.port in ("load", "friction") and not piece.states for piece in cause.pieces)
+        piece.port in AT_TORQUE or (piece.port == "sensor" and ports.has_sensor)
+        for piece in cause.pieces)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -48,93 +49,115 @@ class LoopSimulator:
         """The compiled program."""
         from clie_blocks.compiled import compile_diagram
 
-        return compile_diagram(self.diagram)
+        return compile_diagram(self.block)
 
     @functools.cached_property
-    def diagram(self):
-        """The loop with its causes as a python-control diagram."""
-        loop, found = self.law.diagram, self.law.ports
-        blocks, wires = [loop, self._torque()], []
-        wires.append(("missing.q", f"{loop.name}.{POSITION}"))
-        if self._sees_u:
-            wires.append(("missing.u", f"{loop.name}.{COMMAND}"))
-        rate = f"{loop.name}.{RATE}"
-        if not found.has_rate:
-            blocks.append(self._derivative())
-            wires.append(("derivative.q", f"{loop.name}.{POSITION}"))
-            rate = "derivative.dq"
-        wires.append(("missing.dq", rate))
-        inputs = {REFERENCE: f"{loop.name}.{REFERENCE}"}
-        if found.torque == EXCITATION:
-            blocks.append(summing("pe", "torque", output="both", n=found.n, name="at_pe"))
-            wires += [("at_pe.torque", "missing.tau"), (f"{loop.name}.{EXCITATION}", "at_pe.both")]
-            inputs["pe"] = "at_pe.pe"
-        else:
-            wires.append((f"{loop.name}.{found.torque}", "missing.tau"))
-            if found.has_pe:
-                inputs["pe"] = f"{loop.name}.{EXCITATION}"
-        inputs.update({name: f"{loop.name}.{name}" for name in found.other})
-        shown = (POSITION, COMMAND)
-        labels = {label.partition("[")[0] for label in loop.output_labels}
-        used = {POSITION, COMMAND, *((RATE,) if found.has_rate else ())}
-        return interconnect(
-            blocks, wires, inputs=inputs,
-            outputs={name: f"{loop.name}.{name}" for name in shown}, name="loop_with_causes",
-            unused=[f"{loop.name}.{name}" for name in labels - used])
+    def block(self):
+        """The loop with its causes as a block in discrete time; outputs: q, u."""
+        import control as ct
+
+        from clie_blocks.signals import signals
+
+        step, seen, n = self._step, self._seen, self.law.ports.n
+
+        def update(t, x, u, params):
+            return step(t, x, u, params)
+
+        def output(t, x, u, params):
+            return seen(t, x, u, params)
+
+        return ct.nlsys(
+            update, output, name="loop_with_causes", dt=self._moves.step,
+            params={"inertia": self.law.inertia, "damping": self.law.damping,
+                    "load": np.zeros(n), **{key: np.ones(n) for key in self._cause_keys}},
+            states=[f"x[{k}]" for k in range(self._size)],
+            inputs=list(self.law.diagram.input_labels), outputs=signals("q", "u", n=n))
+
+    @functools.cached_property
+    def _moves(self):
+        return LoopStep.of(self.law.diagram, self.law.ports, self.law.period / self.law.substeps)
 
     @property
-    def _sees_u(self):
-        """Whether causes may read the command: not where their torque is part of it."""
-        return self.law.ports.torque != EXCITATION
+    def _pieces(self):
+        return [(cause.block, piece) for cause in self.causes for piece in cause.pieces]
 
-    def _torque(self):
-        """Block of the missing torque; Inputs: q, dq, and u if it may.  Outputs: tau."""
-        import control as ct
+    @property
+    def _size(self):
+        """Length of the state: that of the loop, then the memories of the causes."""
+        n = self.law.ports.n
+        return self.law.diagram.nstates + n * sum(piece.states for _, piece in self._pieces)
 
-        n, law, causes = self.law.ports.n, self.law, self.causes
-        step, sees_u = law.period if law.discrete else 0.0, self._sees_u
+    @property
+    def _cause_keys(self):
+        return [f"{cause.block}.{number.name}" for cause in self.causes
+                for number in cause.numbers]
 
-        def acceleration(x, dq):
-            return (dq - x) / step if step else FASTEST * (dq - x)
+    def _unpack(self, x, params):
+        n, at, memory = self.law.ports.n, self.law.diagram.nstates, {}
+        for name, piece in self._pieces:
+            memory.setdefault(name, [])
+            if piece.states:
+                memory[name] = [x[at + k * n:at + (k + 1) * n] for k in range(piece.states)]
+                at += n * piece.states
+        p = {cause.block: {number.name: params[f"{cause.block}.{number.name}"]
+                           for number in cause.numbers} for cause in self.causes}
+        p["damping"] = params["damping"] - self.law.damping
+        p["load"] = params["load"]
+        return x[:self.law.diagram.nstates], memory, p
 
-        def update(t, x, u, params):
-            dq = u[n:2 * n]
-            return dq if step else FASTEST * (dq - x)
+    def _measured(self, t, x, u, p):
+        """Inputs with what the causes add to the measured position."""
+        if not self.law.ports.has_sensor:
+            return u
+        q, _ = self._moves.seen(t, x, u)
+        return self._moves.with_input(u, SENSOR, robot.measure(q, self._pieces, p) - q)
 
-        def output(t, x, u, params):
-            q, dq, command = u[:n], u[n:2 * n], u[2 * n:] if sees_u else 0.0 * u[:n]
-            s = State(q, dq, command, t, law.period, law.chain, np.ones(n))
-            tau = -((params["missing.inertia"] - law.inertia) * acceleration(x, dq)
-                    + (params["missing.damping"] - law.damping) * dq + params["missing.load"])
-            for cause in causes:
-                p = {number.name: params[f"missing.{cause.block}.{number.name}"]
-                     for number in cause.numbers}
-                for piece in cause.pieces:
-                    tau = tau - opposing(piece, s, p)
-            return tau
+    def _seen(self, t, x, u, params):
+        x, _, p = self._unpack(x, params)
+        return np.concatenate(self._moves.seen(t, x, self._measured(t, x, u, p)))
 
-        numbers = {f"missing.{key}": np.ones(n) for key in self._cause_keys}
-        return ct.nlsys(update, output, name="missing", dt=self.law.diagram.dt,
-                        params={"missing.inertia": law.inertia, "missing.damping": law.damping,
-                                "missing.load": np.zeros(n), **numbers},
-                        states=signals("slow", n=n), outputs=signals("tau", n=n),
-                        inputs=signals("q", "dq", *(("u",) if sees_u else ()), n=n))
+    def _step(self, t, x, u, params):
+        moves = self._moves
+        x, memory, p = self._unpack(x, params)
+        u = self._measured(t, x, u, p)
+        after = moves.free(t, x, u)
+        pushed = moves.pushed(t, x, u, after)
+        rate, late = moves.rate(t, x, u), moves.rate(t, after, u)
+        mass = self._mass(t, u, after, pushed, late)
+        s = self._middle(t, x, after, u, (rate + late) / 2)
+        given, kept = robot.delivered(s.u, memory, self._pieces, p, s.h)
+        lost, remembered = robot.loads(s, memory, self._pieces, p)
+        torque = self._torque(rate, late, mass, params, given - s.u - lost,
+                              robot.dry_friction(s, self._pieces, p))
+        kept.update(remembered)
+        parts = [after + sum(torque[k] * change for k, change in enumerate(pushed))]
+        for name, piece in self._pieces:
+            parts += kept[name] if piece.states else []
+        return np.concatenate(parts)
 
-    def _derivative(self):
-        """Velocities of a loop that does not show them; Inputs: q.  Outputs: dq."""
-        import control as ct
+    def _middle(self, t, x, after, u, rate):
+        """Motion in the middle of a step; a loop in discrete time holds its command."""
+        moves = self._moves
+        (q, command), (q_late, late) = moves.seen(t, x, u), moves.seen(t, after, u)
+        h, n = moves.step, self.law.ports.n
+        return State((q + q_late) / 2, rate, command if moves.discrete else (command + late) / 2,
+                     t + h / 2, h, self.law.chain, np.ones(n))
 
-        n, step = self.law.ports.n, self.law.period if self.law.discrete else 0.0
+    def _mass(self, t, u, after, pushed, late):
+        """Mass matrix that the torque port feels [kg m^2], from the answer to one N m."""
+        moves = self._moves
+        answers = [moves.rate(t, after + change, u) - late for change in pushed]
+        return moves.step * np.linalg.inv(np.stack(answers, axis=1))
 
-        def update(t, x, u, params):
-            return u if step else FASTEST * (u - x)
-
-        def output(t, x, u, params):
-            return (u - x) / step if step else FASTEST * (u - x)
-
-        return ct.nlsys(update, output, name="derivative", dt=self.law.diagram.dt,
-                        states=signals("q_slow", n=n), inputs=signals("q", n=n),
-                        outputs=signals("dq", n=n))
+    def _torque(self, rate, late, mass, params, push, limits):
+        """Torque over a step by which the joints move as the causes want [N m]."""
+        n, h = self.law.ports.n, self._moves.step
+        more = params["inertia"] - self.law.inertia
+        own = np.stack([mass[k, k] + more[k] for k in range(n)])
+        cross = mass if n > 1 else None
+        forced = robot.acceleration(mass @ (late - rate) / h + push, own, cross)
+        end = robot.stopped(rate + h * forced, own, cross, limits, h)
+        return mass @ (end - late) / h
 
     def run(self, log, values, dithered=True):
         """Positions and commands of the loop, shape (N, n) each."""
@@ -151,39 +174,17 @@ class LoopSimulator:
         return done.outputs[:, :, :len(log)]
 
     def _numbers(self, values):
-        """Parameters of the block of the missing torque; those of the loop stay as they are."""
-        return {f"missing.{key}": values[key] for key in (*MODEL, *self._cause_keys)}
-
-    @property
-    def _cause_keys(self):
-        return [f"{cause.block}.{number.name}" for cause in self.causes
-                for number in cause.numbers]
+        """Parameters of the causes and the joints; those of the loop stay as they are."""
+        return {key: values[key] for key in (*MODEL, *self._cause_keys)}
 
     def _question(self, log):
-        law, n = self.law, self.law.ports.n
-        inputs = {REFERENCE: np.repeat(log.q_d, law.substeps, axis=0)}
+        law = self.law
+        inputs = {REFERENCE: np.repeat(log.q_d, law.substeps, axis=0), law.ports.torque: 0.0}
         if law.ports.has_pe:
-            inputs["pe"] = np.repeat(log.pe, law.substeps, axis=0)
-        inputs.update({name: 0.0 for name in law.ports.other})
-        start = law.at_rest(log.start)
-        state = {law.diagram.name: start, "missing": np.zeros(n)}
-        if not law.ports.has_rate:
-            state["derivative"] = log.start
-        wanted = np.concatenate([state[name] for name in self._order])
-        step = {} if law.discrete else {"step": law.period / law.substeps, "method": "ode4"}
+            inputs[EXCITATION] = np.repeat(log.pe, law.substeps, axis=0)
+        quiet = (*law.ports.other, *((SENSOR,) if law.ports.has_sensor else ()))
+        inputs.update({name: 0.0 for name in quiet})
+        start = np.zeros(self._size)
+        start[:law.diagram.nstates] = law.at_rest(log.start)
         return {"duration": len(log) * law.period, "inputs": inputs, "every": law.substeps,
-                "initial_state": wanted, **step}
-
-    @property
-    def _order(self):
-        """Blocks with states, in the order of the diagram."""
-        return [block.name for block in self.diagram.syslist if block.nstates]
-
-
-def opposing(piece, s, p):
-    """Torque with which a piece opposes the motion; dry friction smooth at rest."""
-    if piece.port == "load":
-        return piece.act(s, [], p)[0]
-    forward, backward = piece.act(s, p)
-    direction = np.tanh(s.dq / WIDTH)
-    return forward * np.maximum(direction, 0.0) + backward * np.minimum(direction, 0.0)
+                "initial_state": start}

@@ -13,7 +13,6 @@ from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
 from clie_blocks.analysis.gap.fit import diverged, fit, shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 from clie_blocks.analysis.gap.leftover import structured
-from clie_blocks.analysis.gap.loop_simulator import reachable
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
@@ -120,7 +119,7 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         check = controller_check(asked)
     else:
         asked = loop_problem(loop, robot if isinstance(robot, list) else [robot], held_out)
-        check, causes = trusted(asked, causes), tuple(filter(reachable, causes))
+        check, causes = trusted(asked, causes), tuple(filter(asked.law.reaches, causes))
     ran = dataclasses.replace(asked, law=check.law)
     if simulated:
         ran, decisions = beside_simulator(ran, robot, simulated, causes, calibration)
