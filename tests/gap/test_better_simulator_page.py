@@ -87,12 +87,34 @@ def test_the_page_runs_as_printed(robot_folder, capsys):
     for words in commands:
         assert words[0] == "clie" and main(words[1:]) == 0, words
     assert capsys.readouterr().out.count("coulomb at joint 1") == 2
-    (block,) = blocks("python")
+    _, block = blocks("python")
     exec(compile(block, str(PAGE), "exec"), {})
     assert capsys.readouterr().out.startswith("effect ['coulomb'")
     assert (robot_folder / "report" / "my-robot.next.csv").is_file()
     joint = ElementTree.parse(robot_folder / "report" / "my-robot.xml").find(".//joint")
     assert float(joint.get("frictionloss")) > 0.0
+
+
+def test_a_loop_of_ones_own_runs_as_printed(tmp_path, monkeypatch, capsys):
+    """The log is that of the page's joint with dry friction, in Euler steps of 0.1 ms."""
+    from clie_blocks.analysis.records import Record, write_record
+
+    time = 2e-3 * np.arange(7000)
+    q_d, pe = 0.5 * np.sin(0.6 * time), 0.4 * np.sin(2.0 * time) + 0.3 * np.sin(7.0 * time)
+    noise, rows, q, dq = np.random.default_rng(1).normal(0, 3e-5, len(time)), [], 0.0, 0.0
+    for k in range(len(time)):
+        for _ in range(20):
+            u = 8.0 * (q_d[k] - q - noise[k]) - 0.6 * dq + pe[k]
+            dq += 1e-4 * (u - 0.1 * dq) / 0.05
+            dq -= np.clip(dq, -1e-4 * 0.04 / 0.05, 1e-4 * 0.04 / 0.05)
+            q += 1e-4 * dq
+        rows.append((q, u))
+    measured, command = np.array([(0.0, pe[0]), *rows[:-1]]).T[..., None]
+    write_record(Record(time=time, q=measured + noise[:, None], u=command, qd=q_d[:, None],
+                        pe=pe[:, None]), tmp_path / "my-joint.csv")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks("python")[0], str(PAGE), "exec"), {})
+    assert capsys.readouterr().out == "effect ('coulomb',)\n"
 
 
 def test_the_robot_file_of_the_page_is_valid(tmp_path):
