@@ -30,12 +30,12 @@ def baseline(problem):
     return bench, min(fits, key=lambda found: found.total)
 
 
-def noisy(rough):
-    """Problem whose logs carry the noise of the position, taken from the error of a model."""
+def noisy(rough, corner=DITHER):
+    """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
     from scipy.signal import butter, sosfiltfilt
 
     problem = rough.problem
-    corner = min(DITHER, 0.2 / problem.period)
+    corner = min(corner, 0.2 / problem.period)
     high = butter(2, corner, "high", fs=1.0 / problem.period, output="sos")
     logs = [dataclasses.replace(log, dither=sosfiltfilt(high, rough.error(j), axis=0))
             for j, log in enumerate(problem.logs)]

@@ -5,14 +5,19 @@ effects found there are what the simulator already holds.  They become the base 
 diagnosis, with their values as its datasheet, so that a changed number is parametric and only
 what the simulator lacks is a cause.  What this base misses of the simulator's own log is taken off
 the robot's log, so that to first order only the difference of the two logs counts.
+
+The simulator's log is read no finer than the noise of the robot's sensor, and its loop runs
+without noise.  The robot's loop runs with its measured noise, which a simulator seldom has.
 """
 
 import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.baseline import noisy
 from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.fit import bench_of, fit
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.noise import sensor_noise
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.verdict import weighed
@@ -21,7 +26,9 @@ from clie_blocks.errors import RecordError
 SAME = 1e-3  # largest difference of two references, over their range, that rounding explains
 # Relative changes that count as none; of the load, over the RMS torque.
 SAME_NUMBER = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
-HELD = 0.1  # the same, of the numbers of an effect that the simulator holds
+LOW = 5.0  # Hz, above which an error beside the simulator is noise, if it is as small as noise
+MORE = 1.1  # times the noise of the sensor: more than noise
+HELD = 0.05  # the same, of the numbers of an effect that the simulator holds
 APART = ("joint_elasticity", "backlash")
 
 
@@ -53,26 +60,65 @@ def beside_simulator(asked, robot, records, causes, calibration):
     simulated = dataclasses.replace(problem(robot, records, held_out=[]), law=asked.law)
     for log in simulated.fit:
         check_used(log, asked.logs)
-    model = identified(as_quiet_as(simulated, asked), causes, calibration)
+    best = identified(as_quiet_as(simulated, asked), causes, calibration)
+    model, doubt = best.hypothesis, doubts(best)
     match = [matching(log, simulated.fit) for log in asked.logs]
     logs = [log if j is None else dataclasses.replace(
         log, q=log.q - model.error(j), start=simulated.fit[j].start)
         for log, j in zip(asked.logs, match)]
-    inside = tuple(_held(model, member, match) for member in model.members)
+    inside = tuple(_held(model, member, match, doubt) for member in model.members)
     beside = dataclasses.replace(
-        asked, nominal=_nominal(asked, model), inside=inside, fit=tuple(logs[:len(asked.fit)]),
-        held_out=tuple(logs[len(asked.fit):]))
-    return silent(beside), said(model, asked.joints)
+        asked, nominal=_nominal(asked, model, doubt), inside=inside, quiet=True)
+    return with_positions(lively(silent(beside)), logs), said(model, asked.joints)
+
+
+def lively(given):
+    """Problem whose logs carry the noise of the position, seen beside the simulator.
+
+    Noise walks a joint that dry friction holds, and what is missing of it below the usual corner
+    leaves the joint elsewhere.  So the corner is low, unless more than noise lies above it: with
+    the simulator's numbers or, where less is left then, with refitted ones.
+    """
+    stated = hypothesis(given, ())
+    heard = dataclasses.replace(stated, problem=noisy(stated))
+    refitted = fit(heard, bench_of(heard.problem, heard)).hypothesis
+    model = min((stated, refitted), key=lambda at: loudness(noisy(at, LOW)))
+    found = noisy(model, LOW)
+    return found if loudness(found) < MORE else noisy(model)
+
+
+def loudness(given):
+    """Largest noise that the logs carry, over that of the sensor."""
+    return max(np.std(log.dither[:, k]) / sensor_noise(given, k)
+               for log in given.logs for k in range(given.n))
+
+
+def with_positions(given, logs):
+    """Problem with the positions and starts of other logs, in the same order."""
+    made = [dataclasses.replace(log, q=other.q, start=other.start)
+            for log, other in zip(given.logs, logs)]
+    return dataclasses.replace(given, fit=tuple(made[:len(given.fit)]),
+                               held_out=tuple(made[len(given.fit):]))
 
 
 def identified(simulated, causes, calibration):
-    """Hypothesis that says best what a simulator holds, fitted to its logs."""
+    """Fit that says best what a simulator holds."""
     from clie_blocks.analysis.gap.pipeline import examined
 
     _, base, table = examined(simulated, causes)
     fits = [standing.fit for standing in weighed(table, calibration) if standing.fit is not None]
     best = fits[0]
-    return best.hypothesis if excess(best) < excess(base) else base.hypothesis
+    return best if excess(best) < excess(base) else base
+
+
+def doubts(best):
+    """95 % half widths of the numbers of a fit, the largest of all logs, by key."""
+    at, found = best.hypothesis, {}
+    for entry, variance in zip(at.open, np.diag(best.covariance)):
+        half = found.setdefault(entry.key, np.zeros(at.problem.n))
+        where = slice(None) if entry.joint is None else entry.joint
+        half[where] = np.maximum(half[where], 1.96 * np.sqrt(max(variance, 0.0)))
+    return found
 
 
 def as_quiet_as(simulated, asked):
@@ -163,24 +209,24 @@ def said(model, joints):
         "the simulator's own log shows no effect of the library",)
 
 
-def _nominal(asked, model):
+def _nominal(asked, model, doubt):
     """The simulator's joint model, from which the robot's may differ by next to nothing."""
     torque = np.sqrt(np.mean(np.concatenate([log.u for log in asked.logs]) ** 2, axis=0))
     found = {name: model.values[name] for name in SAME_NUMBER}
     scale = {**found, "load": torque}
     return dataclasses.replace(asked.nominal, **found, **{
-        f"{name}_tolerance": share * np.abs(scale[name]) + 1e-12
+        f"{name}_tolerance": share * np.abs(scale[name]) + doubt[name] + 1e-12
         for name, share in SAME_NUMBER.items()})
 
 
-def _held(model, member, match):
+def _held(model, member, match, doubt):
     """Member with its fitted values, at all joints where it may be, for the robot's logs."""
     values = {number.name: _for_logs(model.values[f"{member.name}.{number.name}"], number, match)
               for number in member.cause.numbers}
     grows = all(number.neutral in (0.0, None) for number in member.cause.numbers)
     joints = tuple(range(model.problem.n)) if grows else member.joints
     sizes = {name: HELD * np.maximum(np.abs(value), np.abs(value).max(initial=1e-12) / 2)
-             for name, value in values.items()}
+             + doubt.get(f"{member.name}.{name}", 0.0) for name, value in values.items()}
     return Member(member.cause, joints, values, sizes)
 
 
