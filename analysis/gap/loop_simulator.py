@@ -105,26 +105,32 @@ class LoopSimulator:
         p["load"] = params["load"]
         return x[:self.law.diagram.nstates], memory, p
 
-    def _measured(self, t, x, u, p):
-        """Inputs with what the causes add to the measured position."""
-        if not self.law.ports.has_sensor:
-            return u
-        q, _ = self._moves.seen(t, x, u)
-        return self._moves.with_input(u, SENSOR, robot.measure(q, self._pieces, p) - q)
+    def _sensed(self, p):
+        """Steps of the loop with what the causes add to the measured position."""
+        moves = self._moves
+        if not any(piece.port == "sensor" for _, piece in self._pieces):
+            return moves
+
+        def function(t, x, u):
+            q, _ = moves.seen(t, x, u)
+            wrong = robot.measure(q, self._pieces, p) - q
+            return moves.function(t, x, moves.with_input(u, SENSOR, wrong))
+
+        return dataclasses.replace(moves, function=function)
 
     def _seen(self, t, x, u, params):
         x, _, p = self._unpack(x, params)
-        return np.concatenate(self._moves.seen(t, x, self._measured(t, x, u, p)))
+        return np.concatenate(self._sensed(p).seen(t, x, u))
 
     def _step(self, t, x, u, params):
-        moves = self._moves
         x, memory, p = self._unpack(x, params)
-        u = self._measured(t, x, u, p)
+        moves = self._sensed(p)
         after = moves.free(t, x, u)
         pushed = moves.pushed(t, x, u, after)
         rate, late = moves.rate(t, x, u), moves.rate(t, after, u)
-        mass = self._mass(t, u, after, pushed, late)
-        s = self._middle(t, x, after, u, (rate + late) / 2)
+        answers = [moves.rate(t, after + change, u) - late for change in pushed]
+        mass = moves.step * np.linalg.inv(np.stack(answers, axis=1))
+        s = self._middle(moves, t, x, after, u, (rate + late) / 2)
         given, kept = robot.delivered(s.u, memory, self._pieces, p, s.h)
         lost, remembered = robot.loads(s, memory, self._pieces, p)
         torque = self._torque(rate, late, mass, params, given - s.u - lost,
@@ -135,22 +141,18 @@ class LoopSimulator:
             parts += kept[name] if piece.states else []
         return np.concatenate(parts)
 
-    def _middle(self, t, x, after, u, rate):
+    def _middle(self, moves, t, x, after, u, rate):
         """Motion in the middle of a step; a loop in discrete time holds its command."""
-        moves = self._moves
         (q, command), (q_late, late) = moves.seen(t, x, u), moves.seen(t, after, u)
         h, n = moves.step, self.law.ports.n
         return State((q + q_late) / 2, rate, command if moves.discrete else (command + late) / 2,
                      t + h / 2, h, self.law.chain, np.ones(n))
 
-    def _mass(self, t, u, after, pushed, late):
-        """Mass matrix that the torque port feels [kg m^2], from the answer to one N m."""
-        moves = self._moves
-        answers = [moves.rate(t, after + change, u) - late for change in pushed]
-        return moves.step * np.linalg.inv(np.stack(answers, axis=1))
-
     def _torque(self, rate, late, mass, params, push, limits):
-        """Torque over a step by which the joints move as the causes want [N m]."""
+        """Torque over a step by which the joints move as the causes want [N m].
+
+        `mass` is what the torque port feels, from the answer of the velocities to one N m.
+        """
         n, h = self.law.ports.n, self._moves.step
         more = params["inertia"] - self.law.inertia
         own = np.stack([mass[k, k] + more[k] for k in range(n)])

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.loop_ports import loop_ports
+from clie_blocks.analysis.gap.loop_ports import checked, loop_ports
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import ClieError
@@ -105,3 +105,84 @@ def test_a_missing_port_is_named_with_the_remedy(names, missing):
 def test_what_is_no_loop_is_refused():
     with pytest.raises(ClieError, match="python-control"):
         diagnose(logged("none", 0), loop=lambda t: t)
+
+
+def cut_loop():
+    """The same joint, cut at the motor: the torque that leaves the drive is an input."""
+    def rate(t, x, u, params):
+        return np.array([x[1], (u[2] - DAMPING * x[1]) / INERTIA])
+
+    def output(t, x, u, params):
+        return np.array([x[0], KP * (u[0] - x[0]) - KD * x[1] + u[1]])
+
+    return ct.nlsys(rate, output, states=["angle", "speed"], name="cut",
+                    inputs=["q_d", "pe", "u_in"], outputs=["q", "u"])
+
+
+def driven(name, k):
+    """Log of a joint behind a drive: Euler steps of 0.1 ms."""
+    q_d, pe = drive(k)
+    noise = np.random.default_rng(k).normal(0, NOISE, len(TIME))
+    q = dq = lagged = bristle = 0.0
+    queue, rows = [0.0] * 60, []
+    wave = 2e-3 if name == "encoder_eccentricity" else 0.0
+
+    def seen(i):
+        measured = q + wave * np.sin(2.0 * q + 0.5) + noise[i]
+        return measured, KP * (q_d[i] - measured) - KD * dq + pe[i]
+
+    for i in range(len(TIME)):
+        rows.append(seen(i))
+        for _ in range(20):
+            _, u = seen(i)
+            lagged += 1e-4 * (u - lagged) / 0.012
+            queue = [*queue[1:], u]
+            moved = {"actuator_saturation": np.clip(u, -0.5, 0.5), "time_delay": queue[0],
+                     "dead_zone": u - np.clip(u, -0.06, 0.06), "actuator_lag": lagged,
+                     "torque_gain_error": 1.15 * u}.get(name, u)
+            bristle += 1e-4 * (dq - abs(dq) * bristle) / 0.02
+            lost = 0.08 * bristle if name == "presliding" else 0.0
+            dq += 1e-4 * (moved - lost - DAMPING * dq) / INERTIA
+            q += 1e-4 * dq
+    q, u = np.array(rows).T
+    return Record(time=TIME, q=q[:, None], u=u[:, None], qd=q_d[:, None], pe=pe[:, None],
+                  source=f"log-{k + 1}")
+
+
+def measuring_loop():
+    """The joint with a port for what its encoder adds."""
+    def rate(t, x, u, params):
+        motor = KP * (u[0] - x[0] - u[3]) - KD * x[1] + u[1]
+        return np.array([x[1], (motor + u[2] - DAMPING * x[1]) / INERTIA])
+
+    def output(t, x, u, params):
+        return np.array([x[0] + u[3], KP * (u[0] - x[0] - u[3]) - KD * x[1] + u[1]])
+
+    return ct.nlsys(rate, output, states=["angle", "speed"], name="measuring",
+                    inputs=["q_d", "pe", "torque", "sensor"], outputs=["q", "u"])
+
+
+@pytest.mark.slow
+def test_an_encoder_error_enters_at_a_port_of_its_own():
+    found = diagnose([driven("encoder_eccentricity", k) for k in range(2)], loop=measuring_loop())
+    assert found.ranking[0].names == ("encoder_eccentricity",)
+
+
+def test_ports_that_do_not_fit_are_refused():
+    with pytest.raises(ClieError, match="input torque"):
+        checked(foreign_loop(inputs=["q_d", "u_in", "torque"]))
+    with pytest.raises(ClieError, match="no output 'u'"):
+        checked(foreign_loop(inputs=["q_d", "pe", "u_in"], outputs=["q", "command", "dq"]))
+    assert loop_ports(checked(cut_loop())).torque == "torque"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name, key, value", [
+    ("actuator_saturation", "limit", 0.5), ("dead_zone", "width", 0.06),
+    ("actuator_lag", "time", 0.012), ("time_delay", "time", 6e-3),
+    ("presliding", "range", 0.02), ("torque_gain_error", "error", 0.15)])
+def test_a_drive_and_bristles_act_in_a_loop_cut_at_the_motor(name, key, value):
+    found = diagnose([driven(name, k) for k in range(2)], loop=cut_loop())
+    assert found.ranking[0].names == (name,)
+    fitted = answer(found)["effects"][0]["parameters"][key]["value"][0]
+    assert fitted == pytest.approx(value, rel=0.05)
