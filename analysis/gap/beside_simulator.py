@@ -26,9 +26,9 @@ from clie_blocks.errors import RecordError
 SAME = 1e-3  # largest difference of two references, over their range, that rounding explains
 # Relative changes that count as none; of the load, over the RMS torque.
 SAME_NUMBER = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
+HELD = 0.05  # the same, of the numbers of an effect that the simulator holds
 LOW = 5.0  # Hz, above which an error beside the simulator is noise, if it is as small as noise
 MORE = 1.1  # times the noise of the sensor: more than noise
-HELD = 0.05  # the same, of the numbers of an effect that the simulator holds
 APART = ("joint_elasticity", "backlash")
 
 
