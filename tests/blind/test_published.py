@@ -27,3 +27,12 @@ def test_the_published_study_is_whole(board):
     assert board["trials"] == sum(board["kinds"].values()) >= 100
     assert len(board["failed"]) <= 0.01 * board["trials"]
     assert board["targets"] == judged(board)
+
+
+def test_the_readme_shows_the_published_targets(board):
+    readme = (BOARD.parents[2] / "README.md").read_text()
+    page = (BOARD.parent / "scoreboard.md").read_text()
+    rows = [line.strip() for line in page.splitlines()
+            if any(line.startswith(f"| {row['words']} ") for row in board["targets"])]
+    assert len(rows) >= len(board["targets"])
+    assert all(row in readme for row in rows[:len(board["targets"])])
