@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.fit import fit
 
 USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 CLEAR = 10.0  # times that rise foreseen: then no fit need show it
+NEAR = 0.01  # share of the whole excess that a fit may leave for its slopes to be believed
 
 
 def pruned(found, bench, nothing):
@@ -29,7 +30,8 @@ def pruned(found, bench, nothing):
             continue
         for k in member.joints:
             rise = USELESS + USELESS_SHARE * nothing
-            if _foreseen(found, place, k) > CLEAR * rise:
+            near = excess(found) < USELESS + NEAR * nothing
+            if near and _foreseen(found, place, k) > CLEAR * rise:
                 continue
             fewer = _without(found.hypothesis, place, k)
             tried = None if fewer is None else fit(fewer, bench, 3)
