@@ -2,7 +2,8 @@
 
 import dataclasses
 
-from clie_blocks.analysis.gap.fit import bench_of, fit
+from clie_blocks.analysis.gap.bench import bench_of
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 
 DITHER = 20.0  # Hz, above which an error of the model is noise

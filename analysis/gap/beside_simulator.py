@@ -15,8 +15,9 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.baseline import noisy
+from clie_blocks.analysis.gap.bench import bench_of
 from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.fit import bench_of, fit
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.noise import sensor_noise
 from clie_blocks.analysis.gap.problem import problem

@@ -10,7 +10,8 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fit import Bench, fit
+from clie_blocks.analysis.gap.bench import Bench
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.noise import decimated
 
 BLOCK = 2.0  # s, least length of a block

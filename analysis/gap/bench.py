@@ -1,0 +1,99 @@
+"""What turns an error into a residual: noise, whitening, and the response to an unknown start.
+
+The residual is the whitened prediction error of one joint and log, freed from what a start
+elsewhere, or in motion, does to the loop.
+"""
+
+import dataclasses
+import functools
+import weakref
+
+import numpy as np
+
+from clie_blocks.analysis.gap.hypothesis import DIVERGED
+from clie_blocks.analysis.gap.noise import decimated, decimation, noise, white
+from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Bench:
+    """Everything that turns an error into a whitened residual.
+
+    Parameters
+    ----------
+    problem : Problem
+        The logs.
+    noises : tuple of Noise
+        One per joint.
+    free : list of list of ndarray
+        ``free[j][k]``: orthonormal whitened responses of joint k to an unknown start of log j.
+    tangents : WeakKeyDictionary
+        What `fit.linearised` has found, for as long as the hypothesis is kept.
+
+    """
+
+    problem: object
+    noises: tuple
+    free: list
+    tangents: object = dataclasses.field(default_factory=weakref.WeakKeyDictionary)
+
+    def whitened(self, error, j):
+        """Residual of each joint for an error (N, n) of log j, without the free response."""
+        if np.abs(error).max() >= DIVERGED:
+            return [self._runaway(j, k) for k in range(self.problem.n)]
+        error = decimated(error, self.problem.period)
+        return [self.projected(white(error[:, k], self.noises[k].whitener), j, k)
+                for k in range(self.problem.n)]
+
+    def residuals(self, runs, j):
+        """Residuals of each joint for positions (sets, n, N) simulated in log j, a row per set."""
+        log, (sets, n, _) = self.problem.logs[j], runs.shape
+        width = decimation(self.problem.period)
+        rows = len(log) // width
+        means = (runs[..., :rows * width].reshape(sets, n, rows, width)
+                 @ np.full(width, 1.0 / width))
+        sound = np.abs(means).max(axis=(1, 2)) < DIVERGED
+        measured = decimated(log.q, self.problem.period)
+        found = []
+        for k in range(n):
+            error = np.where(sound, measured[:, k, None] - means[:, k].T, 0.0)
+            left = self.projected(white(error, self.noises[k].whitener), j, k)
+            found.append(np.where(sound, left, self._runaway(j, k)[:, None]).T)
+        return found
+
+    def _runaway(self, j, k):
+        """Residual of a model that leaves every bound: a constant, free response or not."""
+        return np.full(len(self.free[j][k]), DIVERGED / self.noises[k].sigma)
+
+    def projected(self, x, j, k):
+        """Part of a whitened signal (or of columns) that an unknown start cannot explain."""
+        basis = self.free[j][k]
+        return x - basis @ (basis.T @ x)
+
+
+def bench_of(problem, base):
+    """Return the bench for a base hypothesis: noises, and responses to an unknown start."""
+    inertia, damping = base.values["inertia"], base.values["damping"]
+    noises = tuple(noise(problem, k, sensor_sensitivity(problem.law, k, inertia[k], damping[k]))
+                   for k in range(problem.n))
+    response = functools.partial(_free_response, problem, inertia, damping)
+    free = [[_orthonormal(white(decimated(response(k, len(log)), problem.period),
+                                noises[k].whitener)) for k in range(problem.n)]
+            for log in problem.logs]
+    return Bench(problem, noises, free)
+
+
+def _free_response(problem, inertia, damping, k, samples):
+    """Responses of the measured position to a start elsewhere, and to a start in motion."""
+    from scipy.signal import lfilter
+
+    kick = np.zeros(samples)
+    kick[0] = 1.0
+    b, a = torque_sensitivity(problem.law, k, inertia[k], damping[k])
+    displaced = lfilter(*sensor_sensitivity(problem.law, k, inertia[k], damping[k]),
+                        np.ones(samples))
+    return np.stack([lfilter(b, a, kick), displaced], axis=1)
+
+
+def _orthonormal(columns):
+    return np.linalg.qr(columns / (np.sqrt((columns**2).sum(axis=0)) + 1e-300))[0]
