@@ -77,7 +77,32 @@ def shrinkage(base, model, bench):
     """
     floor = float(np.sqrt(sum(noise.floor**2 for noise in bench.noises)))
     judged_on, before, after = _judged(base, model, bench)
-    width = max(1, round(BLOCK / base.problem.period))
+    percent, interval = closed(before, after, floor, base.problem.period)
+    return Shrinkage(_rms(before), _rms(after), floor, percent, interval,
+                     judged_on != FITTED, judged_on)
+
+
+def closed(before, after, floor, period):
+    """Share of the reducible gap that is removed [%], and its 95 % interval over blocks.
+
+    Parameters
+    ----------
+    before, after : list of ndarray
+        Squared errors of two models, one array per log [rad^2].
+    floor : float
+        What sensor noise alone leaves [rad].
+    period : float
+        Sample time [s].
+
+    Returns
+    -------
+    percent : float or None
+        None where there is nothing above the floor.
+    interval : tuple of float or None
+        From a bootstrap over blocks.
+
+    """
+    width = max(1, round(BLOCK / period))
     pairs = [np.stack(pair, axis=1) for pair in zip(before, after)]
     blocks = np.array([part.mean(axis=0) for pair in pairs
                        for part in np.array_split(pair, max(1, len(pair) // width))])
@@ -87,8 +112,7 @@ def shrinkage(base, model, bench):
     known = [value for value in drawn if value is not None]
     interval = (None if percent is None or len(known) < DRAWS // 2
                 else tuple(np.quantile(known, [0.025, 0.975]).tolist()))
-    return Shrinkage(_rms(before), _rms(after), floor, percent, interval,
-                     judged_on != FITTED, judged_on)
+    return percent, interval
 
 
 def _judged(base, model, bench):
