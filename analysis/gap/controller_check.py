@@ -1,14 +1,16 @@
 """First question to a log: did the stated controller run?  It is answered without any model.
 
 Replaying the law on the measured positions must give the logged command up to its rounding.  If
-not, the velocity estimate is fitted to the log; the rest of the diagnosis then goes on with the
-law that really ran, so that a wrong description never poses as a fault of the robot.
+not, its gains and its velocity estimate are fitted to the log; the rest of the diagnosis then goes
+on with the law that really ran, so that a wrong description never poses as a fault of the robot.
 """
 
 import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.command_delay import WORDS, in_time, late_error
+from clie_blocks.analysis.gap.controller_gains import in_words, with_fitted_gains
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 
 ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
@@ -37,6 +39,10 @@ class ControllerCheck:
         The law that ran, as far as the log tells.
     decisions : tuple of str
         What was decided, in words.
+    gains : tuple of int
+        Joints whose gains are not the stated ones.
+    late : bool
+        Commands are sent one period after they were worked out.
 
     """
 
@@ -48,10 +54,22 @@ class ControllerCheck:
     step: np.ndarray
     law: object
     decisions: tuple
+    gains: tuple = ()
+    late: bool = False
+
+    @property
+    def misdescribed(self):
+        """Whether the law that ran moves the robot in another way than the stated one."""
+        return bool(self.wrong or self.gains or self.late)
+
+    def mended(self, problem):
+        """Problem with the law that ran."""
+        ran = dataclasses.replace(problem, law=self.law)
+        return in_time(ran) if self.late else ran
 
 
 def controller_check(problem):
-    """Replay the stated law on every log and mend its velocity estimate where it must be.
+    """Replay the stated law on every log and mend what of it did not run.
 
     Parameters
     ----------
@@ -64,20 +82,27 @@ def controller_check(problem):
     error = _replay_error(problem, law)
     if law.corners and (error > limit).any():
         law, error = _other_discretisation(problem, law, error, limit, decisions)
+    in_row_before = late_error(problem, law)
+    late = bool((error > limit).any() and (in_row_before <= limit).all())
+    if late:
+        error = in_row_before
+        decisions.append(WORDS)
     corners = np.tile(np.array(law.corners or (np.nan, np.nan))[:, None], problem.n)
     wrong = []
-    for k in np.flatnonzero(error > limit) if law.corners else ():
+    law, gains = _other_gains(problem, law, error, limit, decisions)
+    suspects = [int(k) for k in np.flatnonzero(error > limit) if k not in gains]
+    for k in suspects if law.corners else ():
         corners[:, k] = _fitted_corners(problem, law, k)
         candidate = law.with_filter(slice(k, k + 1), law.variant, corners[:, k])
         after = _replay_error(problem, candidate)[k]
         if after < 0.5 * error[k]:
-            law, wrong = candidate, [*wrong, int(k)]
+            law, wrong = candidate, [*wrong, k]
             decisions.append(
                 f"{problem.joints[k]}: the velocity filter that ran has corners "
                 f"{corners[0, k]:.0f} and {corners[1, k]:.0f} rad/s, not the stated ones")
     step, coarse = _encoder_steps(problem)
     return ControllerCheck(error, limit, tuple(wrong), corners, coarse, step, law,
-                           tuple(decisions))
+                           tuple(decisions), gains, late)
 
 
 def _limits(problem):
@@ -101,6 +126,17 @@ def _other_discretisation(problem, law, error, limit, decisions):
                              "no fault of the robot, the file is wrong")
             return other, found
     return law, error
+
+
+def _other_gains(problem, law, error, limit, decisions):
+    """Law with gains that explain the command to its rounding, and the joints that needed them."""
+    stated, found = law, []
+    for k in np.flatnonzero(error > limit):
+        candidate = with_fitted_gains(problem, law, k)
+        if _replay_error(problem, candidate)[k] <= limit[k]:
+            law, found = candidate, [*found, int(k)]
+            decisions.append(in_words(problem.joints[k], stated, law, k))
+    return law, tuple(found)
 
 
 def _fitted_corners(problem, law, k):

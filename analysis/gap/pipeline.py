@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.beside_simulator import beside_simulator, lacking
 from clie_blocks.analysis.gap.candidates import extended, pairs, singles
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
+from clie_blocks.analysis.gap.controller_gains import beyond_the_library
 from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
 from clie_blocks.analysis.gap.fit import diverged, fit, shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
@@ -120,18 +121,20 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
     else:
         asked = loop_problem(loop, robot if isinstance(robot, list) else [robot], held_out)
         check, causes = trusted(asked, causes), tuple(filter(asked.law.reaches, causes))
-    ran = dataclasses.replace(asked, law=check.law)
+    ran = check.mended(asked)
     if simulated:
         ran, decisions = beside_simulator(ran, robot, simulated, causes, calibration)
         check = dataclasses.replace(check, decisions=check.decisions + decisions)
     bench, base, table = examined(ran, lacking(causes, ran.inside))
     ranking = weighed(table, calibration)
+    if check.gains:
+        ranking = beyond_the_library(ranking)
     model = _leading(ranking, base)
     if model is not base:
         slim = pruned(model, bench, excess(base))
         ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
         model = slim
-    nominal = (baseline(asked)[1] if check.wrong else base).hypothesis
+    nominal = (baseline(asked)[1] if check.misdescribed else base).hypothesis
     return Diagnosis(
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),

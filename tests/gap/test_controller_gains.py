@@ -1,0 +1,78 @@
+"""Wrong gains and an unsaid delay of the controller are found, and blamed on no joint."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.controller_check import controller_check
+from clie_blocks.analysis.gap.controller_gains import beyond_the_library
+from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.verdict import Standing
+
+
+def commanded(problem, commands):
+    """The same motions, with other commands."""
+    logs = [dataclasses.replace(log, u=np.round(u / problem.law.resolution)
+                                * problem.law.resolution)
+            for log, u in zip(problem.logs, commands)]
+    return dataclasses.replace(problem, fit=tuple(logs[:2]), held_out=tuple(logs[2:]))
+
+
+@pytest.mark.parametrize("key", ["kp", "kd"])
+def test_the_gains_that_ran_are_read_from_the_log(healthy, key):
+    gains = getattr(healthy.law, key).copy()
+    gains[0] *= 1.04
+    ran = dataclasses.replace(healthy.law, **{key: gains})
+    found = controller_check(commanded(
+        healthy, [ran.replay(log.q, log.q_d, log.pe) for log in healthy.logs]))
+    assert found.gains == (0,) and not found.wrong and found.misdescribed
+    assert found.law.kp == pytest.approx(ran.kp, rel=1e-3)
+    assert found.law.kd == pytest.approx(ran.kd, rel=1e-3)
+    assert "the gains that ran" in found.decisions[0]
+
+
+def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
+    def leaning(log):
+        return (healthy.law.replay(log.q, log.q_d, log.pe)
+                + 0.05 * healthy.law.kp * healthy.period * np.cumsum(log.q_d - log.q, axis=0))
+    found = controller_check(commanded(healthy, map(leaning, healthy.logs)))
+    assert not found.gains and not found.late
+
+
+def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
+    def late(log):
+        u = healthy.law.replay(log.q, log.q_d, log.pe)
+        return np.concatenate([u[:1], u[:-1]])
+    problem = commanded(healthy, map(late, healthy.logs))
+    found = controller_check(problem)
+    assert found.late and not found.gains and not found.wrong
+    mended = found.mended(problem)
+    assert not controller_check(mended).misdescribed
+    (delay,) = mended.inside
+    assert delay.cause.name == "time_delay"
+    assert delay.values["time"] == pytest.approx(healthy.period)
+
+
+def test_a_stated_law_that_ran_is_left_as_it_is(healthy):
+    found = controller_check(healthy)
+    assert not found.misdescribed and found.mended(healthy).inside == ()
+
+
+def test_with_other_gains_nothing_else_is_something_unknown():
+    ranking = [Standing(("none",), None, 0.0, 0.9), Standing(("spring",), None, 0.0, 0.08),
+               Standing(("unknown",), None, 0.0, 0.02)]
+    found = beyond_the_library(ranking)
+    assert [s.names[0] for s in found] == ["unknown", "spring", "none"]
+    assert [s.probability for s in found] == pytest.approx([0.92, 0.08, 0.0])
+
+
+def test_a_file_with_another_kd_accuses_no_joint(case):
+    """Six percent of Kd are as much as a datasheet's doubt about the damping."""
+    made = case("none")
+    controller = dataclasses.replace(made.robot.controller, kd=1.06 * made.robot.controller.kd)
+    found = answer(diagnose(dataclasses.replace(made.robot, controller=controller), made.records))
+    assert found["verdict"] == "unexplained" and found["set_90"] == ["unknown"]
+    assert "kd" in found["decisions"][0]
+    assert found["gap_after"] < 1.1 * found["gap_floor"]
