@@ -75,8 +75,7 @@ def planar_chain(robot, pose):
 def mass_matrix(chain, q):
     """Mass matrix as n rows of n entries [kg m^2]; q (..., n) may hold a time series."""
     n, constant = chain.n, _constants(chain)
-    pair = {(i, j): constant[i][j] * np.cos(_between(q, i, j))
-            for i in range(n) for j in range(i + 1, n)}
+    pair = {(i, j): constant[i][j] * cosine for (i, j), (cosine, _) in _turns(q).items()}
     pair.update({(i, i): constant[i][i] for i in range(n)})
     rows = [[0.0] * n for _ in range(n + 1)]
     for a in reversed(range(n)):
@@ -102,10 +101,10 @@ def coriolis_torque(chain, q, dq):
     n, constant, speed = chain.n, _constants(chain), _absolute(dq)
     if n == 1:
         return 0.0 * q
-    square, torque = [w * w for w in speed], [[] for _ in range(n)]
+    square, torque, turns = [w * w for w in speed], [[] for _ in range(n)], _turns(q)
     for i in range(n):
         for j in range(i + 1, n):
-            pull = constant[i][j] * np.sin(_between(q, i, j))
+            pull = constant[i][j] * turns[i, j][1]
             torque[i].append(-pull * square[j])
             torque[j].append(pull * square[i])
     return np.stack(_behind([_sum(parts) for parts in torque]), axis=-1)
@@ -151,9 +150,18 @@ def _constants(chain):
     return found
 
 
-def _between(q, i, j):
-    """Angle from link i to link j."""
-    return _sum([q[..., k] for k in range(i + 1, j + 1)])
+def _turns(q):
+    """Cosine and sine of the angle from link i to every link j behind it, by (i, j).
+
+    Angles add up along the chain, so that products take the place of most sines.
+    """
+    found = {}
+    for j in range(1, q.shape[-1]):
+        cosine, sine = found[j - 1, j] = np.cos(q[..., j]), np.sin(q[..., j])
+        for i in range(j - 1):
+            before, aside = found[i, j - 1]
+            found[i, j] = before * cosine - aside * sine, aside * cosine + before * sine
+    return found
 
 
 def _absolute(q):

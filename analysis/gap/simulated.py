@@ -154,14 +154,14 @@ def link_terms(s, pieces, p):
         Gravity and Coriolis torque.
 
     """
-    chain, ratio, cross = s.chain, s.ratio, None
+    chain, share, cross = s.chain, 1.0 / s.ratio, None
     own = torque = np.zeros(chain.n)
     if chain.has_coupling:
         own, cross = split_mass(mass_matrix(chain, s.q))
-        own, cross = (own - chain.diagonal) / ratio, cross / ratio
-        torque = coriolis_torque(chain, s.q, s.dq) / ratio
+        own, cross = share * (own - chain.diagonal), share * cross
+        torque = share * coriolis_torque(chain, s.q, s.dq)
     if chain.has_gravity:
-        torque = torque + gravity_torque(chain, s.q) / ratio
+        torque = torque + share * gravity_torque(chain, s.q)
     for name, piece in _at(pieces, "body"):
         more_own, more_cross, more_torque = piece.act(s, p[name])
         own, torque = own + more_own, torque + more_torque
