@@ -18,6 +18,7 @@ REACHED = 0.05  # of a step
 FINE = 10  # steps of the fitted servo per sample of the log
 SETTLE = 50  # samples after the start that are not judged
 STARTS = (15.0, 40.0)  # rad/s
+BLOCK = 2.0  # s, in which errors hang together
 NUMBERS = ("frequency", "damping_ratio", "offset", "delay", "level")
 FIRST = {"damping_ratio": 1.0, "offset": 0.0, "level": 2e-3}
 SCALE = (5.0, 0.2, 0.01, 0.01, 2e-3)
@@ -45,6 +46,8 @@ class GoalPath:
         Dry friction, as the position error that just moves the servo [rad].
     left : float
         RMS of what this does not explain [rad].
+    half_widths : dict
+        Of the 95 % intervals of the fitted numbers, by name.
 
     """
 
@@ -54,6 +57,7 @@ class GoalPath:
     delay: float
     level: float
     left: float
+    half_widths: dict
 
 
 def dead_times(record, k, least=0.05, rest=5):
@@ -120,7 +124,44 @@ def goal_path(record, k, causes=("delay",)):
                           x_scale=[SCALE[NUMBERS.index(name)] for name in free],
                           bounds=(low, high), max_nfev=60) for start in STARTS]
     best = min(fits, key=lambda fit: fit.cost)
-    return GoalPath(**numbers(best.x), left=float(np.sqrt(np.mean(best.fun**2))))
+    return GoalPath(**numbers(best.x), left=float(np.sqrt(np.mean(best.fun**2))),
+                    half_widths=dict(zip(free, _half_widths(best, round(BLOCK / period)))))
+
+
+def _half_widths(fit, width):
+    """Half widths of 95 % intervals where errors within a block of samples hang together."""
+    blocks = range(width, len(fit.fun), width)
+    pulls = np.array([rows.T @ error for rows, error in zip(
+        np.split(fit.jac, blocks), np.split(fit.fun, blocks))])
+    inverse = np.linalg.pinv(fit.jac.T @ fit.jac)
+    return (1.96 * np.linalg.norm(pulls @ inverse, axis=0)).tolist()
+
+
+def told(record, k):
+    """Path of one joint in a sentence: what is delay, what is friction, and the dead time.
+
+    Parameters
+    ----------
+    record : Record
+        With goals qd and positions q on an even clock.
+    k : int
+        Joint, whose goal moves.
+
+    """
+    path, late = goal_path(record, k, ("delay", "level")), dead_times(record, k)
+    delay, level = (_with_doubt(path, *number) for number in (("delay", 1e3), ("level", 1e3)))
+    said = (f"{record.joints[k]}: goals act {delay} ms late, and dry friction holds up to {level} "
+            "mrad of error.")
+    if not late.size:
+        return said
+    first, tick = 1e3 * np.median(late), 1e3 * record.sample_time
+    return (f"{said} With lag and friction the dead time is {first + tick:.0f} ms, from the last "
+            f"reading under an old goal to the first beyond {100 * REACHED:.0f} % of a step "
+            f"({first:.0f} ms from the tick of the new goal; median of {late.size}).")
+
+
+def _with_doubt(path, name, scale):
+    return f"{scale * getattr(path, name):.3g} +- {scale * path.half_widths[name]:.2g}"
 
 
 def explained(fitted, judged, k):

@@ -77,6 +77,22 @@ def torque_paths(record):
             for k in driven]
 
 
+def told(record):
+    """Path of each driven joint in a sentence; nothing where the log lacks one of the torques.
+
+    Parameters
+    ----------
+    record : Record
+        A log.
+
+    """
+    if record.u is None or record.tau is None or not np.ptp(record.u):
+        return []
+    return [f"{path.joint}: the measured torque is {path.gain:.2f} times the command, "
+            f"{1e3 * path.late:.0f} ms late; {path.left:.0%} of it is something else."
+            for path in torque_paths(record)]
+
+
 def delivered(u, period, gain, lag, delay, offset):
     """Torque that a path gives for a command, shape (N,)."""
     from scipy.signal import lfilter

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path
+from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path, told
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 
@@ -76,3 +76,19 @@ def test_a_late_goal_and_dry_friction_are_told_apart(delay, level, cause, goal):
     simpler = {"setpoint_delay": ("lag", "coulomb"), "coulomb": ("lag", "setpoint_delay"),
                "both": ("lag", "setpoint_delay", "coulomb")}[cause]
     assert all(found[name][1] > 1.5 * left for name in simpler)
+
+
+def test_intervals_hold_the_truth_and_the_sentence_parts_the_dead_time(goal):
+    rng, within = np.random.default_rng(5), []
+    clean = followed(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, 0.035, 0.01)
+    for _ in range(3):
+        found = goal_path(record(goal, clean + rng.normal(0, 1e-3, clean.size)), 0,
+                          ("delay", "level"))
+        for name, truth in (("delay", 0.035), ("level", 0.01), ("frequency", 25.0)):
+            assert 0.0 < found.half_widths[name] < 0.2 * truth
+            within.append(abs(getattr(found, name) - truth) < 1.5 * found.half_widths[name])
+    assert all(within)
+    said = told(record(goal, clean), 0)
+    late = 1e3 * np.median(dead_times(record(goal, clean), 0))
+    assert "goals act 35 +- " in said and "up to 10 +- " in said
+    assert f"dead time is {late + 20:.0f} ms" in said and f"({late:.0f} ms from the tick" in said

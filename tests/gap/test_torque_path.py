@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.torque_path import delivered, torque_paths
+from clie_blocks.analysis.gap.torque_path import delivered, told, torque_paths
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 
@@ -37,3 +37,13 @@ def test_what_is_missing_is_said():
     still = np.zeros((TIME.size, 2))
     with pytest.raises(NotIdentifiableError, match="no joint is driven"):
         torque_paths(record(u=still, tau=still))
+
+
+def test_a_path_is_told_where_both_torques_are_logged():
+    u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
+    still = np.zeros_like(u)
+    both = np.stack([u, still], 1)
+    tau = np.stack([delivered(u, 0.002, 0.8, 0.02, 0.006, 0.0), still], 1)
+    (said,) = told(record(u=both, tau=tau))
+    assert "a: the measured torque is 0.80 times the command, 26 ms late" in said
+    assert told(record(u=both)) == [] == told(record(u=0 * both, tau=0 * both))
