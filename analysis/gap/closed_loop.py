@@ -277,9 +277,10 @@ class Simulator:
         held = link + (1.0 - loose) * motor  # a joint without play moves as one
         after = {}
         for _ in range(SUBSTEPS):
+            q, q_m = q + h / 2 * dq, q_m + h / 2 * dq_m
             of_link = dataclasses.replace(now, q=q, dq=dq)
             of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
-            passed = gap.act(q_m - q, dq_m - dq, p[name], link)
+            passed = gap.act(q_m - q, dq_m - dq, p[name], link, motor)
             own, cross, bias = robot.link_terms(of_link, self.pieces, p)
             torque, after = robot.loads(of_motor, memory, self.pieces, p)
             driven = now.u - torque
@@ -293,7 +294,7 @@ class Simulator:
                 dq = robot.stopped(dq, held + own, cross,
                                    tuple((1.0 - loose) * side for side in limits), h)
                 dq_m = robot.stopped(dq_m, motor, None, limits, h)
-            q, q_m = q + h * dq, q_m + h * dq_m
+            q, q_m = q + h / 2 * dq, q_m + h / 2 * dq_m
             q_m, dq_m = q + loose * (q_m - q), dq + loose * (dq_m - dq)
         return (q, dq, q_m, dq_m), after
 

@@ -32,7 +32,8 @@ class Piece:
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, p) -> largest torque against forward and against backward motion;
         ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
-        ``transmission`` act(twist, rate, p, link) -> torque from motor to link.
+        ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
+        two are their inertias.
         `s` is a `State`; `p` holds the numbers of the effect, `z` its memory, one array (n,)
         per state; `h` is the period.
     act : callable

@@ -180,26 +180,27 @@ def test_presliding_is_a_dahl_contact():
     assert np.allclose(level * z[0], expected, rtol=2e-3, atol=2e-3 * level.min())
 
 
-@given(signed, signed, positive, positive)
-def test_a_gear_that_gives_way(twist, rate, frequency, link):
+@given(signed, signed, positive, positive, positive)
+def test_a_gear_that_gives_way(twist, rate, frequency, link, motor):
     numbers = {"frequency": frequency, "damping_ratio": np.full(N, 0.1)}
     omega = 2 * np.pi * frequency
     assert np.allclose(
-        transmission.JOINT_ELASTICITY.pieces[0].act(twist, rate, numbers, link),
+        transmission.JOINT_ELASTICITY.pieces[0].act(twist, rate, numbers, link, motor),
         joint_elasticity.elastic_torque(twist, rate, 1 / (link * omega**2), 0.2 * link * omega))
 
 
-@given(signed, positive, positive)
-def test_a_pressed_flank_is_the_spring_of_the_catalogue(twist, half, link):
+@given(signed, positive, positive, positive)
+def test_a_pressed_flank_is_the_spring_of_the_catalogue(twist, half, link, motor):
     numbers = {"half_gap": half, "contact": np.full(N, 300.0)}
+    both = 1.0 / (1.0 / link + 1.0 / motor)
     assert np.allclose(
-        transmission.BACKLASH.pieces[0].act(twist, np.zeros(N), numbers, link),
-        backlash.contact_torque(twist, np.zeros(N), half, link * 300.0**2, 0.0))
+        transmission.BACKLASH.pieces[0].act(twist, np.zeros(N), numbers, link, motor),
+        backlash.contact_torque(twist, np.zeros(N), half, both * 300.0**2, 0.0))
 
 
 def test_a_flank_never_pulls():
     twist, numbers = np.array([0.011, -0.011, 0.0]), {
         "half_gap": np.full(N, 0.01), "contact": np.full(N, 300.0)}
     leaving = transmission.BACKLASH.pieces[0].act(twist, -50.0 * np.sign(twist), numbers,
-                                                  np.ones(N))
+                                                  np.ones(N), np.ones(N))
     assert np.all(leaving * twist >= 0.0)

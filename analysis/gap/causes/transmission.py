@@ -6,7 +6,8 @@ from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.simulated import Piece
 
 CONTACT_DAMPING = 1.0
-CONTACTS = 60.0, 600.0, 1000.0  # rad/s: least, first and largest stiffness of a closed gap
+CONTACTS = 60.0, 600.0, 1000.0  # rad/s at which two bodies touching swing: least, first, largest
+GAPS = tuple(2e-4 * 2 ** (k / 2) for k in range(15))  # rad, half of the play
 _BUILT = (  # how the joint is built; see closed_loop.link_part for the first
     Number("link_share", "1", 0.02, 3.0, neutral=None, nuisance=True),  # of the stated inertia
     Number("bearing_share", "1", 0.0, 1.0, neutral=None, nuisance=True),  # of its drag, behind
@@ -21,7 +22,7 @@ def _built(scene):
             for share in shares]
 
 
-def _elastic(twist, rate, p, link):
+def _elastic(twist, rate, p, link, motor):
     omega = 2 * np.pi * p["frequency"]
     return link * omega * (omega * twist + 2 * p["damping_ratio"] * rate)
 
@@ -36,19 +37,30 @@ JOINT_ELASTICITY = Cause(
                    for f in (1.5, 2.2, 3.2, 4.5, 6.5, 9.0, 12.0, 17.0, 24.0, 34.0)])
 
 
-def _backlash(twist, rate, p, link):
-    half, contact = p["half_gap"], p["contact"]
+def _backlash(twist, rate, p, link, motor):
+    half, contact, both = p["half_gap"], p["contact"], link * motor / (link + motor)
     pressed = twist - np.clip(twist, -half, half)
     touching = np.where(np.abs(twist) > half, 1.0, 0.0)
-    torque = link * contact * (contact * pressed + 2 * CONTACT_DAMPING * touching * rate)
+    torque = both * contact * (contact * pressed + 2 * CONTACT_DAMPING * touching * rate)
     return np.where(twist > 0.0, np.maximum(torque, 0.0), np.minimum(torque, 0.0))
+
+
+def _backlash_probes(scene):
+    """Widths of play at one joint at a time where links couple, with its drag on either side.
+
+    Play at one joint shakes the others, so that no joint could be judged beside a loose one.
+    """
+    every, chain = 1.0 + 0 * scene.torque, scene.problem.chain
+    loose = list(np.eye(len(every))) if chain.has_coupling else [every]
+    drag = (0.0, 1.0) if np.any(chain.bearing_damping > 0) else (0.0,)
+    return [Probe({"half_gap": gap * every, "contact": CONTACTS[1] * every, **built,
+                   "bearing_share": share * every, "loose": where},
+                  sizes={"bearing_share": 0.5 * every, "loose": every})
+            for built in _built(scene) for where in loose for share in drag for gap in GAPS]
 
 
 BACKLASH = Cause(
     "backlash", (Piece("transmission", _backlash),),
     (Number("half_gap", "rad", 0.0, 0.1), *_BUILT,
      Number("contact", "rad/s", CONTACTS[0], CONTACTS[2], neutral=None)),
-    lambda scene: [Probe({"half_gap": gap + 0 * scene.torque,
-                          "contact": CONTACTS[1] + 0 * scene.torque, **built})
-                   for built in _built(scene)
-                   for gap in (2e-4, 4e-4, 8e-4, 1.6e-3, 3e-3, 6e-3, 0.012, 0.025)])
+    _backlash_probes)
