@@ -21,6 +21,7 @@ from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.shrinkage import shrinkage
 from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.torque_table import torque_table
 from clie_blocks.analysis.gap.verdict import learned, verdict, weighed
 from clie_blocks.analysis.gap.where import where
 from clie_blocks.errors import ClieError, nearest
@@ -56,6 +57,8 @@ class Diagnosis:
         ``effect``, ``parametric``, ``none`` or ``unexplained``.
     shrinkage : Shrinkage
         How far the gap shrinks on unseen data.
+    repeatable : TorqueTable or None
+        What the model leaves and every lap repeats, where that pays on unseen data.
     where : dict
         Where the gap lies, see `where`.
     next_experiment : dict or None
@@ -77,6 +80,7 @@ class Diagnosis:
     model: object
     verdict: str
     shrinkage: object
+    repeatable: object
     where: dict
     next_experiment: dict | None
     calibration: object
@@ -138,7 +142,8 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
     return Diagnosis(
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),
-        shrinkage(nominal, model.hypothesis, bench), where(bench, base, check),
+        shrinkage(nominal, model.hypothesis, bench), torque_table(model.hypothesis, bench),
+        where(bench, base, check),
         next_experiment(bench, base, ranking, calibration), calibration, table,
         time.perf_counter() - began)
 
@@ -166,7 +171,8 @@ def examined(asked, causes=CAUSES):
     bench, base = baseline(asked)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes) if ailing and causes and not diverged(base) else []
-    return bench, base, evidence(base, fits, _free(base, fits, bench))
+    kept = [row.fit for row in evidence(base, fits).rows]
+    return bench, base, evidence(base, fits, _free(base, kept, bench))
 
 
 def chosen(effects, exclude):

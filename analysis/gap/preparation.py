@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from clie_blocks.analysis.gap.goal_path import goal_path
+from clie_blocks.analysis.gap import goal_path, torque_path
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
@@ -116,8 +116,8 @@ def torque_driven(robot, records):
     turn = np.zeros(robot.n)
     turn[0] = QUARTER if stated.nominal.gravity else 0.0
     said = "No law is known: the command acts as excitation, without feedback."
-    return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated).noted(said)
-                    for record in records]
+    return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated)
+                    .noted(" ".join([said, *torque_path.told(record)])) for record in records]
 
 
 def goal_driven(robot, records):
@@ -135,10 +135,7 @@ def goal_driven(robot, records):
 
 def _paths(record):
     """What the way from goal to motion says of each joint whose goal moves."""
-    for k in np.flatnonzero(np.ptp(record.qd, axis=0) > 0):
-        path = goal_path(record, k, ("delay", "level"))
-        yield (f"{record.joints[k]}: goals act {1e3 * path.delay:.0f} ms late, and dry friction "
-               f"holds up to {path.level:.3g} rad of error.")
+    return [goal_path.told(record, k) for k in np.flatnonzero(np.ptp(record.qd, axis=0) > 0)]
 
 
 def _hanging(robot):
