@@ -67,9 +67,11 @@ def beside_simulator(asked, robot, records, causes, calibration):
     logs = [log if j is None else dataclasses.replace(
         log, q=log.q - model.error(j), start=simulated.fit[j].start)
         for log, j in zip(asked.logs, match)]
-    inside = tuple(_held(model, member, match, doubt) for member in model.members)
-    beside = dataclasses.replace(
-        asked, nominal=_nominal(asked, model, doubt), inside=inside, quiet=True)
+    known = {member.name for member in asked.inside}
+    inside = tuple(_held(model, member, match, doubt) for member in model.members
+                   if member.name not in known)
+    beside = dataclasses.replace(asked, nominal=_nominal(asked, model, doubt),
+                                 inside=(*asked.inside, *inside), quiet=True)
     return with_positions(lively(silent(beside)), logs), said(model, asked.joints)
 
 

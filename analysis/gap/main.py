@@ -61,7 +61,12 @@ def sentence(name, answer):
     closed = answer["closed_percent"]["value"]
     bought = "" if closed is None or answer["verdict"] == "none" else (
         f"; closes {closed:.0f} % of the reducible gap on unseen data")
-    return f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
+    table = answer.get("repeatable")
+    rest = "" if table is None else (
+        f"; what is left repeats: a torque table over place and speed removes "
+        f"{table['percent']:.0f} % of it")
+    return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
+            + rest)
 
 
 def _where(joints):

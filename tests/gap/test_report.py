@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
+from clie_blocks.analysis.gap.report.repeatable import repeatable_section
 from clie_blocks.analysis.gap.report.words import (
     listed,
     local_unit,
@@ -23,6 +24,7 @@ from clie_blocks.analysis.gap.report.words import (
     simulator_units,
     size,
 )
+from clie_blocks.analysis.gap.torque_table import JointTable, TorqueTable
 
 NASTY = "<script>alert('x')</script> & $y_1 \"q\""
 LIMIT = 2_000_000  # bytes
@@ -173,3 +175,20 @@ def test_page_fits_a_phone(page, tmp_path):
     width = int(re.search(r'data-width="(\d+)"', run.stdout)[1])
     assert int(re.search(r'data-figures="(\d+)"', run.stdout)[1]) >= 4
     assert 0 < width <= PHONE
+
+
+def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
+    found, _ = diagnosed
+    places, speeds = np.linspace(-1.0, 1.0, 16), np.linspace(0.1, 2.0, 8)
+    table = JointTable(0, places, speeds, np.stack([places, -places]), np.ones((2, 8)),
+                       np.full((2, 16), 0.1), np.full((2, 8), 0.2))
+    rest = TorqueTable((table,), 2e-4, 31.5, (20.8, 42.4))
+    told, units = {"repeatable": rest.as_dict()}, {"q": "rad", "u": "N m"}
+    section = repeatable_section(dataclasses.replace(found, repeatable=rest), told, units)
+    assert "removes 31.5 % (20.8 .. 42.4)" in section.sentences[0]
+    assert "changes no verdict" in section.sentences[0]
+    place, speed = section.pictures[0].figure.axes
+    assert np.allclose(place.lines[0].get_ydata(), places)
+    assert "<script>" in place.get_xlabel() and speed.get_xlabel().endswith("[rad/s]")
+    section.pictures[0].figure.canvas.draw()
+    assert repeatable_section(found, {"repeatable": None}, units) is None

@@ -35,8 +35,8 @@ def block_shares(diagnosis):
         for member in members:
             block = OF_PORT[member.cause.pieces[0].port]
             shares[block] += standing.probability * removed / len(members)
-    if diagnosis.check.wrong or diagnosis.check.coarse:
-        guilty = "controller" if diagnosis.check.wrong else "encoder"
+    if diagnosis.check.misdescribed or diagnosis.check.coarse:
+        guilty = "controller" if diagnosis.check.misdescribed else "encoder"
         shares = {block: (1.0 - CERTAIN) * share for block, share in shares.items()}
         shares[guilty] += CERTAIN
     left = {"block": "unassigned", "share": max(0.0, 1.0 - sum(shares.values()))}

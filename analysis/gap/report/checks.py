@@ -45,6 +45,11 @@ def _remarks(diagnosis, limited):
     if check.wrong:
         wrong = listed(joints[k] for k in check.wrong)
         yield (f"The stated velocity filter did not run at {wrong}: mend the robot file first.")
+    if check.gains:
+        gains = listed(joints[k] for k in check.gains)
+        yield f"The stated gains did not run at {gains}: mend the robot file first."
+    if check.late:
+        yield "The command is sent one period after it was worked out: say so in the robot file."
     if check.coarse:
         coarse = listed(joints[k] for k in check.coarse)
         yield f"The encoder of {coarse} is coarser than stated."

@@ -4,6 +4,7 @@ from clie_blocks.analysis.gap.report import checks, where_sections
 from clie_blocks.analysis.gap.report.causes import causes_section, confusion_section
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
 from clie_blocks.analysis.gap.report.plots import motions
+from clie_blocks.analysis.gap.report.repeatable import repeatable_section
 from clie_blocks.analysis.gap.report.words import (
     at_joints,
     called,
@@ -49,6 +50,7 @@ def document(diagnosis, answer, records, name):
         confusion_section(answer),
         parameters_section(diagnosis, answer, units),
         simulator_section(diagnosis, answer, records),
+        repeatable_section(diagnosis, answer, units),
         checks.checks_section(diagnosis, units),
         checks.decisions_section(diagnosis, records))
     return Document(f"Gap between {name} and its model", sentence(answer, joints),
