@@ -12,8 +12,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap import noise as noises
 from clie_blocks.analysis.gap import pipeline
-from clie_blocks.analysis.gap.fit import fit, shrunk
-from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.output import to_json
 
 CORNER = 8.0  # Hz of the parallel filter of textbook identification
@@ -80,13 +79,6 @@ def _weighing(noise, problem, shape, sensitivity):
         noise, whitener=shape / np.sqrt(np.sum(np.convolve(seen, apart) ** 2)))
 
 
-def unpolished(bench, base, candidates, finalists):
-    """Hypotheses as the regression left them, each judged by one simulation."""
-    starts = [hypothesis(bench.problem, candidate.members, base.hypothesis)
-              for candidate in candidates]
-    return [fit(shrunk(start, bench, base.cost), bench, 0) for start in starts]
-
-
 def without_priors(robot):
     """Robot whose datasheet states no tolerance."""
     return dataclasses.replace(robot, motor=dataclasses.replace(
@@ -94,23 +86,32 @@ def without_priors(robot):
         torque_offset_tolerance=None))
 
 
-def _diagnosed(robot, records):
+def diagnosed(robot, records, **asked):
+    """Answer of the diagnosis without what no score reads: the advice on the next experiment."""
     from clie_blocks.analysis.gap.json_answer import answer
 
-    with np.errstate(over="ignore"):  # the map of the gap undoes whitening, and here there is none
-        return json.loads(to_json(answer(pipeline.diagnose(robot, records))))
+    with (replaced(pipeline, "next_experiment", lambda *_: None),
+          np.errstate(over="ignore")):  # the map of the gap undoes whitening, if there is any
+        return json.loads(to_json(answer(pipeline.diagnose(robot, records, **asked))))
 
 
-def _with(module, name, function):
-    def diagnosed(robot, records):
-        with replaced(module, name, function):
-            return _diagnosed(robot, records)
-    return diagnosed
+def _with_noise(noise):
+    def found(robot, records):
+        with replaced(noises, "noise", noise):
+            return diagnosed(robot, records)
+    return found
+
+
+def _unpolished(robot, records):
+    """Numbers stay as the regression left them; one simulation judges each hypothesis."""
+    with (replaced(pipeline, "fit", lambda start, bench, steps: fit(start, bench, 0)),
+          replaced(pipeline, "settled", lambda found, bench: found)):
+        return diagnosed(robot, records)
 
 
 ABLATIONS = {
-    "no sensitivity filter": _with(noises, "noise", as_torques),
-    "no whitening": _with(noises, "noise", unwhitened),
-    "no polish": _with(pipeline, "race", unpolished),
-    "no priors": lambda robot, records: _diagnosed(without_priors(robot), records),
+    "no sensitivity filter": _with_noise(as_torques),
+    "no whitening": _with_noise(unwhitened),
+    "no polish": _unpolished,
+    "no priors": lambda robot, records: diagnosed(without_priors(robot), records),
 }

@@ -1,24 +1,13 @@
-"""Other methods on the trials of a study: the baselines of today, and the diagnosis less a stage.
-
-Every method is a function from robot and records to an answer in the form of ``clie diagnose``,
-so that all are scored alike.  Answers are kept, so that a killed run continues.
-"""
-
-import json
-import time
-
-import numpy as np
+"""Other methods on the trials of a study: those of today, and the diagnosis less a stage."""
 
 from clie_blocks.analysis.blind.rates import rate
+from clie_blocks.analysis.blind.repeats import repeated
 from clie_blocks.analysis.blind.score import score
-from clie_blocks.analysis.blind.study import TRIALS, merged
-from clie_blocks.errors import ClieError
-from clie_blocks.output import progress, to_json, write
+from clie_blocks.analysis.blind.study import merged
 
 FULL = "clie diagnose"
-PARTS = "compared.parts"
-SHOWN = ("trials", "top_1", "top_3", "joint", "pair_all_in_top_2", "false_alarm",
-         "unknown_detected", "against_true_model", "seconds")
+SHOWN = ("trials", "kinds", "top_1", "top_3", "joint", "pair_all_in_top_2", "false_alarm",
+         "unknown_detected", "set_coverage", "against_true_model", "seconds")
 
 
 def methods(baselines, ablations):
@@ -48,7 +37,7 @@ def compared(names, places, diagnoses, labels, subset=None, jobs=1):
     diagnoses, labels : dict
         By seed, then by trial.
     subset : int, optional
-        First trials of each seed; by default all.
+        First trials of each seed, whose kinds stand in an order drawn by chance; by default all.
     jobs : int
         Processes.
 
@@ -59,16 +48,21 @@ def compared(names, places, diagnoses, labels, subset=None, jobs=1):
 
     """
     chosen = {seed: sorted(labels[seed])[:subset] for seed in places}
-    truth = merged({seed: {name: labels[seed][name] for name in chosen[seed]} for seed in places})
     tasks = [(method, places[seed], name) for method in names for seed in places
              for name in chosen[seed]]
-    answers = dict(zip(tasks, _spread(tasks, jobs)))
+    answers = repeated(tasks, jobs)
     by_method = {FULL: diagnoses, **{method: {seed: {
         name: answers[method, places[seed], name] for name in chosen[seed]} for seed in places}
         for method in names}}
-    return [row(method, merged({seed: {name: found[seed][name] for name in chosen[seed]}
-                                for seed in places}), truth)
+    truth = merged(_of(labels, chosen))
+    return [row(method, merged(_of(found, chosen)), truth)
             for method, found in by_method.items()]
+
+
+def _of(entries, chosen):
+    """Entries of the chosen trials alone, by seed."""
+    return {seed: {name: entries[seed][name] for name in names}
+            for seed, names in chosen.items()}
 
 
 def row(method, answers, truth):
@@ -77,43 +71,3 @@ def row(method, answers, truth):
     return {"method": method, "ece": found["calibration"]["ece"],
             "failed": rate("error" in answer for answer in answers.values()),
             **{key: found[key] for key in SHOWN}}
-
-
-def _spread(tasks, jobs):
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    with (ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-          progress("comparing methods", len(tasks)) as advance):
-        for answer in pool.map(_answered, tasks):
-            yield answer
-            advance(1)
-
-
-def _answered(task):
-    method, place, name = task
-    kept = place / PARTS / _slug(method) / f"{name}.json"
-    if kept.is_file():
-        return json.loads(kept.read_text())
-    text = to_json(_answer(method, place / TRIALS / name))
-    write(kept, text)
-    return json.loads(text)
-
-
-def _slug(method):
-    return method.replace(",", "").replace(" ", "-")
-
-
-def _answer(method, path):
-    from clie_blocks.analysis.blind.ablations import ABLATIONS
-    from clie_blocks.analysis.blind.baselines import BASELINES
-    from clie_blocks.analysis.gap.trials import Trial, read
-
-    began = time.perf_counter()
-    try:
-        found = {**BASELINES, **ABLATIONS}[method](*read(Trial(path.name, (str(path),))))
-    except ClieError as error:
-        return {"error": str(error), "exit_code": error.exit_code}
-    except np.linalg.LinAlgError as error:
-        return {"error": f"no solution: {error}", "exit_code": 4}
-    return {**found, "seconds": time.perf_counter() - began}

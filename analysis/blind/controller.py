@@ -60,10 +60,15 @@ class Controller:
         self.b, self.a = filter_coefficients(high, low, robot.period, robot.discretisation)
         self.kp, self.kd, self.step = robot.kp * p["kp_factor"], robot.kd, robot.command_step
         self.integral = robot.period * p["integral"] if p["integral"].any() else None
-        self.begin, self.first, self.second, self.sum = None, 0.0, 0.0, 0.0
+        self.behind = p["behind"] > 0 if p["behind"].any() else None
+        self.begin, self.first, self.second, self.sum, self.before = None, 0.0, 0.0, 0.0, None
 
     def __call__(self, q_d, q, pe):
         """Command [N m], rounded."""
+        if self.behind is not None:
+            now, before = (q_d, q, pe), self.before or (q_d, q, pe)
+            q_d, q, pe = (np.where(self.behind, *pair) for pair in zip(before, now))
+            self.before = now
         if self.begin is None:
             self.begin = q
         b, a, x = self.b, self.a, q - self.begin

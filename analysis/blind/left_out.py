@@ -1,32 +1,73 @@
 """Each effect taken out of the library: the diagnosis should say that it knows no such thing."""
 
+import itertools
+
 from clie_blocks.analysis.blind.answers import FAMILY, Answer
 from clie_blocks.analysis.blind.rates import rate
+from clie_blocks.analysis.blind.repeats import WITHOUT, repeated
 
 KEPT = ("velocity_filter_mismatch", "encoder_quantization")  # found by a check, not by the library
+
+
+def diagnosed(places, labels, jobs=1, most=None):
+    """Diagnose robots with one effect again, with that effect taken out of the library.
+
+    Parameters
+    ----------
+    places : dict
+        Folder of each seed.
+    labels : dict
+        Opened labels, by seed, then by trial.
+    jobs : int
+        Processes.
+    most : int, optional
+        Trials per effect, see `chosen`.
+
+    Returns
+    -------
+    dict
+        Answers by seed, then by trial; the right one is "unknown".
+
+    """
+    tasks = {(seed, name): (WITHOUT + effect, places[seed], name)
+             for effect, trials in chosen(labels, most).items() for seed, name in trials}
+    answers, found = repeated(list(tasks.values()), jobs), {seed: {} for seed in places}
+    for (seed, name), task in tasks.items():
+        found[seed][name] = answers[task]
+    return found
 
 
 def chosen(labels, most=None):
     """Return the trials with one effect of the library, at most so many of each effect.
 
+    They are taken from the seeds in turn, and each effect begins with another seed.
+
     Parameters
     ----------
     labels : dict
-        Opened labels.
+        Opened labels, by seed, then by trial.
     most : int, optional
-        Trials per effect.
+        Trials per effect in the whole study.
 
     Returns
     -------
     dict
-        Names of trials by effect.
+        Pairs of seed and name of the trial, by effect.
 
     """
     hidden = {}
-    for name, label in sorted(labels.items()):
-        if label["kind"] == "single" and label["labels"][0] not in KEPT:
-            hidden.setdefault(label["labels"][0], []).append(name)
-    return {effect: names[:most] for effect, names in sorted(hidden.items())}
+    for seed, trials in labels.items():
+        for name, label in sorted(trials.items()):
+            if label["kind"] == "single" and label["labels"][0] not in KEPT:
+                hidden.setdefault(label["labels"][0], {}).setdefault(seed, []).append(name)
+    found = {}
+    for turn, (effect, by_seed) in enumerate(sorted(hidden.items())):
+        first = turn % len(labels)
+        order = [*labels][first:] + [*labels][:first]
+        rounds = itertools.zip_longest(*(by_seed.get(seed, ()) for seed in order))
+        found[effect] = [(seed, name) for names in rounds
+                         for seed, name in zip(order, names) if name is not None][:most]
+    return found
 
 
 def scored(diagnoses, labels):

@@ -59,13 +59,12 @@ def scoreboard(asked):
 
 
 def _further(asked, places, diagnoses, labels):
-    """Studies on the same trials, once their labels are open."""
-    from clie_blocks.analysis.blind import compare, engines, left_out, study
+    """Further studies: on the same trials, once their labels are open, and on others."""
+    from clie_blocks.analysis.blind import compare, engines, left_out, study, wrong_controller
 
     found = {}
     if asked.leave_out:
-        answers = {seed: study.leave_out(place, labels[seed], asked.jobs, asked.leave_out)
-                   for seed, place in places.items()}
+        answers = left_out.diagnosed(places, labels, asked.jobs, asked.leave_out)
         found |= left_out.scored(study.merged(answers), study.merged(labels))
     if asked.engines:
         found["engines"] = engines.compared(asked.engines, study.merged(diagnoses),
@@ -74,6 +73,10 @@ def _further(asked, places, diagnoses, labels):
     if methods:
         found["compared"] = compare.compared(methods, places, diagnoses, labels, asked.subset,
                                              asked.jobs)
+    if asked.controllers:
+        found["controllers"] = wrong_controller.scored(*study.sealed(
+            asked.output / "controllers", asked.controllers, asked.seed[0], asked.jobs,
+            wrong_controller.make_trial))
     return found
 
 
@@ -95,6 +98,7 @@ def _command(asked):
               if getattr(asked, name)]
     parts += [f"--leave-out {asked.leave_out}"] if asked.leave_out else []
     parts += [f"--subset {asked.subset}"] if asked.subset else []
+    parts += [f"--controllers {asked.controllers}"] if asked.controllers else []
     parts += [f"--engines {asked.engines.name}"] if asked.engines else []
     return " ".join(parts)
 
@@ -107,7 +111,9 @@ def _parser():
     parser.add_argument("--jobs", type=_count, default=1, help="processes (1)")
     parser.add_argument("--leave-out", type=_count, nargs="?", const=2, metavar="MOST",
                         help="then again, each effect taken out of the library, on at most MOST "
-                             "trials of it and seed (2): is it unknown?")
+                             "trials of it (2): is it unknown?")
+    parser.add_argument("--controllers", type=_count, metavar="N",
+                        help="also N sound robots whose file describes another controller")
     parser.add_argument("--engines", type=Path, metavar="ROBOTS",
                         help="calibrate on one engine, test on the other, both ways; ROBOTS is "
                              "the folder of robots kept by the calibration")

@@ -1,5 +1,6 @@
 """The scoreboard as one page, with its pictures."""
 
+from clie_blocks.analysis.blind.further import further
 from clie_blocks.analysis.blind.plots import (
     confusion_matrix,
     reductions,
@@ -15,7 +16,6 @@ from clie_blocks.analysis.blind.words import (
     cells,
     number,
     percent,
-    short,
     with_interval,
 )
 from clie_blocks.analysis.report.document import (
@@ -62,8 +62,7 @@ def document(found):
         f"Named the hidden effect of {percent(found['top_1'])} robots with one effect.", mood,
         (_targets(found), _headlines(found), _honest(found), _confusion(found),
          *(_slice(found, key, text) for key, text in SLICES.items() if found[key]),
-         *_left_out(found), *_engines(found), *_compared(found), protocol(found),
-         _wrong(found)),
+         *further(found), protocol(found), _wrong(found)),
         (("trials", str(found["trials"])), ("seeds", ", ".join(map(str, found["seeds"]))),
          ("seconds per trial", number(found["seconds"]["median"])),
          ("achieved / achievable shrinkage", number(found["shrinkage"]["median"]))))
@@ -122,62 +121,6 @@ def _slice(found, key, text):
                       "bars are 95 % intervals.")
     return Section(f"By {text}", (), tables=(Table((text, *SHARE), rows),),
                    pictures=(picture,))
-
-
-def _left_out(found):
-    if not found.get("left_out"):
-        return ()
-    rows = tuple((row["effect"], number(row["ratio"]), row["said"], f"{row['probability']:.2f}")
-                 for row in found["left_out"])
-    shares_found = tuple((text, *cells(found[key])) for key, text in HEADLINES.items()
-                         if key.startswith("left_out") and found[key]["of"])
-    return (Section("Each effect taken out of the library", (
-        "The right answer is \"unknown\". A cousin may describe the motion just as well; then it "
-        "is named in the place of what was taken out.",), tables=(
-            Table(("figure", *SHARE), shares_found),
-            Table(("effect", "ratio", "decision", "stated"), rows))),)
-
-
-def _engines(found):
-    if not found.get("engines"):
-        return ()
-    rows = tuple((f"{row['learned_on']}; {row['tested_on']} ({row['robots']} robots)",
-                  with_interval(row["loss"]), short(row["top_1"]), with_interval(row["ece"]))
-                 for row in found["engines"])
-    return (Section("Calibrated on one engine, tested on the other", (
-        "Thresholds and probability map learned on the robots of one engine and judged on those "
-        "of the other, beside those that were set by hand. The figures rest on the tables of "
-        "hypotheses alone, without what the controller check establishes. Loss: mean negative "
-        "logarithm of the probability of the truth.",),
-        tables=(Table(("learned on; tested on", "loss [nats]", "right first %",
-                       "calibration error"), rows),)),)
-
-
-def _compared(found):
-    if not found.get("compared"):
-        return ()
-    rows = found["compared"]
-    tables = (
-        _methods(rows, ("right first %", "among three %", "right joint %"), lambda row: (
-            short(row["top_1"]), short(row["top_3"]), short(row["joint"]))),
-        _methods(rows, ("both of a pair lead %", "false alarm %", "unknown found %"), lambda row: (
-            short(row["pair_all_in_top_2"]), short(row["false_alarm"]),
-            short(row["unknown_detected"]))),
-        _methods(rows, ("calibration error", "gap over true model's", "time [s]"), lambda row: (
-            with_interval(row["ece"]), with_interval(row["against_true_model"]),
-            number(row["seconds"]["median"]))))
-    picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),
-                      "Single effect named right; bars are 95 % intervals.")
-    return (Section("What each stage buys, and what other methods reach", (
-        f"The same {rows[0]['trials']} trials, the same logs, the same knowledge of robot and "
-        "controller. The gap is judged on the unseen log, after diagnoses that name the effect "
-        "right. The diagnosis with a stage taken away can still say \"unknown\"; the methods of "
-        "today cannot.",),
-        tables=tables, pictures=(picture,)),)
-
-
-def _methods(rows, head, figures):
-    return Table(("method", *head), tuple((row["method"], *figures(row)) for row in rows))
 
 
 def _wrong(found):

@@ -30,6 +30,7 @@ NEUTRAL = {
     "sag": 0.0,
     # sensor and controller
     "step": 0.0, "late": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
+    "behind": 0.0,
     # time
     "tone": 0.0, "tone_hz": 1.0, "fault_torque": 0.0, "fault_level": 0.0, "fault_drag": 0.0,
     "fault_share": 0.5, "random": 0.0}

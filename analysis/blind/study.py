@@ -5,11 +5,11 @@ import shutil
 from pathlib import Path
 
 from clie_blocks.analysis.blind import seal
-from clie_blocks.analysis.blind.left_out import chosen
+from clie_blocks.analysis.blind.trial import make_trial
 from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, to_json, write
 
-TRIALS, DIAGNOSES, LEFT_OUT = "trials", "diagnoses.json", "left-out.json"
+TRIALS, DIAGNOSES = "trials", "diagnoses.json"
 OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
 
 
@@ -28,7 +28,7 @@ def merged(by_seed):
             for name, entry in entries.items()}
 
 
-def make(folder, trials, seed, jobs=1):
+def make(folder, trials, seed, jobs=1, maker=make_trial):
     """Make the trials of a study and seal their labels; a study that stands is kept.
 
     Parameters
@@ -39,6 +39,8 @@ def make(folder, trials, seed, jobs=1):
         How many, and the seed of all of them.
     jobs : int
         Processes.
+    maker : callable
+        ``maker(seed, index)`` makes a trial.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def make(folder, trials, seed, jobs=1):
             raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
                             f"{made['seed']}; choose another folder with -o DIR")
         return
-    labels = dict(sorted(_spread(folder, trials, seed, jobs)))
+    labels = dict(sorted(_spread(folder, trials, seed, jobs, maker)))
     seal.note(folder, "made", trials=trials, seed=seed,
               digest=seal.folder_digest(folder / TRIALS))
     seal.seal(folder, labels)
@@ -96,63 +98,48 @@ def diagnose(folder, jobs=1):
     return json.loads(text)
 
 
-def leave_out(folder, labels, jobs=1, most=None):
-    """Diagnose robots with one effect again, with that effect taken out of the library.
+def sealed(folder, trials, seed, jobs=1, maker=make_trial):
+    """Make, diagnose and open a study in one go.
 
     Parameters
     ----------
     folder : path-like
         Of the study.
-    labels : dict
-        Opened labels.
-    jobs : int
-        Processes.
-    most : int, optional
-        Trials per effect.
+    trials, seed, jobs : int
+        How many, the seed of all of them, processes.
+    maker : callable
+        ``maker(seed, index)`` makes a trial.
 
     Returns
     -------
-    dict
-        Answers by trial; the right one is "unknown".
+    diagnoses, labels : dict
+        By trial.
 
     """
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    from clie_blocks.analysis.gap import trials
-
-    folder, answers = Path(folder), {}
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        for effect, names in chosen(labels, most).items():
-            found = trials.find_trials([folder / TRIALS / name for name in names])
-            answers |= trials.diagnose_all(found, trials.Options(exclude=(effect,)),
-                                           folder=folder / f"{LEFT_OUT}.parts", executor=pool)
-    text = to_json(dict(sorted(answers.items())))
-    write(folder / LEFT_OUT, text)
-    return json.loads(text)
+    make(folder, trials, seed, jobs, maker)
+    return diagnose(folder, jobs), seal.unseal(Path(folder))
 
 
-def _spread(folder, trials, seed, jobs):
+def _spread(folder, trials, seed, jobs, maker):
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        running = [pool.submit(_made, folder, seed, index) for index in range(trials)]
+        running = [pool.submit(_made, folder, seed, index, maker) for index in range(trials)]
         with progress("making trials", trials) as advance:
             for future in as_completed(running):
                 yield future.result()
                 advance(1)
 
 
-def _made(folder, seed, index):
+def _made(folder, seed, index, maker):
     from clie_blocks.analysis.blind.folder import write_trial
-    from clie_blocks.analysis.blind.trial import make_trial
 
     name = f"trial-{index:03d}"
     kept = folder / OPEN / f"{seed}-{index}.json"
     if kept.is_file():
         return name, json.loads(kept.read_text())
-    trial = make_trial(seed, index)
+    trial = maker(seed, index)
     write_trial(trial, folder / TRIALS / name)
     text = to_json(trial.label)
     write(kept, text)

@@ -116,7 +116,7 @@ def _attempt(rng, kind, names, severity, index):
 
 
 def _accept_healthy(motions, runs, hidden):
-    if _lost(motions, runs):
+    if lost(motions, runs):
         raise RejectedError("the healthy robot is unstable")
     for one in hidden:
         for joint in one.joints:
@@ -125,13 +125,14 @@ def _accept_healthy(motions, runs, hidden):
 
 
 def _accept_afflicted(motions, runs, numbers):
-    if _lost(motions, runs):
+    if lost(motions, runs):
         raise RejectedError("unstable or stuck with its effects")
     if max(np.max(np.mean(np.abs(u) >= numbers["limit"], axis=0)) for _, u in runs) > CLIPPED:
         raise RejectedError("at the limit of its drive most of the time")
 
 
-def _lost(motions, runs):
+def lost(motions, runs):
+    """Whether a robot leaves its set-point as nobody would log it."""
     return any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs))
 
 
@@ -221,7 +222,7 @@ def _traces(robot, lanes, motions, noises, ref, seed):
     found = run(robot, [lane for lane in lanes for _ in FITTED], motions[:logs] * len(lanes),
                 noises[:logs] * len(lanes), seed=seed)
     runs = [found[logs * i:logs * (i + 1)] for i in range(len(lanes))]
-    ratios = [np.nan if _lost(motions, one) else ratio_of(prediction(robot, ref, one))
+    ratios = [np.nan if lost(motions, one) else ratio_of(prediction(robot, ref, one))
               for one in runs]
     return np.log(np.maximum(np.square(ratios) - 1, 1e-8)) / 2
 

@@ -24,6 +24,9 @@ HEADLINES = {
     "left_out_unknown_medium_strong": "the same, medium and strong",
     "left_out_family": "effect taken out of the library taken for its family",
     "left_out_none": "effect taken out of the library missed"}
+OUTCOMES = {
+    "named": "said to be a matter of the controller", "unknown": "called unknown, no more said",
+    "missed": "taken for a sound robot with a true file", "accused": "a robot effect accused"}
 SLICES = {"by_size": "size (ratio to the noise floor 1.5, 4, 10)", "by_robot": "robot",
           "by_gear": "gear ratio", "by_excitation": "excitation of the fitted logs",
           "by_effect": "effect"}

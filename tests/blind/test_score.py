@@ -124,10 +124,14 @@ def test_an_effect_taken_out_of_the_library_should_be_unknown(tmp_path):
     assert "Each effect taken out of the library" in page
 
 
-def test_at_most_so_many_trials_of_each_effect_are_left_out():
-    several = {f"{i}": label("single") for i in range(5)}
-    checked = label("single") | {"labels": ["encoder_quantization"]}
-    assert chosen(several | {"check": checked}, 2) == {"coulomb": ["0", "1"]}
+def test_effects_are_left_out_evenly_over_the_seeds():
+    seeds = {seed: {f"{effect}-{i}": label("single") | {"labels": [effect]}
+                    for effect in ("coulomb", "spring", "encoder_quantization") for i in range(3)}
+             for seed in (51, 52, 53)}
+    found = chosen(seeds, 2)
+    assert found == {"coulomb": [(51, "coulomb-0"), (52, "coulomb-0")],
+                     "spring": [(52, "spring-0"), (53, "spring-0")]}
+    assert [len(trials) for trials in chosen(seeds).values()] == [9, 9]
 
 
 def test_what_is_reported_was_not_learned_from(tmp_path):

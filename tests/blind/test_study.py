@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.blind import compare, seal, study
+from clie_blocks.analysis.blind import compare, repeats, seal, study
 from clie_blocks.analysis.blind.ablations import ABLATIONS
 from clie_blocks.analysis.blind.baselines import BASELINES
 from clie_blocks.analysis.blind.main import main
@@ -27,7 +27,7 @@ def quick(monkeypatch):
         (folder / study.OPEN).mkdir(exist_ok=True)
         return f"trial-{index:03d}", LABEL
 
-    def spread(folder, trials, seed, jobs):
+    def spread(folder, trials, seed, jobs, maker):
         return [made(folder, seed, index) for index in range(trials)]
 
     def diagnosed(found, **options):
@@ -74,15 +74,15 @@ def test_several_seeds_make_one_study(quick, tmp_path, capsys):
 
 
 def test_methods_are_compared_on_the_same_trials(quick, tmp_path, monkeypatch):
-    monkeypatch.setattr(compare, "_answer", lambda method, path: ANSWER | {"seconds": 0.5})
-    monkeypatch.setattr(compare, "_spread", lambda tasks, jobs: map(compare._answered, tasks))
+    monkeypatch.setattr(repeats, "_answer", lambda method, path: ANSWER | {"seconds": 0.5})
+    monkeypatch.setattr(repeats, "_spread", lambda tasks, jobs: map(repeats.answered, tasks))
     main(["--trials", "3", "--seed", "4", "--baselines", "--ablations", "--subset", "2",
           "-o", str(tmp_path)])
     rows = json.loads((tmp_path / "scoreboard.json").read_text())["compared"]
     assert [row["method"] for row in rows] == [compare.FULL, *BASELINES, *ABLATIONS]
     assert all(row["false_alarm"]["of"] == row["trials"] == 2 for row in rows)
     assert [row["seconds"]["median"] for row in rows] == [1.0] + [0.5] * 8
-    kept = tmp_path / compare.PARTS / "no-polish"
+    kept = tmp_path / repeats.PARTS / "no-polish"
     assert [path.name for path in sorted(kept.iterdir())] == ["trial-000.json", "trial-001.json"]
     assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 

@@ -7,22 +7,11 @@ models M1 to M6 of the BAM servo identification do; BIC chooses.
 from clie_blocks.analysis.blind.baselines.output_error import fitted
 from clie_blocks.analysis.blind.baselines.weighing import answer
 from clie_blocks.analysis.gap.causes import friction
-from clie_blocks.analysis.gap.problem import problem as state_problem
 
 MENU = ((friction.COULOMB,), (friction.STRIBECK,), (friction.ASYMMETRIC_COULOMB,),
         (friction.LOAD_DEPENDENT_FRICTION[0],), (friction.QUADRATIC_DRAG,))
 
 
-def friction_menu(robot, records):
-    """Diagnose a robot by fitting each friction model of the menu in closed loop.
-
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Its logs; the last one only judges.
-
-    """
-    problem = state_problem(robot, records)
+def friction_menu(problem):
+    """Diagnose a robot by fitting each friction model of the menu in closed loop."""
     return answer(problem, fitted(problem, MENU))

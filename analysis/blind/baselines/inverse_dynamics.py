@@ -14,23 +14,12 @@ from clie_blocks.analysis.blind.baselines import motion
 from clie_blocks.analysis.blind.baselines.weighing import Model, answer, bic
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.hypothesis import Member
-from clie_blocks.analysis.gap.problem import problem as state_problem
 
 LEADERS = 6  # causes that enter the search over pairs
 
 
-def inverse_dynamics(robot, records):
-    """Diagnose a robot by regression of its torque on the measured motion.
-
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Its logs; the last one only judges.
-
-    """
-    problem = state_problem(robot, records)
+def inverse_dynamics(problem):
+    """Diagnose a robot by regression of its torque on the measured motion."""
     found = motion.motions(problem, problem.fit)
     target = motion.filtered(problem, [motion.net_command(m) for m in found])
     base = base_columns(problem, found)

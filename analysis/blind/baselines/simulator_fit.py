@@ -8,21 +8,10 @@ without both.
 from clie_blocks.analysis.blind.baselines.output_error import fitted
 from clie_blocks.analysis.blind.baselines.weighing import answer
 from clie_blocks.analysis.gap.causes import drive, friction
-from clie_blocks.analysis.gap.problem import problem as state_problem
 
 MENU = ((friction.COULOMB,), (drive.TIME_DELAY,), (friction.COULOMB, drive.TIME_DELAY))
 
 
-def simulator_fit(robot, records):
-    """Diagnose a robot by the numbers that its simulator's joints have.
-
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Its logs; the last one only judges.
-
-    """
-    problem = state_problem(robot, records)
+def simulator_fit(problem):
+    """Diagnose a robot by the numbers that its simulator's joints have."""
     return answer(problem, fitted(problem, MENU))

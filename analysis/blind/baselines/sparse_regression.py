@@ -18,23 +18,12 @@ from clie_blocks.analysis.blind.baselines.inverse_dynamics import (
     regressed,
 )
 from clie_blocks.analysis.blind.baselines.weighing import answer
-from clie_blocks.analysis.gap.problem import problem as state_problem
 
 REDUNDANT = ("asymmetric_coulomb",)  # dry friction and an offset, which the library holds
 
 
-def sparse_regression(robot, records):
-    """Diagnose a robot by sparse regression of what its datasheet leaves.
-
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Its logs; the last one only judges.
-
-    """
-    problem = state_problem(robot, records)
+def sparse_regression(problem):
+    """Diagnose a robot by sparse regression of what its datasheet leaves."""
     found = motion.motions(problem, problem.fit)
     target = motion.filtered(problem, [motion.net_command(m) for m in found])
     base, groups = base_columns(problem, found), probes(problem, found)

@@ -1,0 +1,99 @@
+"""Sections of the page on the studies that `clie blind` adds where it is asked to."""
+
+from clie_blocks.analysis.blind.plots import shares
+from clie_blocks.analysis.blind.words import (
+    HEADLINES,
+    OUTCOMES,
+    SHARE,
+    cells,
+    number,
+    short,
+    with_interval,
+)
+from clie_blocks.analysis.report.document import Picture, Section, Table
+
+
+def further(found):
+    """Sections of those further studies that a scoreboard holds.
+
+    Parameters
+    ----------
+    found : dict
+        From `score`, with what `clie blind` adds to it.
+
+    """
+    return tuple(section(found) for key, section in SECTIONS.items() if found.get(key))
+
+
+def _left_out(found):
+    rows = tuple((row["trial"], row["effect"], number(row["ratio"]), row["said"],
+                  f"{row['probability']:.2f}") for row in found["left_out"])
+    shares_found = tuple((text, *cells(found[key])) for key, text in HEADLINES.items()
+                         if key.startswith("left_out") and found[key]["of"])
+    return Section("Each effect taken out of the library", (
+        f"{len(rows)} trials with one effect, evenly over effects and seeds, diagnosed again by "
+        "a library that lacks this effect. The right answer is \"unknown\"; where a cousin "
+        "describes the motion just as well, it is named instead.",),
+        tables=(Table(("figure", *SHARE), shares_found),
+                Table(("trial", "effect taken out", "ratio", "decision", "stated"), rows)))
+
+
+def _controllers(found):
+    family = found["controllers"]
+    total = tuple((text, *cells(family[key])) for key, text in OUTCOMES.items())
+    by_wrong = tuple((name, *(f"{row[key]['hits']}/{row[key]['of']}" for key in OUTCOMES))
+                     for name, row in family["by_wrong"].items() if row["named"]["of"])
+    return Section("Controllers described wrong", (
+        f"{family['trials']} sound robots of their own draw, whose file says something of the "
+        "controller that is not so: the discretisation or a corner of its velocity filter, a "
+        "gain, or nothing of a period between measurement and command. A diagnosis that accuses "
+        "the robot would send somebody to the wrong place.",),
+        tables=(Table(("figure", *SHARE), total),
+                Table(("described wrong", *OUTCOMES), by_wrong)))
+
+
+def _engines(found):
+    rows = tuple((f"{row['learned_on']}; {row['tested_on']} ({row['robots']} robots)",
+                  with_interval(row["loss"]), short(row["top_1"]), with_interval(row["ece"]))
+                 for row in found["engines"])
+    return Section("Calibrated on one engine, tested on the other", (
+        "Thresholds and probability map learned on the robots of one engine and judged on those "
+        "of the other, beside those that were set by hand. The figures rest on the tables of "
+        "hypotheses alone, without what the controller check establishes. Loss: mean negative "
+        "logarithm of the probability of the truth.",),
+        tables=(Table(("learned on; tested on", "loss [nats]", "right first %",
+                       "calibration error"), rows),))
+
+
+def _compared(found):
+    rows = found["compared"]
+    kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(rows[0]["kinds"].items()))
+    tables = (
+        _methods(rows, ("right first %", "among three %", "right joint %"), lambda row: (
+            short(row["top_1"]), short(row["top_3"]), short(row["joint"]))),
+        _methods(rows, ("both of a pair lead %", "false alarm %", "unknown found %"), lambda row: (
+            short(row["pair_all_in_top_2"]), short(row["false_alarm"]),
+            short(row["unknown_detected"]))),
+        _methods(rows, ("90 % set holds the truth %", "calibration error"), lambda row: (
+            short(row["set_coverage"]), with_interval(row["ece"]))),
+        _methods(rows, ("gap over true model's", "time [s]"), lambda row: (
+            with_interval(row["against_true_model"]), number(row["seconds"]["median"]))))
+    picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),
+                      "Single effect named right; bars are 95 % intervals.")
+    return Section("What each stage buys, and what other methods reach", (
+        f"The same {rows[0]['trials']} trials ({kinds}), the same logs, the same knowledge of "
+        "robot and controller. A line that begins with \"no\" is the diagnosis less that stage: "
+        "what it loses against the first line is what the stage buys. The others are the methods "
+        "of today, which cannot say \"unknown\".",
+        "First table: how often the cause is found. Second: what happens with two causes, none, "
+        "and one that nobody knows. Third: how honest the probabilities are. Fourth: the gap on "
+        "the unseen log after diagnoses that name the effect right, and the median time.",),
+        tables=tables, pictures=(picture,))
+
+
+def _methods(rows, head, figures):
+    return Table(("method", *head), tuple((row["method"], *figures(row)) for row in rows))
+
+
+SECTIONS = {"left_out": _left_out, "controllers": _controllers, "engines": _engines,
+            "compared": _compared}
