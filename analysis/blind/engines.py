@@ -12,7 +12,6 @@ from clie_blocks.analysis.blind.rates import figure, rate
 from clie_blocks.analysis.blind.score import calibration_error
 from clie_blocks.analysis.blind.seeds import OWN
 
-SEED = 1
 LEAST = 1e-3  # probability below which a miss costs no more
 BY_HAND = "nothing (set by hand)"
 
@@ -38,7 +37,7 @@ def compared(own, diagnoses, labels):
 
     robots = {OWN: calibrate.read_examples(own),
               "MuJoCo": examples(diagnoses, labels)}
-    maps = {BY_HAND: Calibration(), **{name: calibrate.learn(known, SEED)
+    maps = {BY_HAND: Calibration(), **{name: calibrate.learn(known)
                                        for name, known in robots.items()}}
     return [judged(numbers, robots[engine], learned_on, engine)
             for engine in ("MuJoCo", OWN) for learned_on, numbers in maps.items()

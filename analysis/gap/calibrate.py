@@ -1,68 +1,61 @@
-"""Learn the numbers of the verdict on simulated robots: ``python -m ...gap.calibrate -n 200``.
+"""Learn the numbers of the verdict on robots whose truth is known.
 
-The robots come from `own_robots`, whose seeds are disjoint from every reported trial because no
-reported trial is made by it; opened studies of blind trials may be added.  The evidence on each
-robot is kept as a file, so that a run continues, and learning anew takes seconds.  The numbers are
-few, and held to those set by hand; their worth is told on robots that they were not learned on.
+Simulated robots come from `own_robots`, whose seeds are disjoint from every reported trial because
+no reported trial is made by it; opened studies of blind trials may be added::
+
+    python -m clie_blocks.analysis.gap.calibrate -n 60 --studies out/seed-41 out/seed-42
+
+The evidence on each robot is kept as a file, so that a run continues, and learning anew takes a
+minute.  The numbers are few, and held to those set by hand; their worth is told on the group of
+robots (a study, or the simulated ones) that they were not learned on.
 """
 
 import argparse
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.gap.evidence import Table, from_json
 from clie_blocks.analysis.gap.evidence import to_json as plain
-from clie_blocks.analysis.gap.verdict import Calibration, weighed
+from clie_blocks.analysis.gap.examples import Example, read_examples
+from clie_blocks.analysis.gap.verdict import Calibration, marginals, set_90, weighed
 from clie_blocks.output import progress, run_main, to_json, write
 
-SCHEMA_VERSION = 2
-LEARNED = ("sharpness", "price", "second", "misfit", "unexplained_share")
+__all__ = ["Example", "examine", "held_out", "learn", "loss", "read_examples"]
+
+SCHEMA_VERSION = 3
+LEARNED = ("sharpness", "price", "second", "misfit", "unexplained_share", "parametric", "lapse",
+           "blunt")
 LOOSENESS = 0.7  # how far a number may leave its hand-set value, in factors e at one sigma
-FOLDS = 5
+FOLDS = 5  # where all robots are of one group
+SWEEPS = 2  # of the search along each number
 LEAST = 1e-3  # probability below which being wrong costs no more
+SURE = 0.9  # probability from which a decision counts as stated for certain
 CHUNK = 12  # robots simulated side by side
 DURATION, SIZE = 15.0, 0.2  # of each log [s], and of the effects
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Example:
-    """A diagnosed robot.
-
-    Parameters
-    ----------
-    table : Table
-        The evidence, without the fits.
-    truth : tuple of str
-        Its causes, sorted; or ``none``, ``unknown``, ``parametric``.
-
-    """
-
-    table: Table
-    truth: tuple
-
-
 def loss(numbers, examples):
     """Mean negative logarithm of the probability of the truth [nats]."""
-    return float(np.mean([-np.log(max(_right(numbers, one), LEAST)) for one in examples]))
+    return float(np.mean([_surprise(one.truth, weighed(one.table, numbers))
+                          for one in examples]))
 
 
-def _right(numbers, example):
-    return sum(standing.probability for standing in weighed(example.table, numbers)
-               if tuple(sorted(standing.names)) == example.truth)
+def _surprise(truth, ranking):
+    right = sum(standing.probability for standing in ranking
+                if tuple(sorted(standing.names)) == truth)
+    return -np.log(max(right, LEAST))
 
 
-def learn(examples, seed=0):
+def learn(examples):
     """Numbers with the least loss, held to those set by hand.
 
     Parameters
     ----------
     examples : list of Example
         Diagnosed robots.
-    seed : int
-        Of the start of the search.
 
     """
     from scipy.optimize import minimize
@@ -78,57 +71,62 @@ def learn(examples, seed=0):
         held = np.sum((steps / LOOSENESS) ** 2) / 2 / len(examples)
         return loss(numbers(steps), examples) + held
 
-    start = 0.1 * np.random.default_rng(seed).standard_normal((6, 5))
-    found = minimize(price, start[0], method="Nelder-Mead",
-                     options={"initial_simplex": start, "maxfev": 400, "xatol": 1e-2,
-                              "fatol": 1e-4})
+    found = minimize(price, np.zeros(len(LEARNED)), method="Powell",
+                     options={"maxiter": SWEEPS, "xtol": 0.03, "ftol": 1e-4})
     return numbers(found.x)
 
 
-def held_out_loss(examples, seed=0):
-    """Loss before and after learning, each robot judged by numbers learned without it."""
-    order = np.random.default_rng(seed).permutation(len(examples))
-    after = []
-    for part in np.array_split(order, FOLDS):
-        rest = [examples[i] for i in order if i not in part]
-        numbers = learn(rest, seed)
-        after += [loss(numbers, [examples[i]]) for i in part]
-    return {"before": loss(Calibration(), examples), "after": float(np.mean(after))}
+def held_out(examples):
+    """Return what the numbers are worth, each group judged by numbers learned without it.
+
+    Returns
+    -------
+    dict
+        `figures` by group, and of all groups together.
+
+    """
+    groups = [one.group for one in examples]
+    if len(set(groups)) == 1:
+        groups = [f"part {i % FOLDS + 1}" for i in range(len(examples))]
+    stated = {}
+    for group in sorted(set(groups)):
+        numbers = learn([one for one, at in zip(examples, groups) if at != group])
+        stated[group] = [(one.truth, weighed(one.table, numbers))
+                         for one, at in zip(examples, groups) if at == group]
+    return {**{group: figures(found) for group, found in stated.items()},
+            "all": figures(sum(stated.values(), []))}
 
 
-def read_examples(path):
-    """Return the examples of a folder of kept robots, or of an opened study of blind trials.
+def figures(stated):
+    """Return loss, coverage and size of the 90 % sets, and how sure and right decisions are.
 
     Parameters
     ----------
-    path : path-like
-        Folder with ``robot-*.json``, or with ``diagnoses.json`` and ``labels.json``; or one file
-        with a list of them.
+    stated : list of (tuple of str, list of Standing)
+        Truth and ranking of each robot; decisions and sets count those with one right answer.
 
     """
-    path = Path(path)
-    if path.is_file():
-        kept = json.loads(path.read_text())
-    elif (path / "labels.json").is_file():
-        kept = list(_of_study(path))
-    else:
-        kept = [json.loads(file.read_text()) for file in sorted(path.glob("robot-*.json"))]
-    return [Example(from_json(one), tuple(one["truth"])) for one in kept]
+    told = {"robots": len(stated), "loss": float(np.mean([_surprise(*one) for one in stated]))}
+    single = [(set(truth), ranking) for truth, ranking in stated if len(truth) == 1]
+    if not single:
+        return told
+    best = [max(marginals(ranking).items(), key=lambda item: item[1]) for _, ranking in single]
+    sure = [(probability, name in truth) for (name, probability), (truth, _) in zip(best, single)]
+    certain = [one for one in sure if one[0] >= SURE]
+    sets = [set_90(ranking) for _, ranking in single]
+    return {**told, "right": float(np.mean([right for _, right in sure])),
+            "calibration_error": _calibration_error(np.array(sure, float)),
+            "certain": len(certain),
+            "certain_stated_and_right": np.mean(certain, axis=0).tolist() if certain else None,
+            "coverage": float(np.mean([truth <= set(names)
+                                       for (truth, _), names in zip(single, sets)])),
+            "set_size": float(np.mean([len(names) for names in sets]))}
 
 
-def _of_study(folder):
-    """Trials of a study but those on which the controller check decided, not the evidence."""
-    from clie_blocks.analysis.gap.pipeline import FROM_CHECK
-
-    labels = json.loads((folder / "labels.json").read_text())
-    diagnoses = json.loads((folder / "diagnoses.json").read_text())
-    for name, label in sorted(labels.items()):
-        told = diagnoses[name]
-        from_check = {row["effect"] for row in told.get("effects", ())} & set(FROM_CHECK)
-        if "evidence" in told and not from_check:
-            several = label["kind"] in ("single", "pair", "triple")
-            yield {**told["evidence"],
-                   "truth": sorted(label["labels"]) if several else [label["kind"]]}
+def _calibration_error(sure):
+    """Mean distance of stated from observed shares over tenths of the stated probability."""
+    place = np.minimum((sure[:, 0] * 10).astype(int), 9)
+    return float(np.abs(np.bincount(place, sure[:, 0] - sure[:, 1])).sum() / len(sure))
 
 
 def examine(count, seed, folder, jobs=1):
@@ -212,10 +210,12 @@ def main(argv=None):
     examples = robots + trials
     told = {"schema_version": SCHEMA_VERSION, "robots": len(robots), "seed": asked.seed,
             "trials": len(trials), "studies": [study.name for study in asked.studies],
-            "loss": held_out_loss(examples, asked.seed),
-            "numbers": dataclasses.asdict(learn(examples, asked.seed))}
+            "seeds": sorted({int(seed) for study in asked.studies
+                             for seed in re.findall(r"\d+", study.name)}),
+            "held_out": held_out(examples),
+            "numbers": dataclasses.asdict(learn(examples))}
     write(asked.output, to_json(told))
-    print(json.dumps(told["loss"]))
+    print(json.dumps(told["held_out"], indent=1))
     return 0
 
 

@@ -8,8 +8,11 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.ripple import seen
+
 STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
 IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing
+SEARCHED = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -23,7 +26,7 @@ class Row:
     excess : float
         What it leaves, see `excess`.
     numbers : int
-        Numbers that it spends beyond the joint model.
+        Numbers that it spends beyond the joint model, those of each log counted anew.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -88,9 +91,14 @@ def excess(fit, extra=0):
 
 
 def numbers_of(fit):
-    """Numbers that a hypothesis spends beyond the joint model."""
-    return sum(not (number.fixed or number.nuisance) for member in fit.hypothesis.members
-               for number in member.cause.numbers)
+    """Numbers that a hypothesis spends beyond the joint model, at one joint.
+
+    What differs between the logs is spent once in each of them.
+    """
+    logs = len(fit.hypothesis.problem.fit)
+    return sum(logs if number.scope == "log" else 1
+               for member in fit.hypothesis.members for number in member.cause.numbers
+               if number.name == SEARCHED or not (number.fixed or number.nuisance))
 
 
 def evidence(base, fits, free=()):
@@ -109,7 +117,8 @@ def evidence(base, fits, free=()):
     best = {}
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        if len(set(names)) == len(names) and (names not in best or fit.total < best[names].total):
+        if len(set(names)) == len(names) and seen(fit) and (
+                names not in best or fit.total < best[names].total):
             best[names] = fit
     rows = [Row(names, float(excess(fit)), numbers_of(fit), fit) for names, fit in best.items()
             if simpler(fit) not in best]

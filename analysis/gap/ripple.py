@@ -2,6 +2,7 @@
 
 What a torque exp(i N q) would explain is its product with the error sent back through the filters
 of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every order.
+A sine of which the travel shows less than a wave is no ripple: it is any bump over the pose.
 """
 
 import numpy as np
@@ -12,7 +13,9 @@ from clie_blocks.analysis.gap.noise import decimation
 from clie_blocks.analysis.gap.search import torque_columns
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
 
-LEAST, MOST = 3.0, 10.0  # orders looked for: over the travel (less is a spring), per motor turn
+LEAST, MOST = 2 * np.pi, 10.0  # orders looked for: one wave over the travel, per motor turn
+SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is enough
+TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
 ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
 TRIED = 6  # lines of the spectrum that are fitted
 SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
@@ -40,6 +43,23 @@ def ripples(bench, base, errors, causes):
     travel = np.ptp(np.concatenate([log.q for log in bench.problem.fit]), axis=0)
     sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9)}
     return [(Member(TORQUE_RIPPLE, tuple(range(n)), values, sizes), drop)]
+
+
+def seen(fit):
+    """Whether the torque ripple of a fit, if it holds one, shows as a ripple at any joint.
+
+    Cogging and commutation come at least once per motor turn, and one wave of them over the
+    travel is enough.
+    """
+    at, problem = fit.hypothesis, fit.hypothesis.problem
+    travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
+    for member in at.members:
+        if member.cause is TORQUE_RIPPLE:
+            joints = list(member.joints)
+            order = at.values[f"{member.name}.order"][joints]
+            enough = np.where(order >= SYNCHRONOUS * problem.gear_ratio[joints], 1.0, TWICE)
+            return bool(np.any(order * travel[joints] >= 2 * np.pi * enough))
+    return True
 
 
 def _lines(bench, base, errors, k):

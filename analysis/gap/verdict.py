@@ -53,15 +53,17 @@ class Calibration:
     parametric : float
         Nats that a joint model outside its datasheet costs, against an effect that explains it.
     lapse : float
-        Probability spread evenly, for what nobody thought of.
+        Share of robots on which the odds are not to be trusted, for what nobody thought of.
+    blunt : float
+        How many times less sharp the odds are on these.
 
     """
 
     sharpness: float = 6.0
     floor: float = 0.05
     misfit: float = 2e-4
-    price: float = 2.0
-    second: float = 1.5
+    price: float = 1.0
+    second: float = 3.0
     share: float = 0.01
     slight: float = 4.0
     healthy: float = 0.5
@@ -69,8 +71,9 @@ class Calibration:
     unexplained_least: float = 2.0
     structure: float = 8.0
     slack: float = 0.03
-    parametric: float = 2.0
-    lapse: float = 0.01
+    parametric: float = 1.0
+    lapse: float = 0.05
+    blunt: float = 5.0
 
 
 def learned():
@@ -153,10 +156,15 @@ def weighed(table, calibration):
     rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c))
              for row in table.rows]
     scores = np.array([row[3] for row in rows])
-    weights = np.exp(scores - scores.max())
-    weights = (1.0 - c.lapse) * weights / weights.sum() + c.lapse / len(rows)
+    weights = (1.0 - c.lapse) * _odds(scores) + c.lapse * _odds(scores / c.blunt)
     found = [Standing(*row[:3], float(weight)) for row, weight in zip(rows, weights)]
     return sorted(found, key=lambda standing: -standing.probability)
+
+
+def _odds(scores):
+    """Probabilities whose logarithms differ as the scores do."""
+    weights = np.exp(scores - scores.max())
+    return weights / weights.sum()
 
 
 def _unknown(table, score, known, c):

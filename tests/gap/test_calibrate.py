@@ -1,12 +1,14 @@
 """Calibration: the numbers serve robots they were not learned on; nothing is made twice."""
 
+import dataclasses
 import json
 
 import numpy as np
+import pytest
 
 from clie_blocks.analysis.gap import calibrate
 from clie_blocks.analysis.gap.evidence import Row, Table
-from clie_blocks.analysis.gap.verdict import Calibration
+from clie_blocks.analysis.gap.verdict import Calibration, Standing
 
 
 def drawn(count, seed):
@@ -26,9 +28,31 @@ def test_learned_numbers_are_less_sure_where_the_evidence_misleads():
     assert calibrate.loss(numbers, judged) < calibrate.loss(Calibration(), judged)
 
 
-def test_the_loss_on_robots_left_out_is_told():
-    told = calibrate.held_out_loss(drawn(40, 3))
-    assert told["after"] < told["before"]
+def test_each_group_is_judged_by_numbers_learned_on_the_others():
+    groups = {name: [dataclasses.replace(one, group=name) for one in drawn(15, seed)]
+              for name, seed in (("a", 3), ("b", 4))}
+    told = calibrate.held_out(groups["a"] + groups["b"])
+    numbers = calibrate.learn(groups["b"])
+    assert told["a"]["loss"] == pytest.approx(calibrate.loss(numbers, groups["a"]))
+    assert told["all"]["robots"] == 30
+    assert told["all"]["loss"] == pytest.approx(
+        (told["a"]["loss"] + told["b"]["loss"]) / 2)
+
+
+def test_figures_say_how_sure_and_how_right():
+    def ranked(first, probability):
+        return [Standing((first,), None, 0.0, probability),
+                Standing(("none",), None, 0.0, 1.0 - probability)]
+
+    told = calibrate.figures([(("spring",), ranked("spring", 0.95)),
+                              (("coulomb",), ranked("spring", 0.95)),
+                              (("none",), ranked("spring", 0.6))])
+    assert told["right"] == pytest.approx(1 / 3)
+    assert told["certain"] == 2
+    assert told["certain_stated_and_right"] == pytest.approx([0.95, 0.5])
+    assert told["calibration_error"] == pytest.approx((2 * 0.45 + 0.6) / 3)
+    assert told["coverage"] == pytest.approx(2 / 3)
+    assert told["set_size"] == pytest.approx(4 / 3)
 
 
 def test_a_run_continues_and_writes_numbers_that_can_be_read(tmp_path, monkeypatch):
@@ -58,3 +82,11 @@ def test_an_opened_study_is_read_without_what_the_controller_check_decided(tmp_p
         "a": {"kind": "none", "labels": ["none"]}, "b": {"kind": "none", "labels": ["none"]}}))
     found = calibrate.read_examples(tmp_path)
     assert [one.truth for one in found] == [("none",)]
+
+
+def test_a_kept_robot_whose_effect_hides_in_the_noise_teaches_nothing(tmp_path):
+    table = {"stray": 0.0, "strayed": 0, "free": [], "rows": []}
+    for i, (nothing, truth) in enumerate([(0.1, "spring"), (0.1, "none"), (9.0, "spring")]):
+        (tmp_path / f"robot-{i}.json").write_text(json.dumps(
+            {**table, "nothing": nothing, "truth": [truth]}))
+    assert [one.truth for one in calibrate.read_examples(tmp_path)] == [("none",), ("spring",)]

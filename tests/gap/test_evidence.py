@@ -6,9 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.causes import friction
-from clie_blocks.analysis.gap.evidence import Row, Table, from_json, simpler, to_json
+from clie_blocks.analysis.gap.causes import drive, friction, timed
+from clie_blocks.analysis.gap.evidence import (
+    Row,
+    Table,
+    from_json,
+    numbers_of,
+    simpler,
+    to_json,
+)
 from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.ripple import seen
 
 
 def fitted(slope):
@@ -30,3 +38,30 @@ def test_a_table_survives_a_file():
     again = from_json(json.loads(json.dumps(to_json(table))))
     assert to_json(again) == to_json(table)
     assert again.rows[0].names == ("coulomb",)
+
+
+def holding(*members, values=None, logs=2, gear=50.0):
+    log = SimpleNamespace(q=np.linspace(0.0, 0.5, 9)[:, None])
+    problem = SimpleNamespace(fit=(log,) * logs, gear_ratio=np.array([gear]))
+    return SimpleNamespace(hypothesis=SimpleNamespace(members=members, values=values or {},
+                                                      problem=problem))
+
+
+@pytest.mark.parametrize("cause, count", [
+    (friction.COULOMB, 1), (timed.STEP_FAULT[0], 3), (timed.PERIODIC_DISTURBANCE, 5),
+    (drive.TORQUE_RIPPLE, 3)])
+def test_what_was_chosen_in_each_log_counts_there(cause, count):
+    assert numbers_of(holding(Member(cause, (0,), {}, {}))) == count
+
+
+@pytest.mark.parametrize("order, gear, shown", [
+    (8.0, 50.0, False), (13.0, 50.0, False), (13.0, 14.0, True), (26.0, 50.0, True),
+    (50.0, 50.0, True)])
+def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown):
+    member = Member(drive.TORQUE_RIPPLE, (0,), {}, {})
+    assert seen(holding(member, values={"torque_ripple.order": np.array([order])},
+                        gear=gear)) is shown
+
+
+def test_what_holds_no_ripple_is_seen():
+    assert seen(holding(Member(friction.COULOMB, (0,), {}, {})))
