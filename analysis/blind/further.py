@@ -41,7 +41,8 @@ def _left_out(found):
 def _controllers(found):
     family = found["controllers"]
     total = tuple((text, *cells(family[key])) for key, text in OUTCOMES.items())
-    by_wrong = tuple((name, *(f"{row[key]['hits']}/{row[key]['of']}" for key in OUTCOMES))
+    by_wrong = tuple((name, ", ".join(f"{row[key]['hits']} {key}" for key in OUTCOMES
+                                      if row[key]["hits"]))
                      for name, row in family["by_wrong"].items() if row["named"]["of"])
     return Section("Controllers described wrong", (
         f"{family['trials']} sound robots of their own draw, whose file says something of the "
@@ -49,7 +50,7 @@ def _controllers(found):
         "gain, or nothing of a period between measurement and command. A diagnosis that accuses "
         "the robot would send somebody to the wrong place.",),
         tables=(Table(("figure", *SHARE), total),
-                Table(("described wrong", *OUTCOMES), by_wrong)))
+                Table(("described wrong", "outcome"), by_wrong)))
 
 
 def _engines(found):

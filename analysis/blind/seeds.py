@@ -5,22 +5,32 @@ from importlib import resources
 
 DEVELOPED = range(1000, 4000)  # seeds of `clie blind` on which the method was developed
 OWN = "own_robots"  # the engine of the calibration, which no blind trial comes from
+LEARNED = "thresholds and probability map"
 
 
 def taught():
     """Return what thresholds and maps were learned from, as rows of use, engine, robots, seeds."""
+    told = _told()
     rows = [("development of the method", "MuJoCo", "-",
              f"{DEVELOPED.start} to {DEVELOPED.stop - 1}")]
-    path = resources.files("clie_blocks.analysis.gap").joinpath("calibration.json")
-    if path.is_file():
-        told = json.loads(path.read_text())
-        rows.append(("thresholds and probability map", OWN, str(told["robots"]),
-                     str(told["seed"])))
-        rows += [("thresholds and probability map", "MuJoCo", "-", f"{study}, of these seeds")
-                 for study in told.get("studies", ())]
+    if told:
+        rows.append((LEARNED, OWN, str(told["robots"]), str(told["seed"])))
+    if learned():
+        rows.append((LEARNED, "MuJoCo", str(told["trials"]), ", ".join(map(str, learned()))))
     return rows
+
+
+def learned():
+    """Return the seeds of `clie blind` whose opened trials taught the calibration."""
+    return _told().get("seeds", [])
 
 
 def disjoint(seeds):
     """Whether no seed of a study made robots that the method or its calibration has seen."""
-    return not any(seed in DEVELOPED for seed in seeds)
+    return not any(seed in DEVELOPED or seed in learned() for seed in seeds)
+
+
+def _told():
+    """What the calibration says of itself; empty where the numbers are those set by hand."""
+    path = resources.files("clie_blocks.analysis.gap").joinpath("calibration.json")
+    return json.loads(path.read_text()) if path.is_file() else {}

@@ -16,7 +16,7 @@ from clie_blocks.analysis.blind.robot import DISCRETISATIONS, draw_robot, draw_t
 from clie_blocks.analysis.blind.trial import ATTEMPTS, RejectedError, Trial, lost
 
 STREAM = 1  # keeps the draws apart from those of the main study of the same seed
-NAMED, UNNAMED, MISSED, ACCUSED = "named", "unknown", "missed", "accused"
+NAMED, UNNAMED, MISSED, ACCUSED, FAILED = "named", "unknown", "missed", "accused", "failed"
 CONTROLLER = "velocity_filter_mismatch"  # the vocabulary's own word for a wrong description
 
 
@@ -111,8 +111,8 @@ def scored(diagnoses, labels):
     Returns
     -------
     dict
-        Shares named as a matter of the controller, called unknown, missed, and accused of a robot
-        effect; the same by what is wrong.
+        Shares named as a matter of the controller, called unknown, missed, accused of a robot
+        effect, and failed; the same by what is wrong.
 
     """
     rows = [{"trial": name, "wrong": label["labels"][0], "how": label["wrong"],
@@ -126,12 +126,14 @@ def scored(diagnoses, labels):
 def shares(rows):
     """Share of every outcome."""
     return {key: rate(row["outcome"] == key for row in rows)
-            for key in (NAMED, UNNAMED, MISSED, ACCUSED)}
+            for key in (NAMED, UNNAMED, MISSED, ACCUSED, FAILED)}
 
 
 def outcome(diagnosis):
     """One word for a diagnosis of a sound robot whose controller is described wrong."""
     answer = Answer(diagnosis)
+    if answer.failed:
+        return FAILED
     if answer.decision not in (*NO_EFFECTS, CONTROLLER):
         return ACCUSED
     if answer.decision == CONTROLLER or diagnosis.get("decisions"):

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
+from clie_blocks.analysis.blind import seeds
 from clie_blocks.analysis.blind.left_out import chosen, scored
 from clie_blocks.analysis.blind.main import lines
 from clie_blocks.analysis.blind.page import save_page
 from clie_blocks.analysis.blind.rates import figure, rate
 from clie_blocks.analysis.blind.score import calibration_error, score
-from clie_blocks.analysis.blind.seeds import disjoint, taught
 from clie_blocks.analysis.blind.targets import judged
 
 GAP = {"nominal": 4e-4, "true_model": 1e-4, "achievable_reduction": 0.75}
@@ -125,17 +125,27 @@ def test_an_effect_taken_out_of_the_library_should_be_unknown(tmp_path):
 
 
 def test_effects_are_left_out_evenly_over_the_seeds():
-    seeds = {seed: {f"{effect}-{i}": label("single") | {"labels": [effect]}
-                    for effect in ("coulomb", "spring", "encoder_quantization") for i in range(3)}
-             for seed in (51, 52, 53)}
-    found = chosen(seeds, 2)
+    labels = {seed: {f"{effect}-{i}": label("single") | {"labels": [effect]}
+                     for effect in ("coulomb", "spring", "encoder_quantization") for i in range(3)}
+              for seed in (51, 52, 53)}
+    found = chosen(labels, 2)
     assert found == {"coulomb": [(51, "coulomb-0"), (52, "coulomb-0")],
                      "spring": [(52, "spring-0"), (53, "spring-0")]}
-    assert [len(trials) for trials in chosen(seeds).values()] == [9, 9]
+    assert [len(trials) for trials in chosen(labels).values()] == [9, 9]
 
 
-def test_what_is_reported_was_not_learned_from(tmp_path):
-    assert disjoint(range(1, 100)) and not disjoint([1, 3000])
-    assert {row[1] for row in taught()} <= {"MuJoCo", "own_robots"}
-    page = Path(save_page(board(score(PERFECT, LABELS)) | {"seeds": [3000]}, tmp_path))
-    assert "the figures are no proof" in page.read_text()
+def test_what_is_reported_was_not_learned_from(tmp_path, monkeypatch):
+    told = {"robots": 60, "seed": 1, "trials": 200, "seeds": [41, 42]}
+    monkeypatch.setattr(seeds, "_told", lambda: told)
+    assert seeds.disjoint([40, 51]) and not seeds.disjoint([51, 42])
+    assert not seeds.disjoint([51, 3000])
+    assert [row[1:] for row in seeds.taught()[1:]] == [
+        ("own_robots", "60", "1"), ("MuJoCo", "200", "41, 42")]
+    for seed, proof in ((51, True), (42, False), (3000, False)):
+        page = Path(save_page(board(score(PERFECT, LABELS)) | {"seeds": [seed]}, tmp_path))
+        assert ("the figures are no proof" in page.read_text()) is not proof
+
+
+def test_the_calibration_names_the_seeds_that_it_learned_from():
+    assert {row[1] for row in seeds.taught()} <= {"MuJoCo", "own_robots"}
+    assert not set(seeds.learned()) & set(range(51, 56))
