@@ -3,6 +3,7 @@
 import ast
 import dataclasses
 import gzip
+import hashlib
 import types
 from pathlib import Path
 
@@ -13,9 +14,10 @@ import clie_blocks.analysis.blind as blind
 from clie_blocks.analysis.blind import trial
 from clie_blocks.analysis.blind.answers import FAMILY
 from clie_blocks.analysis.blind.drive import Chance
-from clie_blocks.analysis.blind.folder import write_trial
+from clie_blocks.analysis.blind.folder import robot_text, write_trial
 from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
 from clie_blocks.analysis.blind.loop import run
+from clie_blocks.analysis.blind.motion import draw_motions
 from clie_blocks.analysis.blind.robot import (
     NEUTRAL,
     SAG,
@@ -80,6 +82,18 @@ def test_a_robot_carries_its_own_weight():
         stretched = [G * sum(robot.mass[i] * (robot.length[k:i].sum() + robot.com[i])
                              for i in range(k, robot.n)) for k in range(robot.n)]
         assert np.all(stretched / (robot.kp * robot.ratio) < 1.01 * SAG)
+
+
+@pytest.mark.parametrize(("index", "digest"), [
+    (21, "7970eb4378625790"), (40, "228a19bcd8c6df18"), (82, "639312a9b7efd7a2"),
+    (89, "924e55f30130e184")])
+def test_robots_and_experiments_of_a_published_seed_stay_what_they_were(index, digest):
+    """Healthy robots of seed 41, of which nothing but chance decides; simulation is not asked."""
+    rng = np.random.default_rng([41, index, 0])
+    robot = draw_robot(rng)
+    draw_truth(rng, robot)
+    text = robot_text(robot, draw_motions(rng, robot))
+    assert hashlib.sha256(text.encode()).hexdigest().startswith(digest)
 
 
 def test_at_least_eight_effects_are_outside_the_vocabulary():
