@@ -35,6 +35,7 @@ def answer(diagnosis):
         "theorem_2": _theorem_2(diagnosis),
         "joint_model": _joint_model(diagnosis),
         "simulator": _simulator(diagnosis),
+        "repeatable": diagnosis.repeatable and diagnosis.repeatable.as_dict(),
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
         "where": {**diagnosis.where, "block": block_shares(diagnosis)},
         "next_experiment": advice and advice.as_dict(),

@@ -17,6 +17,7 @@ LEAST, MOST = 2 * np.pi, 10.0  # orders looked for: one wave over the travel, pe
 SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is enough
 TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
 ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
+FAIR = 0.1  # of the ripple at the joint that has most of it: below, a joint is idle
 TRIED = 6  # lines of the spectrum that are fitted
 SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
 
@@ -51,15 +52,29 @@ def seen(fit):
     Cogging and commutation come at least once per motor turn, and one wave of them over the
     travel is enough.
     """
-    at, problem = fit.hypothesis, fit.hypothesis.problem
-    travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
+    at = fit.hypothesis
     for member in at.members:
         if member.cause is TORQUE_RIPPLE:
-            joints = list(member.joints)
-            order = at.values[f"{member.name}.order"][joints]
-            enough = np.where(order >= SYNCHRONOUS * problem.gear_ratio[joints], 1.0, TWICE)
-            return bool(np.any(order * travel[joints] >= 2 * np.pi * enough))
+            return bool(np.any(_waves_enough(at, member) & _acting(at, member)))
     return True
+
+
+def _waves_enough(at, member):
+    """Whether the travel of each joint of a member shows enough waves."""
+    problem, joints = at.problem, list(member.joints)
+    travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)[joints]
+    order = at.values[f"{member.name}.order"][joints]
+    enough = np.where(order >= SYNCHRONOUS * problem.gear_ratio[joints], 1.0, TWICE)
+    return order * travel >= 2 * np.pi * enough
+
+
+def _acting(at, member):
+    """Joints of a member at which the ripple is a fair share of the command."""
+    joints = list(member.joints)
+    typical = np.concatenate([log.u for log in at.problem.fit]).std(axis=0)[joints] + 1e-12
+    share = np.hypot(*(at.values[f"{member.name}.{name}"][joints]
+                       for name in ("sine", "cosine"))) / typical
+    return share >= FAIR * share.max()
 
 
 def _lines(bench, base, errors, k):

@@ -41,8 +41,9 @@ def test_a_table_survives_a_file():
 
 
 def holding(*members, values=None, logs=2, gear=50.0):
-    log = SimpleNamespace(q=np.linspace(0.0, 0.5, 9)[:, None])
-    problem = SimpleNamespace(fit=(log,) * logs, gear_ratio=np.array([gear]))
+    course = np.linspace(0.0, 0.5, 9)[:, None] * np.ones(2)
+    log = SimpleNamespace(q=course, u=course)
+    problem = SimpleNamespace(fit=(log,) * logs, gear_ratio=np.array([gear, gear]))
     return SimpleNamespace(hypothesis=SimpleNamespace(members=members, values=values or {},
                                                       problem=problem))
 
@@ -58,9 +59,19 @@ def test_what_was_chosen_in_each_log_counts_there(cause, count):
     (8.0, 50.0, False), (13.0, 50.0, False), (13.0, 14.0, True), (26.0, 50.0, True),
     (50.0, 50.0, True)])
 def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown):
-    member = Member(drive.TORQUE_RIPPLE, (0,), {}, {})
-    assert seen(holding(member, values={"torque_ripple.order": np.array([order])},
-                        gear=gear)) is shown
+    assert seen(rippled([order, 60.0], [1.0, 0.0], gear)) is shown
+
+
+def test_one_joint_that_shows_a_ripple_is_enough_unless_it_is_idle():
+    assert seen(rippled([8.0, 60.0], [1.0, 0.5]))
+    assert not seen(rippled([8.0, 60.0], [1.0, 0.01]))
+
+
+def rippled(order, size, gear=50.0):
+    member = Member(drive.TORQUE_RIPPLE, (0, 1), {}, {})
+    return holding(member, gear=gear, values={
+        "torque_ripple.order": np.array(order), "torque_ripple.sine": np.array(size),
+        "torque_ripple.cosine": np.zeros(2)})
 
 
 def test_what_holds_no_ripple_is_seen():
