@@ -11,16 +11,18 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
 from clie_blocks.analysis.gap.controller_gains import beyond_the_library
 from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
-from clie_blocks.analysis.gap.fit import diverged, fit, shrunk
-from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fit import diverged, fit
 from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
+from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
 from clie_blocks.analysis.gap.screen import rescreened, screen
+from clie_blocks.analysis.gap.second_look import in_the_loop, second_look
 from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.shrinkage import shrinkage
 from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.start import started
 from clie_blocks.analysis.gap.torque_table import torque_table
 from clie_blocks.analysis.gap.verdict import learned, verdict, weighed
 from clie_blocks.analysis.gap.where import where
@@ -28,6 +30,7 @@ from clie_blocks.errors import ClieError, nearest
 
 LEADERS = 8
 FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
+STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where it still moves
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
@@ -129,16 +132,14 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
     if simulated:
         ran, decisions = beside_simulator(ran, robot, simulated, causes, calibration)
         check = dataclasses.replace(check, decisions=check.decisions + decisions)
-    bench, base, table = examined(ran, lacking(causes, ran.inside))
-    ranking = weighed(table, calibration)
-    if check.gains:
-        ranking = beyond_the_library(ranking)
-    model = _leading(ranking, base)
-    if model is not base:
-        slim = pruned(model, bench, excess(base))
-        ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
-        model = slim
-    nominal = (baseline(asked)[1] if check.misdescribed else base).hypothesis
+    causes = lacking(causes, ran.inside)
+    bench, base, table = examined(ran, causes)
+    again = second_look(ran, table, causes, examined, calibration)
+    ranking, model, table = _ranked(again or (bench, base, table), check, calibration)
+    if again:
+        ranking, model = in_the_loop(ranking, model, bench.problem)
+    foreign = check.misdescribed or len(bench.problem.fit) > len(asked.fit)
+    nominal = (baseline(asked)[1] if foreign else base).hypothesis
     return Diagnosis(
         asked, check, bench, base, ranking, model,
         verdict(ranking, bool(check.wrong or check.coarse)),
@@ -148,7 +149,21 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         time.perf_counter() - began)
 
 
-def examined(asked, causes=CAUSES):
+def _ranked(look, check, calibration):
+    """Hypotheses by probability, the leading one freed from idle joints, and the evidence."""
+    bench, base, table = look
+    ranking = weighed(table, calibration)
+    if check.gains:
+        ranking = beyond_the_library(ranking)
+    model = _leading(ranking, base)
+    if model is not base:
+        slim = pruned(model, bench, excess(base))
+        ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
+        model = slim
+    return ranking, model, table
+
+
+def examined(asked, causes=CAUSES, small=0.0):
     """Fit the nominal model and all hypotheses worth it.
 
     Parameters
@@ -157,6 +172,8 @@ def examined(asked, causes=CAUSES):
         The logs, with the law that ran.
     causes : sequence of Cause
         What to look for.
+    small : float
+        Share of the excess that is as good as nothing, see `explore`.
 
     Returns
     -------
@@ -169,8 +186,11 @@ def examined(asked, causes=CAUSES):
 
     """
     bench, base = baseline(asked)
+    learned_on = pooled(asked, base)
+    if learned_on is not asked:
+        bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
-    fits = explore(bench, base, causes) if ailing and causes and not diverged(base) else []
+    fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
     kept = [row.fit for row in evidence(base, fits).rows]
     return bench, base, evidence(base, fits, _free(base, kept, bench))
 
@@ -208,7 +228,7 @@ def _free(base, fits, bench):
     return structured(base, bench), structured(best, bench)
 
 
-def explore(bench, base, causes=CAUSES):
+def explore(bench, base, causes=CAUSES, small=0.0):
     """Fit the leading single causes, then pairs and triples while much is left.
 
     Parameters
@@ -219,6 +239,8 @@ def explore(bench, base, causes=CAUSES):
         The refitted nominal model.
     causes : sequence of Cause
         What to look for.
+    small : float
+        Share of the excess below which, too, no second cause is looked for.
 
     Returns
     -------
@@ -229,14 +251,15 @@ def explore(bench, base, causes=CAUSES):
     found = screen(bench, base, causes)
     fits = race(bench, base, singles(found, bench, base, causes)[:LEADERS], LEADERS // 2)
     fits = _completed(bench, base, fits, causes)
-    if _enough(fits):
+    enough = max(ENOUGH, small * excess(base))
+    if min(map(excess, fits)) < enough:
         return fits
     chosen = pairs(found)[:LEADERS // 2]
     for first in sorted(fits, key=lambda f: f.total)[:3]:
         chosen += _with_another(found, bench, first, causes)
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
-    if (_enough(fits) or excess(best) > HOPELESS * excess(base)
+    if (min(map(excess, fits)) < enough or excess(best) > HOPELESS * excess(base)
             or len(best.hypothesis.members) >= MOST_CAUSES):
         return fits
     fits = fits + race(bench, base, _with_another(found, bench, best, causes), 2)
@@ -259,18 +282,17 @@ def _with_another(found, bench, first, causes):
 
 def race(bench, base, candidates, finalists):
     """Fit candidates for a few steps, then the best of them, and the favourites, to the end."""
-    started = []
-    for candidate in candidates:
-        start = hypothesis(bench.problem, candidate.members, base.hypothesis)
-        started.append(fit(shrunk(start, bench, base.cost), bench, 2))
-    order = sorted(started, key=lambda f: f.total)
-    last = order[:finalists] + [f for f in started[:FAVOURITES] if f not in order[:finalists]]
-    return ([settled(fit(f.hypothesis, bench, 8), bench) for f in last]
-            + [f for f in order if f not in last])
+    begun = [fit(started(candidate, bench, base), bench, 2) for candidate in candidates]
+    order = sorted(begun, key=lambda f: f.total)
+    last = order[:finalists] + [f for f in begun[:FAVOURITES] if f not in order[:finalists]]
+    done = sorted((fit(f.hypothesis, bench, STEPS) for f in last), key=lambda f: f.total)
+    done[:1] = [fit(f.hypothesis, bench, PATIENCE) if _moving(f) else f for f in done[:1]]
+    return [settled(f, bench) for f in done] + [f for f in order if f not in last]
 
 
-def _enough(fits):
-    return min(excess(f) for f in fits) < ENOUGH
+def _moving(found):
+    """Whether the fit of a finalist ended for want of steps, away from the floor."""
+    return found.iterations == STEPS and excess(found) > QUIET
 
 
 def _distinct(candidates):

@@ -1,0 +1,98 @@
+"""The second look: the same commands, the same leftover of a linear model, play found by it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.causes import CAUSES
+from clie_blocks.analysis.gap.causes.transmission import BACKLASH
+from clie_blocks.analysis.gap.evidence import Row, Table, excess
+from clie_blocks.analysis.gap.second_look import in_the_loop, second_look, softened
+from clie_blocks.analysis.gap.verdict import Calibration, Standing
+
+STATED = Calibration()
+
+
+def table(**left):
+    """Evidence with the excess of some hypotheses, and of the nominal model as `nothing`."""
+    rows = [Row(tuple(names.split("_and_")), value, 2) for names, value in left.items()
+            if names != "nothing"]
+    return Table(left["nothing"], 0.0, 0, (), rows)
+
+
+class Examined:
+    """Stands for the pipeline: says what was asked and answers as told."""
+
+    def __init__(self, alone, whole):
+        self.answers, self.asked = [alone, whole], []
+
+    def __call__(self, problem, causes, small):
+        self.asked.append((problem, causes, small))
+        return None, None, self.answers[len(self.asked) - 1]
+
+
+def test_a_model_that_moves_as_the_robot_gets_the_recorded_command(healthy):
+    led = softened(healthy)
+    for log, recorded in zip(led.logs, healthy.logs):
+        assert np.allclose(led.law.replay(log.q, log.q_d, log.pe), recorded.u, atol=1e-12)
+    assert np.all(led.law.kp < healthy.law.kp) and np.all(led.law.kd < healthy.law.kd)
+
+
+def test_what_a_healthy_robot_leaves_is_noise_in_both_loops(healthy):
+    for problem in (healthy, softened(healthy)):
+        assert abs(excess(baseline(problem)[1])) < 0.15
+
+
+def test_play_that_is_missed_at_first_is_found(healthy):
+    examined = Examined(table(backlash=3.0, nothing=200.0),
+                        table(backlash=3.0, joint_elasticity=120.0, nothing=200.0))
+    found = second_look(healthy, table(joint_elasticity=80.0, nothing=150.0), CAUSES, examined,
+                        STATED)
+    assert found[2] is examined.answers[1]
+    assert [causes for _, causes, _ in examined.asked] == [(BACKLASH,), CAUSES]
+    assert all(problem.quiet for problem, _, _ in examined.asked)
+
+
+@pytest.mark.parametrize("first", [
+    {"coulomb": 0.1, "nothing": 50.0}, {"nothing": 0.2}, {"backlash": 1.0, "nothing": 90.0}],
+    ids=["explained", "nothing there", "play already"])
+def test_no_second_look_where_the_first_will_do(healthy, first):
+    examined = Examined(None, None)
+    assert second_look(healthy, table(**first), CAUSES, examined, STATED) is None
+    assert not examined.asked
+
+
+def test_no_whole_library_where_play_explains_next_to_nothing(healthy):
+    examined = Examined(table(backlash=190.0, nothing=200.0), None)
+    first = table(coulomb=80.0, nothing=150.0)
+    assert second_look(healthy, first, CAUSES, examined, STATED) is None
+    assert len(examined.asked) == 1
+
+
+def test_a_second_look_that_finds_no_play_is_not_believed(healthy):
+    """Recorded commands hide a fault of the controller, and nothing seems to be left."""
+    examined = Examined(table(backlash=0.3, nothing=2.0), table(coulomb=0.01, nothing=2.0))
+    assert second_look(healthy, table(coulomb=80.0, nothing=150.0), CAUSES, examined,
+                       STATED) is None
+
+
+def test_no_second_look_beside_a_simulator_or_in_any_loop(healthy):
+    first, examined = table(coulomb=80.0, nothing=150.0), Examined(None, None)
+    loop = dataclasses.replace(healthy, law=dataclasses.replace(healthy.law, variant="loop"))
+    for problem in (dataclasses.replace(healthy, quiet=True), loop):
+        assert second_look(problem, first, CAUSES, examined, STATED) is None
+    assert not examined.asked
+
+
+def test_a_model_of_the_second_look_predicts_in_the_stated_loop(healthy):
+    bench, base = baseline(healthy)
+    _, led = baseline(softened(healthy))
+    ranking, model = in_the_loop([Standing(("none",), led, 0.0, 1.0),
+                                  Standing(("unknown",), None, 0.0, 0.0)], led, bench.problem)
+    assert ranking[1].fit is None
+    for fit in (ranking[0].fit, model):
+        difference = fit.hypothesis.error(0) - base.hypothesis.error(0)
+        assert np.abs(difference).max() < 0.5 * np.abs(base.hypothesis.error(0)).max()
+        assert np.array_equal(fit.hypothesis.values["kp"], healthy.law.kp)
