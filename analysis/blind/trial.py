@@ -196,7 +196,7 @@ def _sized(robot, truth, motions, noises, ref, hidden, severity, seed):
         sizes = np.geomspace(low, high, RUNGS)
         traces = _traces(robot, [hidden.onto(truth, s) for s in sizes], motions, noises, ref,
                          seed)
-        best = max(best, *((t, s) for t, s in zip(traces, sizes) if t < wanted + STEEP))
+        best = max([best, *((t, s) for t, s in zip(traces, sizes) if t < wanted + STEEP)])
         above, wild = _first(traces >= wanted), _first(np.isnan(traces))
         end = min(above, wild)
         between = slice(end - 1, end + 1)

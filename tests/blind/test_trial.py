@@ -126,9 +126,10 @@ def test_link_inertia_of_a_stretched_arm_is_that_of_its_masses():
 
 @pytest.mark.parametrize(("trace", "size"), [
     (lambda s: np.log(s), 4.0), (lambda s: np.log(40 * s), 0.1), (lambda s: np.log(s / 40), 160.0),
+    (lambda s: np.log(1e4 * s), 4e-4),
     (lambda s: np.where(s < 5, np.log(s), np.nan), 4.0),
     (lambda s: np.log(s) + 5.0 * (s > 5), 4.0)],
-    ids=["plain", "strong", "weak", "wild beyond", "rings beyond"])
+    ids=["plain", "strong", "weak", "far too strong", "wild beyond", "rings beyond"])
 def test_the_size_of_an_effect_is_found_wherever_it_lies(monkeypatch, trace, size):
     monkeypatch.setattr(trial, "_traces", lambda robot, lanes, *rest: trace(np.array(lanes)))
     hidden = types.SimpleNamespace(name="coulomb", onto=lambda truth, size: size)
