@@ -15,6 +15,8 @@ from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
 CONVERGED = 1e-3
 DAMPING = 1e-4
 TRIES = 4
+CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
+BOUNDS = 4  # rounds of finding which bounds of the datasheet a step ends beyond
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -147,14 +149,29 @@ def fit(start, bench, iterations=6):
 
 
 def _better(at, bench, damping):
-    """First damped step that improves: ``hypothesis, next damping``; None if none."""
+    """Step that improves: ``hypothesis, next damping``; None if there is none.
+
+    If the first step fails, many more cautious ones are simulated side by side.
+    """
     here = linearised(at, bench)
-    for _ in range(TRIES):
-        proposal = _step(at, here, damping)
-        if linearised(proposal, bench).cost < here.cost:
-            return proposal, max(damping / 10, DAMPING)
-        damping = 30 * max(damping, 1e-3)
-    return None
+    first = step(at, here, damping)
+    if linearised(first, bench).cost < here.cost:
+        return first, max(damping / 10, DAMPING)
+    dampings = max(damping, DAMPING) * CAUTION
+    proposals = [step(at, here, more) for more in dampings]
+    costs = _costs(proposals, bench)
+    best = int(np.argmin(costs))
+    return (proposals[best], dampings[best] / 10) if costs[best] < here.cost else None
+
+
+def _costs(proposals, bench):
+    """Cost of each of some variants of a hypothesis, simulated side by side."""
+    at = proposals[0]
+    costs = [proposal.stray() @ proposal.stray() for proposal in proposals]
+    for j in range(len(at.problem.fit)):
+        for part in bench.residuals(at.positions(j, [each.values for each in proposals]), j):
+            costs = costs + (part**2).sum(axis=1)
+    return costs
 
 
 def shrunk(start, bench, reference):
@@ -217,13 +234,27 @@ def _difference(at, entry):
     return here + step, step / entry.size
 
 
-def _step(at, here, damping):
-    scale = np.sqrt((here.columns**2).sum(axis=0)) + 1e-12
-    normal = here.columns.T @ here.columns / np.outer(scale, scale)
-    normal[np.diag_indices_from(normal)] += damping
-    delta = -np.linalg.solve(normal, here.columns.T @ here.residual / scale) / scale
+def step(at, here, damping=DAMPING, keys=None):
+    """Hypothesis after a damped Gauss-Newton step, of all open numbers or of some keys only.
+
+    Parameters
+    ----------
+    at : Hypothesis
+        Where the step starts.
+    here : Tangent
+        Its slopes.
+    damping : float
+        Levenberg's, relative to the squares of the columns.
+    keys : collection of str, optional
+        Numbers that may move.
+
+    """
+    used = [i for i, entry in enumerate(at.open) if keys is None or entry.key in keys]
+    rows = len(here.residual) - len(at.open)
+    delta = _solved([at.open[i] for i in used], at, here.columns[:rows, used],
+                    here.residual[:rows], damping)
     moves = []
-    for entry, change in zip(at.open, delta):
+    for entry, change in zip((at.open[i] for i in used), delta):
         here = at.get(entry)
         reach = 3 * max(abs(here), entry.size)
         value = here + np.clip(change * entry.size, -reach, reach)
@@ -233,26 +264,61 @@ def _step(at, here, damping):
     return at.with_values(at.moved(moves))
 
 
+def _solved(entries, at, columns, residual, damping):
+    """Change of each number, over its size, that is best with the datasheet's bounds.
+
+    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it.
+    """
+    size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
+    centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
+                                for entry in entries]).T
+    gram, right = columns.T @ columns, columns.T @ residual
+    side = np.sign(at.stray()[[at.open.index(entry) for entry in entries]])
+    for _ in range(BOUNDS):
+        slope = np.abs(side) * size / allowed / SOFTNESS
+        beyond = ((here - centre) / allowed - side) / SOFTNESS
+        normal = gram + np.diag(slope**2)
+        scale = np.sqrt(np.diag(normal)) + 1e-12
+        normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
+        delta = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
+        z = (here + delta * size - centre) / allowed
+        ended = np.sign(z) * (np.abs(z) > 1.0)
+        if (ended == side).all():
+            break
+        side = ended
+    return delta
+
+
 def tangent(found, bench):
-    """Per joint, columns of a fit's numbers with their prior, and its residual, on the fit logs.
+    """Per joint, columns of a fit's numbers and its residual, on the fit logs, with their prior.
 
     Returns
     -------
     columns, residual : list of ndarray
-        One of each per joint.  Below the rows of the residual, the columns carry one row per
-        number: what the datasheet allows.  A number that does not act on the joint is left out.
+        One of each per joint.  Below the rows of the logs both carry one row per number: what the
+        datasheet allows, and how far beyond it the number stands, counted at its own joint.  A
+        number that does not act on the joint is left out.
 
     """
     at = found.hypothesis
     here = linearised(at, bench)
     n = at.problem.n
     ends = np.cumsum([0, *(len(part) for part in here.parts)])
-    columns = []
+    columns, residual = [], []
     for k in range(n):
         rows = np.concatenate([np.arange(ends[place], ends[place + 1])
                                for place in range(k, len(here.parts), n)])
         used = [i for i in range(len(at.open)) if np.any(here.columns[rows, i])]
-        prior = np.diag([at.open[i].size / at.open[i].tolerance if at.open[i].tolerance else 0.0
-                         for i in used])
-        columns.append(np.concatenate([here.columns[np.ix_(rows, used)], prior]))
-    return columns, [np.concatenate(here.parts[k::n]) for k in range(n)]
+        slopes, stray = zip(*(_prior(at.open[i], found.stray[i], k) for i in used))
+        columns.append(np.concatenate([here.columns[np.ix_(rows, used)], np.diag(slopes)]))
+        residual.append(np.concatenate([*here.parts[k::n], stray]))
+    return columns, residual
+
+
+def _prior(entry, stray, k):
+    """Slope and value of a number's distance from the datasheet, as joint k counts it [sigma]."""
+    if not entry.tolerance:
+        return 0.0, 0.0
+    if stray == 0.0 or entry.joint != k:
+        return entry.size / entry.tolerance, 0.0
+    return entry.size / entry.tolerance / SOFTNESS, stray

@@ -35,8 +35,10 @@ class Column:
         Joint.
     amplitudes : tuple of str
         Numbers that the columns scale; empty for one column of coefficient one.
-    data : ndarray, shape (N, columns)
-        Whitened, on the fit logs, without the nuisances.
+    raw : ndarray, shape (N, columns)
+        Whitened, on the fit logs.
+    data : ndarray, shape (N + numbers, columns)
+        Without the nuisances, with a row below for the prior of each.
 
     """
 
@@ -45,6 +47,7 @@ class Column:
     member: Member
     joint: int
     amplitudes: tuple
+    raw: np.ndarray
     data: np.ndarray
 
     @property
@@ -72,9 +75,9 @@ class Screen:
     columns : list of Column
         All columns.
     target : list of ndarray
-        Whitened error of each joint without the nuisances.
+        Whitened error of each joint without the nuisances, rows as those of the columns.
     samples : int
-        Rows per joint.
+        Rows of data per joint.
 
     """
 
@@ -110,7 +113,7 @@ def screen(bench, base, causes=CAUSES):
     problem, centre = bench.problem, base.hypothesis
     motion = base_motion(centre)
     rows, residual = tangent(base, bench)
-    bases = [np.linalg.qr(own)[0][:len(left)] for own, left in zip(rows, residual)]
+    bases = [np.linalg.qr(own)[0] for own in rows]
     look = scene(problem, centre, motion)
     columns = []
     for cause in causes:
@@ -125,11 +128,18 @@ def screen(bench, base, causes=CAUSES):
             member = Member(cause, tuple(range(problem.n)), probe.values,
                             {**probe.values, **probe.sizes})
             for k, basis in enumerate(bases):
-                data = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
-                columns.append(Column(cause, number, member, k, probe.amplitudes,
-                                      data - basis @ (basis.T @ data)))
-    target = [left - basis @ (basis.T @ left) for basis, left in zip(bases, residual)]
-    return Screen(columns, target, len(target[0]))
+                raw = np.stack([_stacked(bench, change, k) for change in changes], axis=1)
+                columns.append(Column(cause, number, member, k, probe.amplitudes, raw,
+                                      _freed(raw, basis)))
+    target = [_freed(left, basis) for basis, left in zip(bases, residual)]
+    return Screen(columns, target, len(rows[0]) - rows[0].shape[1])
+
+
+def _freed(x, basis):
+    """Signal (or columns) without what the nuisances explain, with rows for their prior."""
+    padded = np.zeros((len(basis), *x.shape[1:]))
+    padded[:len(x)] = x
+    return padded - basis @ (basis.T @ padded)
 
 
 def _active(probe):
@@ -164,8 +174,8 @@ def rescreened(found, bench, after):
     rows, residual = tangent(after, bench)
     columns, target = [], []
     for k in range(bench.problem.n):
-        basis = np.linalg.qr(rows[k])[0][:len(residual[k])]
-        target.append(residual[k] - basis @ (basis.T @ residual[k]))
-        columns += [dataclasses.replace(c, data=c.data - basis @ (basis.T @ c.data))
+        basis = np.linalg.qr(rows[k])[0]
+        target.append(_freed(residual[k], basis))
+        columns += [dataclasses.replace(c, data=_freed(c.raw, basis))
                     for c in found.columns if c.joint == k]
     return Screen(columns, target, found.samples)

@@ -118,12 +118,17 @@ def closed(before, after, floor, period):
 def _judged(base, model, bench):
     """What judges, and the squared errors of both models there, one array per log."""
     logs = judging_logs(base.problem)
-    if not base.problem.held_out:
-        left_out = [unseen_errors(at, bench, logs) for at in (base, model)]
-        if left_out[0] is not None:
-            return LEFT_OUT, *left_out
-    errors = [[square_errors(at, j) for j in logs] for at in (base, model)]
-    return (HELD_OUT if base.problem.held_out else FITTED), *errors
+    found = [_unseen(at, bench, logs) for at in (base, model)]
+    if any(errors is None for _, errors in found):
+        return FITTED, *([square_errors(at, j) for j in logs] for at in (base, model))
+    return found[1][0], found[0][1], found[1][1]
+
+
+def _unseen(at, bench, logs):
+    """What judges a model that did not learn from it, and its squared errors there, or None."""
+    if at.problem.held_out:
+        return HELD_OUT, [square_errors(at, j) for j in logs]
+    return LEFT_OUT, unseen_errors(at, bench, logs)
 
 
 def _rms(squares):
