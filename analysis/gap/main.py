@@ -63,8 +63,9 @@ def sentence(name, answer):
         f"; closes {closed:.0f} % of the reducible gap on unseen data")
     table = answer.get("repeatable")
     rest = "" if table is None else (
-        f"; what is left repeats: a torque table over place and speed removes "
-        f"{table['percent']:.0f} % of it")
+        "; a torque table over place and speed beside "
+        f"{' and '.join(table['beside']) or 'the refitted model'} removes "
+        f"{table['percent']:.0f} % of what that leaves")
     return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
             + rest)
 

@@ -1,10 +1,10 @@
 """What is left and comes back: a table of torque over place and speed, in both directions.
 
-Where the causes leave more than sensor noise, the rest may still be the same in every lap:
-friction along a screw, a hard spot of a bearing, a friction curve that no law of the library
-draws.  Such a torque names no cause, but a simulator can hold it.  It is fitted beside the
-corrected model by least squares through the sensitivity filter, with a ridge that parts of the
-fit logs choose, and judged in closed loop on a log that was not fitted.
+Where a model leaves more than sensor noise, the rest may still be the same in every lap: friction
+along a screw, a hard spot of a bearing, a friction curve that no law of the library draws.  Such a
+torque names no cause, but a simulator can hold it.  It is fitted beside the model by least squares
+through the sensitivity filter, with a ridge that parts of the fit logs choose, and judged in
+closed loop on a log that was not fitted.
 
     torque against the motion = place+(q) + speed+(|dq|)  forward,
                                 place-(q) + speed-(|dq|)  backward,     linear between knots
@@ -74,9 +74,11 @@ class TorqueTable:
     gap : float
         Gap of the corrected model with the tables, on the judging logs [rad].
     percent : float
-        Share of the reducible gap that the causes leave and the tables remove [%].
+        Share of the reducible gap of the model without them that they remove [%].
     interval : tuple of float or None
         Its 95 % interval.
+    beside : tuple of str
+        Causes that the model holds; none of them for the refitted nominal model.
 
     """
 
@@ -84,10 +86,12 @@ class TorqueTable:
     gap: float
     percent: float
     interval: tuple | None
+    beside: tuple
 
     def as_dict(self):
         """Plain types for the JSON answer; torques count as positive against the motion."""
         return {"percent": self.percent, "interval": self.interval, "gap": self.gap,
+                "beside": list(self.beside),
                 "unit": {"position": "rad", "speed": "rad/s", "torque": "N m"},
                 "joints": [{"joint": table.joint + 1,
                             "over_position": _curves(table.places, table.over_place,
@@ -103,7 +107,7 @@ def torque_table(model, bench):
     Parameters
     ----------
     model : Hypothesis
-        The corrected model.
+        The corrected model; the refitted nominal one where no cause is believed.
     bench : Bench
         Whitening.
 
@@ -123,9 +127,10 @@ def torque_table(model, bench):
         [errors[j] for j in judged], [corrected_error(model, tables, j) for j in judged]))
     floor = float(np.sqrt(floors @ floors))
     percent, interval = closed(before, after, floor, problem.period)
-    if percent is None or percent < PAYS:
+    if percent is None or percent < PAYS or (interval and interval[0] < 0.0):
         return None
-    return TorqueTable(tables, float(np.sqrt(np.mean(np.concatenate(after)))), percent, interval)
+    return TorqueTable(tables, float(np.sqrt(np.mean(np.concatenate(after)))), percent, interval,
+                       tuple(member.cause.name for member in model.members))
 
 
 def corrected_error(model, tables, j):

@@ -49,3 +49,9 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
         {"effect": "stribeck", "joint": [1], "probability": 0.05}]}
     assert sentence("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
                                      "of the reducible gap on unseen data")
+    rest = {"beside": ["coulomb"], "percent": 31.5}
+    assert sentence("arm", {**told, "repeatable": rest}).endswith(
+        "unseen data; a torque table over place and speed beside coulomb removes 32 % of what "
+        "that leaves")
+    assert "beside the refitted model removes" in sentence(
+        "arm", {**told, "repeatable": {**rest, "beside": []}})

@@ -182,10 +182,11 @@ def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
     places, speeds = np.linspace(-1.0, 1.0, 16), np.linspace(0.1, 2.0, 8)
     table = JointTable(0, places, speeds, np.stack([places, -places]), np.ones((2, 8)),
                        np.full((2, 16), 0.1), np.full((2, 8), 0.2))
-    rest = TorqueTable((table,), 2e-4, 31.5, (20.8, 42.4))
+    rest = TorqueTable((table,), 2e-4, 31.5, (20.8, 42.4), ("coulomb",))
     told, units = {"repeatable": rest.as_dict()}, {"q": "rad", "u": "N m"}
     section = repeatable_section(dataclasses.replace(found, repeatable=rest), told, units)
-    assert "removes 31.5 % (20.8 .. 42.4)" in section.sentences[0]
+    assert "removes 31.5 % (20.8 .. 42.4) of the reducible gap that coulomb leaves" in (
+        section.sentences[0])
     assert "changes no verdict" in section.sentences[0]
     place, speed = section.pictures[0].figure.axes
     assert np.allclose(place.lines[0].get_ydata(), places)

@@ -79,7 +79,7 @@ def test_the_table_holds_on_another_motion(wavy):
 def test_the_answer_holds_the_table(wavy):
     told = json.loads(to_json(wavy[2].as_dict()))
     (joint,) = told["joints"]
-    assert joint["joint"] == 1 and told["percent"] > 60.0
+    assert joint["joint"] == 1 and told["percent"] > 60.0 and told["beside"] == []
     for curve in (joint["over_position"], joint["over_speed"]):
         assert {len(row) for row in curve.values()} == {len(curve["at"])}
 

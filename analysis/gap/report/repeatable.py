@@ -1,7 +1,7 @@
 """What the model leaves and every lap repeats: the table of torque, drawn."""
 
 from clie_blocks.analysis.gap.report.plots import AFTER, BEFORE, PANELS, plain
-from clie_blocks.analysis.gap.report.words import number, size
+from clie_blocks.analysis.gap.report.words import called, listed, number, size
 from clie_blocks.analysis.report.document import Picture, Section
 
 BAND = 0.25  # opacity
@@ -14,13 +14,14 @@ def repeatable_section(diagnosis, answer, units):
         return None
     interval = "" if told["interval"] is None else (
         f" ({number(told['interval'][0])} .. {number(told['interval'][1])})")
-    text = (f"What the causes leave comes back along the travel. A table of torque over place and "
-            f"speed, one for each direction, removes {number(told['percent'])} %{interval} more "
-            f"of the reducible gap on unseen data: it leaves {size(told['gap'], units['q'])}. It "
-            "names no cause and changes no verdict; a simulator can hold it beside the numbers "
-            "above. The table is in the JSON answer.")
+    beside = listed(map(called, told["beside"])) or "the refitted model without any cause"
+    text = (f"A table of torque over place and speed, one for each direction, removes "
+            f"{number(told['percent'])} %{interval} of the reducible gap that {beside} leaves on "
+            f"unseen data, down to {size(told['gap'], units['q'])}: what is left comes back along "
+            "the travel. The table names no cause and changes no verdict; a simulator can hold it "
+            "beside that model. Its numbers are in the JSON answer.")
     picture = Picture("torque-table", curves(diagnosis, units),
-                      "Torque against the motion, beside that of the causes. Left over place, "
+                      "Torque against the motion, beside that of the model. Left over place, "
                       "with mean zero; right over speed, with the level. Bands: 95 %, from "
                       "tables that leave parts of the logs out.")
     return Section("What is left repeats", (text,), pictures=(picture,))
