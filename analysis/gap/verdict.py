@@ -51,7 +51,8 @@ class Calibration:
         Share of the whole excess that a free torque may explain beside a right cause: a real
         machine holds more than its main cause.
     parametric : float
-        Nats that a joint model outside its datasheet costs, against an effect that explains it.
+        Nats that a joint model outside its datasheet costs, against an effect that explains it;
+        once, for who states one number badly states others badly, too.
     lapse : float
         Share of robots on which the odds are not to be trusted, for what nobody thought of.
     blunt : float
@@ -152,7 +153,7 @@ def weighed(table, calibration):
             ((UNKNOWN,), None, *_unknown(table, score, known, c))]
     if table.strayed:
         rows.append(((PARAMETRIC,), table.base, nothing - table.stray,
-                     score(healthy) - c.price * table.strayed - c.parametric))
+                     score(healthy) - c.parametric))
     rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c))
              for row in table.rows]
     scores = np.array([row[3] for row in rows])
