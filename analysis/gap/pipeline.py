@@ -134,7 +134,7 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         check = dataclasses.replace(check, decisions=check.decisions + decisions)
     causes = lacking(causes, ran.inside)
     bench, base, table = examined(ran, causes)
-    again = second_look(ran, table, causes, examined, calibration)
+    again = second_look(bench.problem, table, causes, examined, calibration)
     ranking, model, table = _ranked(again or (bench, base, table), check, calibration)
     if again:
         ranking, model = in_the_loop(ranking, model, bench.problem)

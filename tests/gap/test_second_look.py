@@ -5,10 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap import second_look as look
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.transmission import BACKLASH
 from clie_blocks.analysis.gap.evidence import Row, Table, excess
+from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.second_look import in_the_loop, second_look, softened
 from clie_blocks.analysis.gap.verdict import Calibration, Standing
 
@@ -45,12 +48,15 @@ def test_what_a_healthy_robot_leaves_is_noise_in_both_loops(healthy):
         assert abs(excess(baseline(problem)[1])) < 0.15
 
 
-def test_play_that_is_missed_at_first_is_found(healthy):
+def test_play_that_is_missed_at_first_is_found(healthy, monkeypatch):
+    monkeypatch.setattr(look, "restarted", lambda found, bench: found)
+    monkeypatch.setattr(look, "excess", lambda found: 2.0)
     examined = Examined(table(backlash=3.0, nothing=200.0),
                         table(backlash=3.0, joint_elasticity=120.0, nothing=200.0))
     found = second_look(healthy, table(joint_elasticity=80.0, nothing=150.0), CAUSES, examined,
                         STATED)
-    assert found[2] is examined.answers[1]
+    left = {row.names: row.excess for row in found[2].rows}
+    assert left == {("backlash",): 2.0, ("joint_elasticity",): 120.0}
     assert [causes for _, causes, _ in examined.asked] == [(BACKLASH,), CAUSES]
     assert all(problem.quiet for problem, _, _ in examined.asked)
 
@@ -71,8 +77,10 @@ def test_no_whole_library_where_play_explains_next_to_nothing(healthy):
     assert len(examined.asked) == 1
 
 
-def test_a_second_look_that_finds_no_play_is_not_believed(healthy):
+def test_a_second_look_that_finds_no_play_is_not_believed(healthy, monkeypatch):
     """Recorded commands hide a fault of the controller, and nothing seems to be left."""
+    monkeypatch.setattr(look, "restarted", lambda found, bench: found)
+    monkeypatch.setattr(look, "excess", lambda found: 1.5)
     examined = Examined(table(backlash=0.3, nothing=2.0), table(coulomb=0.01, nothing=2.0))
     assert second_look(healthy, table(coulomb=80.0, nothing=150.0), CAUSES, examined,
                        STATED) is None
@@ -92,7 +100,30 @@ def test_a_model_of_the_second_look_predicts_in_the_stated_loop(healthy):
     ranking, model = in_the_loop([Standing(("none",), led, 0.0, 1.0),
                                   Standing(("unknown",), None, 0.0, 0.0)], led, bench.problem)
     assert ranking[1].fit is None
-    for fit in (ranking[0].fit, model):
-        difference = fit.hypothesis.error(0) - base.hypothesis.error(0)
+    for one in (ranking[0].fit, model):
+        difference = one.hypothesis.error(0) - base.hypothesis.error(0)
         assert np.abs(difference).max() < 0.5 * np.abs(base.hypothesis.error(0)).max()
-        assert np.array_equal(fit.hypothesis.values["kp"], healthy.law.kp)
+        assert np.array_equal(one.hypothesis.values["kp"], healthy.law.kp)
+
+
+def test_play_is_found_from_a_start_beside_it(healthy):
+    """The robot is the model itself with a play of 2 mrad; the fit starts from half of it."""
+    problem = dataclasses.replace(healthy, fit=healthy.fit[:1], held_out=())
+    joints, every = tuple(range(problem.n)), np.ones(problem.n)
+
+    def loose(half_gap):
+        values = {"half_gap": half_gap * every, "link_share": 0.5 * every, "loose": every,
+                  "bearing_share": 0.0 * every, "contact": 500.0 * every}
+        return Member(BACKLASH, joints, values, {**values, "half_gap": 1e-3 * every,
+                                                 "bearing_share": 0.5 * every})
+
+    bench, base = baseline(problem)
+    robot = hypothesis(bench.problem, [loose(2e-3)], base.hypothesis)
+    log, = bench.problem.fit
+    moved = dataclasses.replace(log, q=log.q - robot.error(0) + log.dither)
+    problem = dataclasses.replace(bench.problem, fit=(moved,))
+    begun = fit(hypothesis(problem, [loose(1e-3)], base.hypothesis),
+                dataclasses.replace(bench, problem=problem), 0)
+    found = look.restarted(begun, dataclasses.replace(bench, problem=problem))
+    assert found.total < 0.1 * begun.total
+    assert np.allclose(found.hypothesis.values["backlash.half_gap"], 2e-3, rtol=0.2)
