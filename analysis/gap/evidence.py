@@ -25,8 +25,8 @@ class Row:
         Its causes, sorted.
     excess : float
         What it leaves, see `excess`.
-    numbers : int
-        Numbers that it spends beyond the joint model, those of each log counted anew.
+    numbers : float
+        Numbers that it spends beyond the joint model, see `numbers_of`.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -34,7 +34,7 @@ class Row:
 
     names: tuple
     excess: float
-    numbers: int
+    numbers: float
     fit: object = None
 
 
@@ -91,14 +91,33 @@ def excess(fit, extra=0):
 
 
 def numbers_of(fit):
-    """Numbers that a hypothesis spends beyond the joint model, at one joint.
+    """Numbers that a hypothesis spends beyond the joint model, at the joint that takes most.
 
-    What differs between the logs is spent once in each of them.
+    A number that the logs do not determine costs nothing: it excludes no course of the motion.
+    What differs between the logs is spent in each of them.
     """
-    logs = len(fit.hypothesis.problem.fit)
-    return sum(logs if number.scope == "log" else 1
-               for member in fit.hypothesis.members for number in member.cause.numbers
-               if number.name == SEARCHED or not (number.fixed or number.nuisance))
+    at = fit.hypothesis
+    moments = len(at.problem.fit) * sum(number.name == SEARCHED for member in at.members
+                                        for number in member.cause.numbers)
+    return moments + sum(_determined(fit, member) for member in at.members)
+
+
+def _determined(fit, member):
+    """Number of directions that are known better than their size, at the joint with most."""
+    at, by_joint = fit.hypothesis, {}
+    counted = {f"{member.name}.{number.name}" for number in member.cause.numbers
+               if not number.nuisance}
+    for i, entry in enumerate(at.open):
+        if entry.key in counted:
+            by_joint.setdefault(entry.joint, []).append(i)
+    return max((_directions(fit, places) for places in by_joint.values()), default=0.0)
+
+
+def _directions(fit, places):
+    at = fit.hypothesis
+    size = np.array([max(at.open[i].size, abs(at.get(at.open[i]))) for i in places])
+    spread = np.linalg.eigvalsh(fit.covariance[np.ix_(places, places)] / np.outer(size, size))
+    return float(np.sum(1.0 / (1.0 + np.maximum(spread, 0.0))))
 
 
 def evidence(base, fits, free=()):

@@ -145,6 +145,11 @@ def _size(rng):
     return float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
 
 
+def _harmonic(rng, ratio):
+    """A harmonic of the motor's turn, high enough to show within the travel."""
+    return ratio * float(np.ceil(rng.uniform(15.0, 40.0) / ratio))
+
+
 def _set(**values):
     """Effect whose numbers are a share of the joint's own scale, of drawn size."""
     def put(rng, joint):
@@ -165,7 +170,7 @@ EFFECTS = {
     "torque_gain_error": lambda rng, j: j.update(gain=1 + rng.choice([-1, 1]) * j["size"]
                                                * rng.uniform(0.05, 0.25)),
     "torque_ripple": lambda rng, j: j.update(ripple=0.3 * j["kp"] * j["size"] * _size(rng),
-                                             order=float(rng.uniform(5.0, 30.0))),
+                                             order=_harmonic(rng, j["ratio"])),
     "encoder_eccentricity": lambda rng, j: j.update(eccentric=j["size"] * float(
         rng.uniform(5e-4, 4e-3))),
     "periodic_disturbance": lambda rng, j: j.update(tone=0.3 * j["kp"] * j["size"] * _size(rng),

@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.evidence import (
     simpler,
     to_json,
 )
-from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.hypothesis import Member, Open
 from clie_blocks.analysis.gap.ripple import seen
 
 
@@ -40,19 +40,37 @@ def test_a_table_survives_a_file():
     assert again.rows[0].names == ("coulomb",)
 
 
-def holding(*members, values=None, logs=2, gear=50.0):
+def holding(*members, values=None, gear=50.0):
     course = np.linspace(0.0, 0.5, 9)[:, None] * np.ones(2)
     log = SimpleNamespace(q=course, u=course)
-    problem = SimpleNamespace(fit=(log,) * logs, gear_ratio=np.array([gear, gear]))
+    problem = SimpleNamespace(fit=(log, log), gear_ratio=np.array([gear, gear]))
     return SimpleNamespace(hypothesis=SimpleNamespace(members=members, values=values or {},
                                                       problem=problem))
+
+
+def known_within(cause, *spreads):
+    """Fit of a cause at one joint, with standard deviations of its open numbers in their size."""
+    member = Member(cause, (0,), {}, {})
+    logs = (None, None)
+    found = [Open(f"{member.name}.{number.name}", 0, log, 2.0, -9.0, 9.0)
+             for number in cause.numbers if not number.fixed
+             for log in ((0, 1) if number.scope == "log" else (None,))]
+    at = SimpleNamespace(members=(member,), open=tuple(found), get=lambda entry: 0.5,
+                         problem=SimpleNamespace(fit=logs))
+    spreads = spreads or (0.0,) * len(found)
+    return SimpleNamespace(hypothesis=at, covariance=np.diag((2.0 * np.array(spreads)) ** 2))
 
 
 @pytest.mark.parametrize("cause, count", [
     (friction.COULOMB, 1), (timed.STEP_FAULT[0], 3), (timed.PERIODIC_DISTURBANCE, 5),
     (drive.TORQUE_RIPPLE, 3)])
 def test_what_was_chosen_in_each_log_counts_there(cause, count):
-    assert numbers_of(holding(Member(cause, (0,), {}, {}))) == count
+    assert numbers_of(known_within(cause)) == count
+
+
+def test_a_number_that_the_logs_do_not_determine_costs_nothing():
+    found = known_within(friction.STRIBECK, 0.0, 0.0, 30.0)
+    assert numbers_of(found) == pytest.approx(2, abs=0.01)
 
 
 @pytest.mark.parametrize("order, gear, shown", [
