@@ -140,10 +140,11 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         ranking, model = in_the_loop(ranking, model, bench.problem)
     foreign = check.misdescribed or len(bench.problem.fit) > len(asked.fit)
     nominal = (baseline(asked)[1] if foreign else base).hypothesis
+    said = verdict(ranking, bool(check.wrong or check.coarse))
+    believed = base if said == "unexplained" else model
     return Diagnosis(
-        asked, check, bench, base, ranking, model,
-        verdict(ranking, bool(check.wrong or check.coarse)),
-        shrinkage(nominal, model.hypothesis, bench), torque_table(model.hypothesis, bench),
+        asked, check, bench, base, ranking, model, said,
+        shrinkage(nominal, model.hypothesis, bench), torque_table(believed.hypothesis, bench),
         where(bench, base, check),
         next_experiment(bench, base, ranking, calibration), calibration, table,
         time.perf_counter() - began)
