@@ -9,9 +9,11 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.ripple import seen
+from clie_blocks.analysis.gap.shrinkage import gap
 
 STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
 IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing
+FAR = 3.0  # squared gap over its floor, less one: more contradicts a small excess
 SEARCHED = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
 
@@ -45,7 +47,7 @@ class Table:
     Parameters
     ----------
     nothing : float
-        Excess of the refitted nominal model.
+        Excess of the refitted nominal model, see `evidence`.
     stray : float
         Its share that comes from numbers beyond the datasheet.
     strayed : int
@@ -90,6 +92,23 @@ def excess(fit, extra=0):
     return beyond / (samples / fit.hypothesis.problem.n)
 
 
+def beyond(fit, bench):
+    """Squared gap on the unseen logs over that of sensor noise, less one."""
+    floor = sum(noise.floor**2 for noise in bench.noises)
+    return gap(fit.hypothesis)**2 / floor - 1.0
+
+
+def contradicted(base, bench):
+    """Whether the gap of a model is far above its floor though it leaves little excess.
+
+    The excess forgives what an unknown start would do.  Where the start is stated, with the robot
+    at rest, there is nothing to forgive: a link that falls through its play does so just then.
+    """
+    problem = bench.problem
+    return (not problem.quiet and all(log.at_rest for log in problem.logs)
+            and beyond(base, bench) > max(excess(base), FAR))
+
+
 def numbers_of(fit):
     """Numbers that a hypothesis spends beyond the joint model, at the joint that takes most.
 
@@ -120,8 +139,11 @@ def _directions(fit, places):
     return float(np.sum(1.0 / (1.0 + np.maximum(spread, 0.0))))
 
 
-def evidence(base, fits, free=()):
+def evidence(base, fits, free=(), bench=None):
     """Return the table of a refitted nominal model and of fitted hypotheses.
+
+    A model leaves its excess; where the gap contradicts that of the nominal model, it leaves what
+    is `beyond`, if that is more.
 
     Parameters
     ----------
@@ -131,17 +153,24 @@ def evidence(base, fits, free=()):
         Hypotheses with causes.
     free : tuple of float
         See `Table`.
+    bench : Bench, optional
+        Noise of the joints; without it the gap is not looked at.
 
     """
+    doubtful = bench is not None and contradicted(base, bench)
+
+    def left(fit):
+        return float(max(excess(fit), beyond(fit, bench)) if doubtful else excess(fit))
+
     best = {}
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
         if len(set(names)) == len(names) and seen(fit) and (
                 names not in best or fit.total < best[names].total):
             best[names] = fit
-    rows = [Row(names, float(excess(fit)), numbers_of(fit), fit) for names, fit in best.items()
+    rows = [Row(names, left(fit), numbers_of(fit), fit) for names, fit in best.items()
             if simpler(fit) not in best]
-    return Table(float(excess(base)),
+    return Table(left(base),
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
                  int(np.sum(base.stray != 0.0)) if base.penalty > STRAYED else 0,
                  tuple(free), rows, base)

@@ -1,15 +1,20 @@
 """Evidence: it can be kept and read, and a cause that shrank to a simpler one is not counted."""
 
+import dataclasses
 import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import drive, friction, timed
 from clie_blocks.analysis.gap.evidence import (
     Row,
     Table,
+    contradicted,
+    evidence,
+    excess,
     from_json,
     numbers_of,
     simpler,
@@ -17,6 +22,8 @@ from clie_blocks.analysis.gap.evidence import (
 )
 from clie_blocks.analysis.gap.hypothesis import Member, Open
 from clie_blocks.analysis.gap.ripple import seen
+from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
+from clie_blocks.analysis.gap.verdict import Calibration, weighed
 
 
 def fitted(slope):
@@ -94,3 +101,29 @@ def rippled(order, size, gear=50.0):
 
 def test_what_holds_no_ripple_is_seen():
     assert seen(holding(Member(friction.COULOMB, (0,), {}, {})))
+
+
+def test_a_fall_at_the_start_is_no_health_where_the_start_is_stated(healthy):
+    bench, base = baseline(healthy)
+    assert not contradicted(base, bench)
+    fallen = [falling(log, bench, base) for log in healthy.logs]
+    bench, base = baseline(dataclasses.replace(healthy, fit=tuple(fallen[:2]),
+                                               held_out=tuple(fallen[2:])))
+    assert excess(base) < 1.0
+    assert contradicted(base, bench)
+    said = weighed(evidence(base, [], (), bench), Calibration())
+    assert said[0].names == ("unknown",)
+    assert weighed(evidence(base, []), Calibration())[0].names == ("none",)
+    unstated = [dataclasses.replace(log, at_rest=False) for log in fallen]
+    assert not contradicted(base, dataclasses.replace(bench, problem=dataclasses.replace(
+        bench.problem, fit=tuple(unstated), held_out=())))
+
+
+def falling(log, bench, base):
+    """Log whose joints all start 10 mrad from where they are said to."""
+    from scipy.signal import lfilter
+
+    problem, at = bench.problem, base.hypothesis.values
+    fall = [lfilter(*sensor_sensitivity(problem.law, k, at["inertia"][k], at["damping"][k]),
+                    np.full(len(log), 0.01)) for k in range(problem.n)]
+    return dataclasses.replace(log, q=log.q + np.stack(fall, axis=1))
