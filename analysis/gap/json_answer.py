@@ -11,13 +11,15 @@ SCHEMA_VERSION = 1
 LEAST = 1e-4  # probabilities below are left out
 
 
-def answer(diagnosis):
+def answer(diagnosis, records=()):
     """Return the JSON object of one diagnosis.
 
     Parameters
     ----------
     diagnosis : Diagnosis
         From `diagnose`.
+    records : sequence of Record, optional
+        The logs, whose own decisions are told, too.
 
     """
     shrunk, given = diagnosis.shrinkage, established(diagnosis)
@@ -40,6 +42,8 @@ def answer(diagnosis):
         "where": {**diagnosis.where, "block": block_shares(diagnosis)},
         "next_experiment": advice and advice.as_dict(),
         "decisions": list(diagnosis.check.decisions),
+        "log_decisions": list(dict.fromkeys(
+            said for record in records for said in record.decisions)),
         "evidence": evidence.to_json(diagnosis.evidence),
         "seconds": diagnosis.seconds,
     }
