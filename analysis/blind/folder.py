@@ -4,11 +4,11 @@ import gzip
 
 import numpy as np
 
-from clie_blocks.analysis.blind.robot import G
+from clie_blocks.analysis.blind.robot import UNSTATED, G
 from clie_blocks.output import write
 
 _NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
-          "axes": "axes side by side"}
+          "axes": "axes side by side", "spatial": "balanced arm on a turntable"}
 
 
 def write_trial(trial, folder):
@@ -51,7 +51,7 @@ def robot_text(robot, motions):
         name=_NAMES[robot.kind], n=robot.n, ratio=_list(robot.ratio), rotor=_list(robot.rotor),
         drag=_list(robot.drag), one=_list(np.ones(robot.n)), peak=_list(5.0 * robot.kp),
         offset=_list(0.01 * robot.kp))]
-    if robot.kind != "axes":
+    if robot.kind not in UNSTATED:
         parts.append(_LINKS.format(
             length=_list(robot.length), mass=_list(robot.mass), com=_list(robot.com),
             inertia=_list(robot.inertia), bearing=_list(robot.bearing)))

@@ -40,17 +40,32 @@ def _left_out(found):
 
 def _controllers(found):
     family = found["controllers"]
-    total = tuple((text, *cells(family[key])) for key, text in OUTCOMES.items())
     by_wrong = tuple((name, ", ".join(f"{row[key]['hits']} {key}" for key in OUTCOMES
                                       if row[key]["hits"]))
-                     for name, row in family["by_wrong"].items() if row["named"]["of"])
+                     for name, row in family["by_wrong"].items())
     return Section("Controllers described wrong", (
         f"{family['trials']} sound robots of their own draw, whose file says something of the "
         "controller that is not so: the discretisation or a corner of its velocity filter, a "
         "gain, or nothing of a period between measurement and command. A diagnosis that accuses "
         "the robot would send somebody to the wrong place.",),
-        tables=(Table(("figure", *SHARE), total),
-                Table(("described wrong", "outcome"), by_wrong)))
+        tables=(_outcomes(family), Table(("described wrong", "outcome"), by_wrong)))
+
+
+def _spatial(found):
+    family = found["spatial"]
+    rows = tuple((row["trial"], row["how"], row["said"]) for row in family["rows"])
+    return Section("Arms that no planar chain describes", (
+        f"{family['trials']} sound arms of their own draw: a vertical axis that carries two "
+        "links. The robot file has no words for such links, so that their pull is in the logs and "
+        "in no model; the share of the inertia that they hold is that of the joint where it is "
+        "largest. The right answer is \"unknown\", or none where it hides in the noise.",),
+        tables=(_outcomes(family), Table(("trial", "robot", "decision"), rows)))
+
+
+def _outcomes(family):
+    return Table(("figure", *SHARE), tuple((text, *cells(family[key]))
+                                           for key, text in OUTCOMES.items() if family[key]["hits"]
+                                           or key == "accused"))
 
 
 def _engines(found):
@@ -96,5 +111,5 @@ def _methods(rows, head, figures):
     return Table(("method", *head), tuple((row["method"], *figures(row)) for row in rows))
 
 
-SECTIONS = {"left_out": _left_out, "controllers": _controllers, "engines": _engines,
-            "compared": _compared}
+SECTIONS = {"left_out": _left_out, "controllers": _controllers, "spatial": _spatial,
+            "engines": _engines, "compared": _compared}

@@ -60,7 +60,7 @@ def scoreboard(asked):
 
 def _further(asked, places, diagnoses, labels):
     """Further studies: on the same trials, once their labels are open, and on others."""
-    from clie_blocks.analysis.blind import compare, engines, left_out, study, wrong_controller
+    from clie_blocks.analysis.blind import compare, engines, left_out, sound, study
 
     found = {}
     if asked.leave_out:
@@ -73,11 +73,18 @@ def _further(asked, places, diagnoses, labels):
     if methods:
         found["compared"] = compare.compared(methods, places, diagnoses, labels, asked.subset,
                                              asked.jobs)
-    if asked.controllers:
-        found["controllers"] = wrong_controller.scored(*study.sealed(
-            asked.output / "controllers", asked.controllers, asked.seed[0], asked.jobs,
-            wrong_controller.make_trial))
+    for key, maker in _families().items():
+        if getattr(asked, key):
+            found[key] = sound.scored(*study.sealed(
+                asked.output / key, getattr(asked, key), asked.seed[0], asked.jobs, maker))
     return found
+
+
+def _families():
+    """Makers of sound robots that must not be accused, by option."""
+    from clie_blocks.analysis.blind import spatial, wrong_controller
+
+    return {"controllers": wrong_controller.make_trial, "spatial": spatial.make_trial}
 
 
 def lines(found):
@@ -98,7 +105,8 @@ def _command(asked):
               if getattr(asked, name)]
     parts += [f"--leave-out {asked.leave_out}"] if asked.leave_out else []
     parts += [f"--subset {asked.subset}"] if asked.subset else []
-    parts += [f"--controllers {asked.controllers}"] if asked.controllers else []
+    parts += [f"--{name} {getattr(asked, name)}" for name in ("controllers", "spatial")
+              if getattr(asked, name)]
     parts += [f"--engines {asked.engines.name}"] if asked.engines else []
     return " ".join(parts)
 
@@ -114,6 +122,8 @@ def _parser():
                              "trials of it (2): is it unknown?")
     parser.add_argument("--controllers", type=_count, metavar="N",
                         help="also N sound robots whose file describes another controller")
+    parser.add_argument("--spatial", type=_count, metavar="N",
+                        help="also N sound arms whose links no planar chain describes")
     parser.add_argument("--engines", type=Path, metavar="ROBOTS",
                         help="calibrate on one engine, test on the other, both ways; ROBOTS is "
                              "the folder of robots kept by the calibration")

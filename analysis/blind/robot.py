@@ -7,10 +7,12 @@ import numpy as np
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
 DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
+CARRYING = (0.7, 80.0)  # inertia of rotors over that of links, of a spatial arm
 SAG = 0.3  # rad, at most, under the weight of the stretched links
 SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
-    "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6)}
+    "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6), "spatial": (3,)}
+UNSTATED = ("axes", "spatial")  # nobody states their links: the datasheet of the drive holds all
 
 NEUTRAL = {
     # joint
@@ -43,7 +45,8 @@ class Robot:
     Parameters
     ----------
     kind : str
-        ``arm`` (two to six links), ``pendulum`` (one link) or ``axes`` (joints side by side).
+        ``arm`` (two to six links), ``pendulum`` (one link), ``axes`` (joints side by side) or
+        ``spatial`` (a vertical axis that carries two links, balanced against their weight).
     period : float
         Of the controller and the logs [s].
     gravity : bool
@@ -116,13 +119,16 @@ def link_inertia(kind, length, mass, com, inertia, pose):
     """Diagonal of the mass matrix of the links at a pose [kg m^2]."""
     if kind == "axes":
         return inertia + mass * com**2
-    n, turned = len(length), np.cumsum(pose)
+    spatial = kind == "spatial"
+    n, turned = len(length), np.cumsum(pose) - spatial * pose[0]
     along = np.stack([np.cos(turned), np.sin(turned)])
     diagonal = np.zeros(n)
     for i in range(n):
         arms = np.where(np.arange(n) == i, com, length)[:i + 1] * along[:, :i + 1]
         for k in range(i + 1):
             reach = arms[:, k:].sum(axis=1)
+            if spatial and k == 0:  # about the vertical
+                reach = reach[:1]
             diagonal[k] += mass[i] * reach @ reach + inertia[i]
     return diagonal
 
@@ -150,7 +156,7 @@ def draw_robot(rng, kind=None, gravity=None, coupling=True):
     kind = kind or str(rng.choice(["arm", "arm", "pendulum", "axes"]))
     n = int(rng.choice(SIZES[kind]))
     gravity = bool(rng.random() < 0.5) if gravity is None else gravity
-    gravity = gravity and kind != "axes"
+    gravity = gravity and kind not in UNSTATED
     length = rng.uniform(0.2, 0.6, n) * np.sqrt(2 / max(n, 2))
     mass = rng.uniform(0.3, 1.5, n) * (0.5 if n <= 3 else 0.7) ** np.arange(n)
     com = length * rng.uniform(0.4, 0.9, n)
@@ -159,11 +165,12 @@ def draw_robot(rng, kind=None, gravity=None, coupling=True):
     ratio = np.round(np.exp(rng.uniform(0.0, np.log(200.0), n)), 1)
     link = link_inertia(kind, length, mass, com, inertia, pose)
     light = 0.7 if n <= 3 else 1.5  # share of the rotors; the coupling of long arms stays tame
-    rotor = _digits(link * np.exp(rng.uniform(np.log(light), np.log(8.0), n)) / ratio**2)
+    low, high = (light, 8.0) if kind != "spatial" else CARRYING
+    rotor = _digits(link * np.exp(rng.uniform(np.log(low), np.log(high), n)) / ratio**2)
     whole = rotor * ratio**2 + link
     damping = whole * rng.uniform(0.6, 4.0, n)
     bearing = _digits(damping * rng.uniform(0.1, 0.4, n))
-    if kind == "axes":  # nobody states their links: the datasheet of the drive holds all
+    if kind in UNSTATED:
         rotor, bearing = _digits(whole / ratio**2), np.zeros(n)
     drag = _digits((damping - bearing) / ratio**2)
     speed = rng.uniform(4.0, 9.0, n) * (1.3 if gravity else 1.0)

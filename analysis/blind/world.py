@@ -6,7 +6,7 @@ mounts, delay, lag and limit of a drive, cogging and bristles of its motor.
 
 import numpy as np
 
-from clie_blocks.analysis.blind.robot import G
+from clie_blocks.analysis.blind.robot import UNSTATED, G
 from clie_blocks.errors import MissingExtraError
 
 STEP, COARSE = 5e-4, 1e-3  # s, of the engine: where something is stiff, and elsewhere
@@ -79,7 +79,8 @@ def world(robot, lanes):
 def _chain(robot, p, lane):
     """Links one behind the other; what is missing of their inertia turns with the rotors."""
     share = p["links"][0]
-    p = {**p, "rotor": p["rotor"] + (1 - share) * robot.link / robot.ratio**2}
+    counted = 1.0 if robot.kind in UNSTATED else 0.0  # share of the links that the rotors hold
+    p = {**p, "rotor": p["rotor"] + (1 - share - counted) * robot.link / robot.ratio**2}
     inside, weightless = _tip(robot, p, lane), _weightless(robot, p)
     for k in reversed(range(robot.n)):
         tip = _mass(p["payload"][k], robot.length[k], weightless)
@@ -105,19 +106,20 @@ def _jointed(robot, p, lane, k, at, link, weightless):
     stop = p["hard_stop"][k]
     if np.isfinite(stop):
         dry += f' range="{stop - 10} {stop}" {_SOLID}'
-    hinge = (f'<joint name="a{lane}_{k}" type="hinge" axis="0 -1 0" '
+    axis = "0 0 1" if robot.kind == "spatial" and k == 0 else "0 -1 0"
+    hinge = (f'<joint name="a{lane}_{k}" type="hinge" axis="{axis}" '
              f'armature="{p["rotor"][k] * r2}" {dry} stiffness="{p["stiffness"][k]}" '
              f'springref="{p["rest"][k]}" damping="{drag + robot.bearing[k]} {quadratic} 0"/>')
-    twist = _twist(p, lane, k)
+    twist = _twist(p, lane, k, axis)
     if not twist:
         return f'<body pos="{at} 0 0" gravcomp="{weightless}">{hinge}{link}</body>'
     return (f'<body pos="{at} 0 0" gravcomp="1">{_inertial(_SPECK, _SPECK, 0.0)}{hinge}'
             f'<body gravcomp="{weightless}">{twist}{link}</body></body>')
 
 
-def _twist(p, lane, k):
+def _twist(p, lane, k, axis):
     """Second hinge behind the motor: a spring, or a gap between stiff flanks."""
-    name = f'<joint name="b{lane}_{k}" type="hinge" axis="0 -1 0"'
+    name = f'<joint name="b{lane}_{k}" type="hinge" axis="{axis}"'
     if p["half_gap"][k] > 0:
         return f'{name} range="{-p["half_gap"][k]} {p["half_gap"][k]}" {_SOLID}/>'
     if p["twist_stiffness"][k] > 0:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind import compare, left_out, wrong_controller
+from clie_blocks.analysis.blind import compare, left_out, sound, spatial, wrong_controller
 from clie_blocks.analysis.blind.page import save_page
 from clie_blocks.analysis.blind.rates import figure, rate
 from clie_blocks.analysis.blind.score import score
@@ -44,9 +44,12 @@ def page(tmp_path):
     found |= {"targets": judged(found), **left_out.scored(answers, labels),
               "compared": [compare.row(name, answers, labels)
                            for name in (compare.FULL, "no sensitivity filter")],
-              "controllers": wrong_controller.scored(answers, {
+              "controllers": sound.scored(answers, {
                   name: {"labels": [list(wrong_controller.WRONG)[i % 6]], "wrong": "x 1.1",
                          "robot": "arm of 2"} for i, name in enumerate(labels)}),
+              "spatial": sound.scored(answers, {
+                  name: {"labels": [spatial.UNTOLD], "wrong": "links hold 12% of the inertia",
+                         "robot": "spatial of 3"} for name in labels}),
               "engines": [{"learned_on": "own_robots", "tested_on": "MuJoCo", "robots": 60,
                            "loss": figure([0.1, 0.2], max), "top_1": rate([True, False]),
                            "ece": figure([0.1, 0.2], max)}]}
@@ -56,7 +59,7 @@ def page(tmp_path):
 def test_page_has_every_section_and_needs_no_network(page):
     for title in ("Target and measured", "How honest, how far", "Confusions", "By gear ratio",
                   "Each effect taken out of the library", "other methods reach", "Protocol",
-                  "Controllers described wrong",
+                  "Controllers described wrong", "Arms that no planar chain describes",
                   "Calibrated on one engine, tested on the other", "Not right"):
         assert title in page
     assert len(page) < 2_000_000 and not re.search(r'(src|href)="(?!#|data:)', page)

@@ -7,11 +7,12 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind import wrong_controller  # noqa: E402
+from clie_blocks.analysis.blind import sound  # noqa: E402
 from clie_blocks.analysis.blind.controller import Controller  # noqa: E402
 from clie_blocks.analysis.blind.folder import write_trial  # noqa: E402
 from clie_blocks.analysis.blind.robot import draw_robot, draw_truth, neutral  # noqa: E402
-from clie_blocks.analysis.blind.wrong_controller import WRONG, make_trial, outcome  # noqa: E402
+from clie_blocks.analysis.blind.sound import outcome  # noqa: E402
+from clie_blocks.analysis.blind.wrong_controller import WRONG, make_trial  # noqa: E402
 from clie_blocks.analysis.gap.trials import diagnose_trial, find_trials  # noqa: E402
 
 
@@ -59,7 +60,7 @@ def test_an_outcome_is_named_unknown_missed_or_a_false_accusation():
 def test_the_scores_are_shares_by_what_is_wrong():
     labels = {f"trial-{i:03d}": {"labels": [name], "wrong": "x 1.1", "robot": "arm of 2"}
               for i, name in enumerate(WRONG)}
-    found = wrong_controller.scored(
+    found = sound.scored(
         {name: answer("unknown" if i else "spring") for i, name in enumerate(labels)}, labels)
     assert found["accused"]["hits"] == 1 and found["unknown"]["hits"] == len(WRONG) - 1
     assert found["by_wrong"][next(iter(WRONG))]["accused"]["rate"] == 1.0
