@@ -108,7 +108,7 @@ def diagnose_trial(trial, options=None):
     """
     from clie_blocks.analysis.gap.json_answer import answer
 
-    return json.loads(to_json(answer(_diagnosed(trial, options or Options())[0])))
+    return json.loads(to_json(answer(*_diagnosed(trial, options or Options()))))
 
 
 def _diagnosed(trial, options):
@@ -220,7 +220,7 @@ def _finished(trial, options, folder):
         diagnosis, records = _diagnosed(trial, options)
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
-    found = json.loads(to_json(answer(diagnosis)))
+    found = json.loads(to_json(answer(diagnosis, records)))
     if folder is not None:
         from clie_blocks.analysis.gap.report import write_report
 

@@ -34,7 +34,7 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
         there is one that the controller of the logs can follow.
 
     """
-    found, advice = answer(diagnosis), diagnosis.next_experiment
+    found, advice = answer(diagnosis, records), diagnosis.next_experiment
     found["where"] = {**found["where"], "block": block_shares(diagnosis)}
     extra = {}
     if advice and can_follow(records):
