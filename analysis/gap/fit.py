@@ -7,12 +7,14 @@ own rows.
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
 
 CONVERGED = 1e-3
+FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
 DAMPING = 1e-4
 TRIES = 4
 CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
@@ -87,6 +89,12 @@ class Tangent:
         """Sum of squares."""
         return float(self.residual @ self.residual)
 
+    @functools.cached_property
+    def normal(self):
+        """Matrix and right-hand side of the normal equations, without the datasheet."""
+        columns = self.columns[:len(self.residual) - self.columns.shape[1]]
+        return columns.T @ columns, columns.T @ self.residual[:len(columns)]
+
 
 def linearised(at, bench):
     """Return the `Tangent` of a hypothesis; a second question costs nothing."""
@@ -143,17 +151,24 @@ def fit(start, bench, iterations=6):
         before, after = linearised(at, bench), linearised(found[0], bench)
         at, damping = found
         kept += 1
-        if before.cost - after.cost < CONVERGED * len(after.residual) + 1e-4 * after.cost:
+        if before.cost - after.cost < _little(after):
             break
     return _judged(at, bench, kept)
 
 
+def _little(here):
+    """Gain of a step that ends a fit."""
+    return CONVERGED * len(here.residual) + 1e-4 * here.cost
+
+
 def _better(at, bench, damping):
-    """Step that improves: ``hypothesis, next damping``; None if there is none.
+    """Step that improves: ``hypothesis, next damping``; None if there is none worth it.
 
     If the first step fails, many more cautious ones are simulated side by side.
     """
     here = linearised(at, bench)
+    if _foreseen(at, here) < FUTILE * _little(here):
+        return None
     first = step(at, here, damping)
     if linearised(first, bench).cost < here.cost:
         return first, max(damping / 10, DAMPING)
@@ -162,6 +177,15 @@ def _better(at, bench, damping):
     costs = _costs(proposals, bench)
     best = int(np.argmin(costs))
     return (proposals[best], dampings[best] / 10) if costs[best] < here.cost else None
+
+
+def _foreseen(at, here):
+    """Gain that the slopes of a hypothesis promise, were its numbers free to take any step."""
+    delta, (gram, right) = _solved(at.open, at, *here.normal, DAMPING), here.normal
+    stray = [entry.stray(at.get(entry) + change * entry.size)
+             for entry, change in zip(at.open, delta)]
+    before = here.residual[len(here.residual) - len(at.open):]
+    return -delta @ (2 * right + gram @ delta) + before @ before - np.dot(stray, stray)
 
 
 def _costs(proposals, bench):
@@ -250,9 +274,9 @@ def step(at, here, damping=DAMPING, keys=None):
 
     """
     used = [i for i, entry in enumerate(at.open) if keys is None or entry.key in keys]
-    rows = len(here.residual) - len(at.open)
-    delta = _solved([at.open[i] for i in used], at, here.columns[:rows, used],
-                    here.residual[:rows], damping)
+    gram, right = here.normal
+    delta = _solved([at.open[i] for i in used], at, gram[np.ix_(used, used)], right[used],
+                    damping)
     moves = []
     for entry, change in zip((at.open[i] for i in used), delta):
         here = at.get(entry)
@@ -264,7 +288,7 @@ def step(at, here, damping=DAMPING, keys=None):
     return at.with_values(at.moved(moves))
 
 
-def _solved(entries, at, columns, residual, damping):
+def _solved(entries, at, gram, right, damping):
     """Change of each number, over its size, that is best with the datasheet's bounds.
 
     What a datasheet allows costs nothing, so a bound counts where the step ends beyond it.
@@ -272,7 +296,6 @@ def _solved(entries, at, columns, residual, damping):
     size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
     centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
                                 for entry in entries]).T
-    gram, right = columns.T @ columns, columns.T @ residual
     side = np.sign(at.stray()[[at.open.index(entry) for entry in entries]])
     for _ in range(BOUNDS):
         slope = np.abs(side) * size / allowed / SOFTNESS
