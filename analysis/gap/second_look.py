@@ -24,13 +24,14 @@ from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.verdict import weighed
 
 STIFFNESS, RATE = 0.3, 0.1  # of the gains: little of the rate, which carries most of the noise
+TINY = 1e-3  # excess that is none
 LEFT = 0.4  # excess per sample that the first look may leave before there is a second one
 OF_LAW = "kp", "kd", "saturation"
 SMALL = 0.03  # share of the excess that a right model may leave: impacts stay a little uncertain
 WIDER = 0.8, 0.9, 1.0, 1.1, 1.25  # times the play that was found: where fits start anew
 FLANKS = 250.0, 400.0, 600.0, 1000.0  # rad/s, as the stiffness of a closed gap
 RESTARTS = 3  # the best of those starts
-PART = 0.8  # share of the excess that play alone may leave for the whole library to be asked
+PART = 0.8  # the same, of play alone for the whole library to be asked
 
 
 def second_look(problem, table, causes, examined, calibration):
@@ -60,7 +61,7 @@ def second_look(problem, table, causes, examined, calibration):
         return None
     led = softened(problem)
     _, _, alone = examined(led, (BACKLASH,), SMALL)
-    if _least(alone) > PART * alone.nothing:
+    if _share(alone) > (PART if _share(table) > SMALL else _share(table)):
         return None
     bench, base, found = examined(led, causes, SMALL)
     found = _best_of_both(found, alone, bench)
@@ -119,13 +120,16 @@ def in_the_loop(ranking, model, problem):
 
 
 def _worthwhile(problem, table, causes, calibration):
-    asked = BACKLASH in causes and not problem.quiet and problem.law.variant != "loop"
-    said = weighed(table, calibration)[0].names
-    return asked and said != (BACKLASH.name,) and min(_least(table), table.nothing) > LEFT
+    law, said = problem.law, weighed(table, calibration)[0].names
+    feedback = law.variant != "loop" and np.all(law.kp > 0) and np.all(law.kd > 0)
+    return (BACKLASH in causes and feedback and not problem.quiet
+            and said != (BACKLASH.name,) and _share(table) * table.nothing > LEFT)
 
 
-def _least(table):
-    return min((row.excess for row in table.rows), default=table.nothing)
+def _share(table):
+    """Share of the excess that the best hypothesis leaves."""
+    whole = max(table.nothing, TINY)
+    return min([1.0, *(row.excess / whole for row in table.rows)])
 
 
 def _plays(table, calibration):

@@ -86,10 +86,19 @@ def test_a_second_look_that_finds_no_play_is_not_believed(healthy, monkeypatch):
                        STATED) is None
 
 
-def test_no_second_look_beside_a_simulator_or_in_any_loop(healthy):
+def test_no_whole_library_where_play_leaves_more_than_a_good_first_look(healthy):
+    examined = Examined(table(backlash=60.0, nothing=200.0), None)
+    first = table(coulomb=2.0, nothing=150.0)
+    assert second_look(healthy, first, CAUSES, examined, STATED) is None
+    assert len(examined.asked) == 1
+
+
+def test_no_second_look_beside_a_simulator_nor_without_a_law_that_damps(healthy):
     first, examined = table(coulomb=80.0, nothing=150.0), Examined(None, None)
     loop = dataclasses.replace(healthy, law=dataclasses.replace(healthy.law, variant="loop"))
-    for problem in (dataclasses.replace(healthy, quiet=True), loop):
+    servo = dataclasses.replace(healthy, law=dataclasses.replace(healthy.law,
+                                                                 kd=0.0 * healthy.law.kd))
+    for problem in (dataclasses.replace(healthy, quiet=True), loop, servo):
         assert second_look(problem, first, CAUSES, examined, STATED) is None
     assert not examined.asked
 
