@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.preparation import even, prepared
 from clie_blocks.analysis.gap.report.checks import saturated_share
 from clie_blocks.analysis.gap.torque_path import torque_paths
+from clie_blocks.analysis.gap.torque_table import corrected_error
 from clie_blocks.analysis.records import Record, Robot, read_records
 from clie_blocks.analysis.records.repeatability import noise_floor
 from clie_blocks.analysis.records.robot import Controller
@@ -53,6 +54,11 @@ def test_emps_is_dry_friction_without_delay(shared):
     log, error = found.problem.logs[1], found.model.hypothesis.error(1, dithered=False)
     measured, simulated = (np.std(x) for x in (log.q_d - log.q, log.q_d - log.q + error))
     assert simulated == pytest.approx(measured, rel=2e-3)  # 0.58 mm behind the reference
+    table = found.repeatable
+    print("  table of torque:", table.percent, table.interval, table.gap)
+    assert table.beside == ("coulomb",) and table.gap < 1.6e-6 and table.interval[0] > 10.0
+    with_table = np.std(log.q_d - log.q + corrected_error(found.model.hypothesis, table.joints, 1))
+    assert with_table == pytest.approx(measured, rel=2e-3)
     values, force = found.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
     assert values["coulomb.level"][0] * force == pytest.approx(20.39, rel=0.05)  # published
     assert values["inertia"][0] * force == pytest.approx(95.11, rel=0.03)
@@ -112,9 +118,13 @@ def reaction(path, goal=0.2, period=0.02):
 
 def test_so101_by_the_diagnosis_sticks_and_is_coarse(shared):
     records = read_records(shared / "data" / "sage_so101")
-    found = diagnose(*prepared(*one_joint(named(
-        records, "prbs_excitation", "multisine", "step_response"), 0)))
+    robot, ready = prepared(*one_joint(named(
+        records, "prbs_excitation", "multisine", "step_response"), 0))
+    found = diagnose(robot, ready)
     said = told("SO-101, rotation", found)
+    (read,) = {record.decisions[-1] for record in ready}
+    print(" ", read)
+    assert "the dead time is 60 ms" in read and "goals act 2" in read
     assert found.check.step[0] == pytest.approx(1.534e-3, rel=0.01)
     assert cause_names(found)[0] == "coulomb"
     assert said["gap_after"] < 0.5 * said["gap_before"]
@@ -144,6 +154,7 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
     assert all(0.01 < path.late < 0.04 for path in paths if path.lag > 1e-4)
     assert np.ptp([path.gain for path in paths]) > 0.2
     robot, ready = prepared(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
+    assert all("the measured torque is" in record.decisions[-1] for record in ready)
     found = diagnose(robot, ready, exclude=LOOSE)
     said = told("DFKI, design C.1", found)
     leading = next(row for row in found.ranking if row.names[0] not in ("none", "unknown"))
