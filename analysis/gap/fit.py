@@ -332,7 +332,8 @@ def tangent(found, bench):
         rows = np.concatenate([np.arange(ends[place], ends[place + 1])
                                for place in range(k, len(here.parts), n)])
         used = [i for i in range(len(at.open)) if np.any(here.columns[rows, i])]
-        slopes, stray = zip(*(_prior(at.open[i], found.stray[i], k) for i in used))
+        slopes, stray = np.reshape([_prior(at.open[i], found.stray[i], k) for i in used],
+                                   (-1, 2)).T
         columns.append(np.concatenate([here.columns[np.ix_(rows, used)], np.diag(slopes)]))
         residual.append(np.concatenate([*here.parts[k::n], stray]))
     return columns, residual

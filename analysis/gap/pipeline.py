@@ -192,8 +192,8 @@ def examined(asked, causes=CAUSES, small=0.0):
         bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
-    kept = [row.fit for row in evidence(base, fits).rows]
-    return bench, base, evidence(base, fits, _free(base, kept, bench))
+    kept = [row.fit for row in evidence(base, fits, (), bench).rows]
+    return bench, base, evidence(base, fits, _free(base, kept, bench), bench)
 
 
 def chosen(effects, exclude):
