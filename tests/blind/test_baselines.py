@@ -9,8 +9,10 @@ from clie_blocks.analysis.blind import ablations
 from clie_blocks.analysis.blind.answers import FAMILY, Answer
 from clie_blocks.analysis.blind.baselines import BASELINES, motion
 from clie_blocks.analysis.blind.baselines.weighing import bic
+from clie_blocks.analysis.gap import bench as benches
 from clie_blocks.analysis.gap import noise as noises
 from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.own_robots import cases
 from clie_blocks.analysis.gap.problem import problem
@@ -70,15 +72,25 @@ def test_other_weighing_keeps_healthy_errors_at_size_one():
         assert np.std(seen) == pytest.approx(1.0, rel=0.05)
 
 
+@pytest.mark.parametrize("weigh", [ablations.as_torques, ablations.unwhitened])
+def test_another_weighing_reaches_the_bench_and_is_gone_afterwards(weigh):
+    made = robot("coulomb")
+    asked = problem(made.robot, made.records)
+    own = baseline(asked)[0].noises[0].whitener
+    with ablations.weighing(weigh):
+        other = baseline(asked)[0].noises[0].whitener
+    assert other.shape != own.shape or not np.allclose(other, own)
+    assert np.array_equal(baseline(asked)[0].noises[0].whitener, own)
+
+
 def test_a_stage_comes_back_after_its_ablation():
-    before = noises.noise, pipeline.race
+    before = benches.noise, pipeline.race
     made = robot("coulomb")
     found = ablations.ABLATIONS["no whitening"](made.robot, made.records)
     assert "coulomb" in Answer(found).order[:3]
-    assert (noises.noise, pipeline.race) == before
     with pytest.raises(ValueError), ablations.replaced(pipeline, "race", None):
         raise ValueError
-    assert pipeline.race is before[1]
+    assert (benches.noise, pipeline.race) == before
 
 
 def test_without_polish_numbers_stay_as_the_regression_left_them(monkeypatch):

@@ -1,8 +1,7 @@
 """Closed-loop output error: models fitted by simulation to the measured positions, as they are."""
 
-from clie_blocks.analysis.blind.ablations import replaced, unwhitened
+from clie_blocks.analysis.blind.ablations import unwhitened, weighing
 from clie_blocks.analysis.blind.baselines.weighing import Model, bic
-from clie_blocks.analysis.gap import noise as noises
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
@@ -29,7 +28,7 @@ def fitted(problem, menu):
         The nominal model first.
 
     """
-    with replaced(noises, "noise", unwhitened):
+    with weighing(unwhitened):
         bench, base = baseline(problem)
     look = scene(bench.problem, base.hypothesis, base_motion(base.hypothesis))
     found = [_model(base, base)]
