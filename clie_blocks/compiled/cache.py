@@ -8,7 +8,7 @@ from pathlib import Path
 from clie_blocks.errors import ClieError
 from clie_blocks.output import write
 
-KEPT = 1000
+KEPT = 6000  # a study of random robots asks for some 60 programs of each structure
 
 
 def folder():
@@ -64,6 +64,7 @@ def save(name, content):
 
 
 def _forget_oldest(place):
-    files = sorted(place.glob("*.bin"), key=lambda file: file.stat().st_mtime)
-    for file in files[:-KEPT]:
-        file.unlink(missing_ok=True)
+    files = list(place.glob("*.bin"))
+    if len(files) > KEPT:
+        for file in sorted(files, key=lambda file: file.stat().st_mtime)[:-KEPT]:
+            file.unlink(missing_ok=True)
