@@ -29,6 +29,8 @@ class Row:
         What it leaves, see `excess`.
     numbers : float
         Numbers that it spends beyond the joint model, see `numbers_of`.
+    strayed : int
+        Numbers of its joint model beyond the datasheet; 0 where they are no more than noise.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -37,6 +39,7 @@ class Row:
     names: tuple
     excess: float
     numbers: float
+    strayed: int = 0
     fit: object = None
 
 
@@ -75,12 +78,13 @@ def to_json(table):
     """Table as plain types, without the fits."""
     return {"nothing": table.nothing, "stray": table.stray, "strayed": table.strayed,
             "free": list(table.free),
-            "rows": [[list(row.names), row.excess, row.numbers] for row in table.rows]}
+            "rows": [[list(row.names), row.excess, row.numbers, row.strayed]
+                     for row in table.rows]}
 
 
 def from_json(kept):
     """Table from `to_json`."""
-    rows = [Row(tuple(names), left, numbers) for names, left, numbers in kept["rows"]]
+    rows = [Row(tuple(names), *numbers) for names, *numbers in kept["rows"]]
     return Table(kept["nothing"], kept["stray"], kept["strayed"], tuple(kept["free"]), rows)
 
 
@@ -168,12 +172,16 @@ def evidence(base, fits, free=(), bench=None):
         if len(set(names)) == len(names) and seen(fit) and (
                 names not in best or fit.total < best[names].total):
             best[names] = fit
-    rows = [Row(names, left(fit), numbers_of(fit), fit) for names, fit in best.items()
-            if simpler(fit) not in best]
+    rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), fit)
+            for names, fit in best.items() if simpler(fit) not in best]
     return Table(left(base),
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
-                 int(np.sum(base.stray != 0.0)) if base.penalty > STRAYED else 0,
-                 tuple(free), rows, base)
+                 strayed(base), tuple(free), rows, base)
+
+
+def strayed(fit):
+    """Numbers of the joint model beyond its datasheet; 0 where they are no more than noise."""
+    return int(np.sum(fit.stray != 0.0)) if fit.penalty > STRAYED else 0
 
 
 def simpler(fit):

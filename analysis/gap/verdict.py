@@ -35,7 +35,7 @@ class Calibration:
     price : float
         Nats per number of a hypothesis.
     second : float
-        Nats that each further cause costs.
+        Nats that each further cause costs; numbers beyond the datasheet beside a cause are one.
     share, slight : float
         A further cause that removes less than this share of the whole excess costs `slight` nats
         per factor e that it falls short.
@@ -51,8 +51,7 @@ class Calibration:
         Share of the whole excess that a free torque may explain beside a right cause: a real
         machine holds more than its main cause.
     parametric : float
-        Nats that a joint model outside its datasheet costs, against an effect that explains it;
-        once, for who states one number badly states others badly, too.
+        Nats that a joint model outside its datasheet costs, against an effect that explains it.
     lapse : float
         Share of robots on which the odds are not to be trusted, for what nobody thought of.
     blunt : float
@@ -153,7 +152,7 @@ def weighed(table, calibration):
             ((UNKNOWN,), None, *_unknown(table, score, known, c))]
     if table.strayed:
         rows.append(((PARAMETRIC,), table.base, nothing - table.stray,
-                     score(healthy) - c.parametric))
+                     score(healthy) - c.price * table.strayed - c.parametric))
     rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c))
              for row in table.rows]
     scores = np.array([row[3] for row in rows])
@@ -184,7 +183,7 @@ def _unknown(table, score, known, c):
 
 def _cost(row, known, nothing, c):
     """What the numbers of a hypothesis, and its causes beyond the first, cost [nats]."""
-    cost = c.price * row.numbers
+    cost = c.price * row.numbers + c.second * bool(row.strayed)
     if len(row.names) == 1:
         return cost
     fewer = [left for names, left in known.items() if set(names) < set(row.names)]

@@ -41,10 +41,11 @@ def test_load_dependent_friction_without_a_slope_is_coulomb_friction(slope, name
 
 
 def test_a_table_survives_a_file():
-    table = Table(3.0, 0.5, 1, (2.0, 1.0), [Row(("coulomb",), 0.1, 1)])
+    table = Table(3.0, 0.5, 1, (2.0, 1.0), [Row(("coulomb",), 0.1, 1.5, 2)])
     again = from_json(json.loads(json.dumps(to_json(table))))
     assert to_json(again) == to_json(table)
     assert again.rows[0].names == ("coulomb",)
+    assert from_json({**to_json(table), "rows": [[["coulomb"], 0.1, 1]]}).rows[0].strayed == 0
 
 
 def holding(*members, values=None, gear=50.0):

@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.verdict import (
 
 
 def weigh(nothing, *rows, stray=0.0, strayed=0, free=()):
-    rows = [Row(tuple(names.split("+")), left, numbers) for names, left, numbers in rows]
+    rows = [Row(tuple(names.split("+")), *numbers) for names, *numbers in rows]
     return weighed(Table(nothing, stray, strayed, free, rows), Calibration())
 
 
@@ -48,3 +48,9 @@ def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_i
 def test_two_causes_lead_where_one_leaves_much():
     ranking = weigh(100.0, ("coulomb", 20.0, 1), ("spring", 70.0, 1), ("coulomb+spring", 0.02, 2))
     assert ranking[0].names == ("coulomb", "spring")
+
+
+def test_a_gain_that_leaves_numbers_beyond_the_datasheet_is_no_better_than_wrong_numbers():
+    gain = ("torque_gain_error", 0.0, 1)
+    assert weigh(0.5, gain, stray=0.5, strayed=1)[0].names == ("torque_gain_error",)
+    assert weigh(0.5, (*gain, 1), stray=0.5, strayed=2)[0].names == ("parametric",)
