@@ -148,7 +148,8 @@ def weighed(table, calibration):
 
     known = {row.names: row.excess for row in table.rows}
     healthy = max(nothing - table.stray - c.healthy, 0.0)
-    rows = [((NONE,), table.base, nothing, score(healthy + table.stray)),
+    rows = [((NONE,), table.base, nothing,
+             score(healthy + table.stray) - c.second * bool(table.strayed)),
             ((UNKNOWN,), None, *_unknown(table, score, known, c))]
     if table.strayed:
         rows.append(((PARAMETRIC,), table.base, nothing - table.stray,

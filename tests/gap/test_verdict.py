@@ -54,3 +54,7 @@ def test_a_gain_that_leaves_numbers_beyond_the_datasheet_is_no_better_than_wrong
     gain = ("torque_gain_error", 0.0, 1)
     assert weigh(0.5, gain, stray=0.5, strayed=1)[0].names == ("torque_gain_error",)
     assert weigh(0.5, (*gain, 1), stray=0.5, strayed=2)[0].names == ("parametric",)
+
+
+def test_numbers_beyond_the_datasheet_are_not_healthy_however_little_they_matter():
+    assert weigh(0.02, stray=0.02, strayed=2)[0].names == ("parametric",)
