@@ -35,7 +35,7 @@ class Calibration:
     price : float
         Nats per number of a hypothesis.
     second : float
-        Nats that each further cause costs; numbers beyond the datasheet beside a cause are one.
+        Nats that each further cause costs.
     share, slight : float
         A further cause that removes less than this share of the whole excess costs `slight` nats
         per factor e that it falls short.
@@ -52,6 +52,8 @@ class Calibration:
         machine holds more than its main cause.
     parametric : float
         Nats that a joint model outside its datasheet costs, against an effect that explains it.
+    beyond : float
+        Nats that numbers beyond the datasheet cost a hypothesis that does not speak of them.
     lapse : float
         Share of robots on which the odds are not to be trusted, for what nobody thought of.
     blunt : float
@@ -72,6 +74,7 @@ class Calibration:
     structure: float = 8.0
     slack: float = 0.03
     parametric: float = 1.0
+    beyond: float = 4.0
     lapse: float = 0.05
     blunt: float = 5.0
 
@@ -149,7 +152,7 @@ def weighed(table, calibration):
     known = {row.names: row.excess for row in table.rows}
     healthy = max(nothing - table.stray - c.healthy, 0.0)
     rows = [((NONE,), table.base, nothing,
-             score(healthy + table.stray) - c.second * bool(table.strayed)),
+             score(healthy + table.stray) - c.beyond * bool(table.strayed)),
             ((UNKNOWN,), None, *_unknown(table, score, known, c))]
     if table.strayed:
         rows.append(((PARAMETRIC,), table.base, nothing - table.stray,
@@ -184,7 +187,7 @@ def _unknown(table, score, known, c):
 
 def _cost(row, known, nothing, c):
     """What the numbers of a hypothesis, and its causes beyond the first, cost [nats]."""
-    cost = c.price * row.numbers + c.second * bool(row.strayed)
+    cost = c.price * row.numbers + c.beyond * bool(row.strayed)
     if len(row.names) == 1:
         return cost
     fewer = [left for names, left in known.items() if set(names) < set(row.names)]
