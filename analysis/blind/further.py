@@ -2,6 +2,7 @@
 
 from clie_blocks.analysis.blind.plots import shares
 from clie_blocks.analysis.blind.words import (
+    FAMILIES,
     HEADLINES,
     OUTCOMES,
     SHARE,
@@ -31,8 +32,8 @@ def _left_out(found):
     shares_found = tuple((text, *cells(found[key])) for key, text in HEADLINES.items()
                          if key.startswith("left_out") and found[key]["of"])
     return Section("Each effect taken out of the library", (
-        f"{len(rows)} trials with one effect, evenly over effects and seeds, diagnosed again by "
-        "a library that lacks this effect. The right answer is \"unknown\"; where a cousin "
+        "Trials with one effect, evenly over effects and seeds, diagnosed again by a library that "
+        "lacks this effect. The right answer is \"unknown\"; where a cousin "
         "describes the motion just as well, it is named instead.",),
         tables=(Table(("figure", *SHARE), shares_found),
                 Table(("trial", "effect taken out", "ratio", "decision", "stated"), rows)))
@@ -43,7 +44,7 @@ def _controllers(found):
     by_wrong = tuple((name, ", ".join(f"{row[key]['hits']} {key}" for key in OUTCOMES
                                       if row[key]["hits"]))
                      for name, row in family["by_wrong"].items())
-    return Section("Controllers described wrong", (
+    return Section(FAMILIES["controllers"].capitalize(), (
         f"{family['trials']} sound robots of their own draw, whose file says something of the "
         "controller that is not so: the discretisation or a corner of its velocity filter, a "
         "gain, or nothing of a period between measurement and command. A diagnosis that accuses "
@@ -54,7 +55,7 @@ def _controllers(found):
 def _spatial(found):
     family = found["spatial"]
     rows = tuple((row["trial"], row["how"], row["said"]) for row in family["rows"])
-    return Section("Arms that no planar chain describes", (
+    return Section(FAMILIES["spatial"].capitalize(), (
         f"{family['trials']} sound arms of their own draw: a vertical axis that carries two "
         "links. The robot file has no words for such links, so that their pull is in the logs and "
         "in no model; the share of the inertia that they hold is that of the joint where it is "

@@ -89,10 +89,12 @@ def _families():
 
 def lines(found):
     """Scoreboard for a terminal, one line per figure."""
-    from clie_blocks.analysis.blind.words import HEADLINES, percent
+    from clie_blocks.analysis.blind.words import FAMILIES, HEADLINES, percent
 
     rows = [(text, percent(found[key])) for key, text in HEADLINES.items()
             if found.get(key, {}).get("of")]
+    rows += [(f"{text}, a robot effect accused", percent(found[key]["accused"]))
+             for key, text in FAMILIES.items() if key in found]
     width = max((len(text) for text, _ in rows), default=0)
     return [f"{found['trials']} trials, seed {', '.join(map(str, found['seeds']))}",
             *(f"  {text:{width}}  {value}" for text, value in rows)]

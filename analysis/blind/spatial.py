@@ -10,7 +10,7 @@ from clie_blocks.analysis.blind.robot import draw_robot, draw_truth
 from clie_blocks.analysis.blind.sound import make_sound
 
 STREAM = 2
-UNTOLD = "links that no planar chain describes"
+UNTOLD = "links"
 
 
 def make_trial(seed, index):

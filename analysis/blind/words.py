@@ -28,6 +28,8 @@ OUTCOMES = {
     "named": "said to be a matter of the controller", "unknown": "called unknown, no more said",
     "missed": "taken for a sound robot with a true file", "accused": "a robot effect accused",
     "failed": "no diagnosis"}
+FAMILIES = {"controllers": "controllers described wrong",
+            "spatial": "arms that no planar chain describes"}
 SLICES = {"by_size": "size (ratio to the noise floor 1.5, 4, 10)", "by_robot": "robot",
           "by_gear": "gear ratio", "by_excitation": "excitation of the fitted logs",
           "by_effect": "effect"}

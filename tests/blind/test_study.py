@@ -87,6 +87,20 @@ def test_methods_are_compared_on_the_same_trials(quick, tmp_path, monkeypatch):
     assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 
 
+def test_families_of_sound_robots_are_sealed_and_told(quick, tmp_path, monkeypatch, capsys):
+    command = ["--trials", "2", "--seed", "4", "--controllers", "3", "--spatial", "2",
+               "-o", str(tmp_path)]
+    monkeypatch.setitem(LABEL, "wrong", "stated x 1.1")
+    assert main(command) == 0
+    found = json.loads((tmp_path / "scoreboard.json").read_text())
+    assert found["command"] == "clie blind --trials 2 --seed 4 --controllers 3 --spatial 2"
+    assert found["controllers"]["trials"] == 3 and found["spatial"]["missed"]["hits"] == 2
+    assert "controllers described wrong, a robot effect accused" in capsys.readouterr().out
+    for family in ("controllers", "spatial"):
+        events = [line["event"] for line in seal.verified(tmp_path / family)]
+        assert events == ["made", "sealed", "diagnosed", "unsealed"]
+
+
 @pytest.mark.slow
 def test_a_small_study_holds_its_accuracy(tmp_path):
     """Twelve fixed trials; tolerances are what may be lost before somebody looks."""
