@@ -25,11 +25,14 @@ class Candidate:
         The causes.
     score : float
         Expected drop of chi^2 less what its numbers cost.
+    after : Fit or None
+        The fit that it extends by its last member; None where all of its members are new.
 
     """
 
     members: tuple
     score: float
+    after: object = None
 
 
 def price(found):
@@ -195,16 +198,35 @@ def _pair_member(chosen, i):
 
 
 def _compatible(one, two):
-    """Whether two members can be simulated together: names differ, one transmission at most."""
+    """Whether two members are two: names differ, neither is in the other, one transmission."""
     loose = {"joint_elasticity", "backlash"}
     names = {one.cause.name, two.cause.name}
-    return len(names) == 2 and not names <= loose
+    nested = one.cause.name in two.cause.without or two.cause.name in one.cause.without
+    return len(names) == 2 and not nested and not names <= loose
 
 
 def extended(first, candidates):
     """Candidates that add a cause to the members of a fit."""
-    kept = first.hypothesis.members
+    kept = as_fitted(first.hypothesis)
     for candidate in candidates:
         (more,) = candidate.members
-        if all(_compatible(member, more) for member in kept):
-            yield Candidate((*kept, more), candidate.score)
+        beside = [member for member in kept if member.cause.name not in more.cause.without]
+        for member in kept:
+            if member not in beside:
+                more = _holding(more, member)
+        if all(_compatible(member, more) for member in beside):
+            yield Candidate((*beside, more), candidate.score, first)
+
+
+def _holding(more, simpler):
+    """Member of a cause that is a simpler one, and more: with the level of both."""
+    level = more.values["level"] + simpler.values["level"]
+    return dataclasses.replace(more, joints=tuple(sorted({*more.joints, *simpler.joints})),
+                               values={**more.values, "level": level})
+
+
+def as_fitted(at):
+    """Members of a fitted hypothesis with the fitted numbers."""
+    return tuple(dataclasses.replace(member, values={
+        number.name: at.values[f"{member.name}.{number.name}"]
+        for number in member.cause.numbers}) for member in at.members)

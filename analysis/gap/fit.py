@@ -84,7 +84,7 @@ class Tangent:
     residual: np.ndarray
     columns: np.ndarray
 
-    @property
+    @functools.cached_property
     def cost(self):
         """Sum of squares."""
         return float(self.residual @ self.residual)
@@ -198,7 +198,7 @@ def _costs(proposals, bench):
     return costs
 
 
-def shrunk(start, bench, reference):
+def shrunk(start, bench, reference, members):
     """Return a start with smaller amplitudes, if as it is it does worse than a reference.
 
     Parameters
@@ -209,9 +209,11 @@ def shrunk(start, bench, reference):
         Whitening.
     reference : float
         Cost on the fit logs of the hypothesis without the causes.
+    members : sequence of Member
+        Whose amplitudes.
 
     """
-    amplitudes = [f"{member.name}.{number.name}" for member in start.members
+    amplitudes = [f"{member.name}.{number.name}" for member in members
                   for number in member.cause.numbers
                   if number.neutral == 0.0 and not number.fixed]
     for _ in range(TRIES):

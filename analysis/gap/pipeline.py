@@ -278,7 +278,7 @@ def _completed(bench, base, fits, causes):
 def _with_another(found, bench, first, causes):
     """Candidates that add to a fit one of the causes that explain most of what it leaves."""
     left = rescreened(found, bench, first)
-    return list(extended(first, singles(left, bench, first, causes)[:6]))[:3]
+    return list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
 
 
 def race(bench, base, candidates, finalists):

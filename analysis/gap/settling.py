@@ -10,10 +10,12 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.search import NEVER, course, scan, torque_columns
+from clie_blocks.analysis.gap.search import EDGE, NEVER, course, scan, torque_columns
 
-REACH, FINE = 0.12, 4e-3  # s around the moment of a fault, and between the moments tried
+SPACING, FINE = 0.2, 4e-3  # s between the moments of a fault tried in the whole log, then there
 STEPS = 4  # of the fit that follows
+ROUNDS = 3
+GAIN = 0.01  # share of chi^2 that a round must remove for another one
 
 
 def settled(found, bench):
@@ -31,12 +33,16 @@ def settled(found, bench):
              if member.cause is PERIODIC_DISTURBANCE or member.cause in STEP_FAULT]
     if not timed:
         return found
-    at = found.hypothesis
-    for member in timed:
-        again = rephased if member.cause is PERIODIC_DISTURBANCE else retimed
-        at = at.with_values(again(dataclasses.replace(found, hypothesis=at), member, bench))
-    tried = fit(at, bench, STEPS)
-    return tried if tried.total < found.total else found
+    for _ in range(ROUNDS):
+        at = found.hypothesis
+        for member in timed:
+            again = rephased if member.cause is PERIODIC_DISTURBANCE else retimed
+            at = at.with_values(again(dataclasses.replace(found, hypothesis=at), member, bench))
+        before, tried = found.total, fit(at, bench, STEPS)
+        found = tried if tried.total < before else found
+        if found.total > (1.0 - GAIN) * before:
+            break
+    return found
 
 
 def rephased(found, member, bench):
@@ -67,11 +73,15 @@ def retimed(found, member, bench):
         torque = course(member.cause.variant, problem, without.positions(j, [without.values])[0].T)
         for joints in [list(member.joints)] if member.cause.shared else [[k] for k in
                                                                          member.joints]:
-            tried = moments[j, joints[0]] + np.arange(-REACH, REACH, FINE)
-            scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried) for k in joints]
-            right, square = (sum(parts) for parts in zip(*scans))
-            large = at.values[size][joints[0]]
-            best = int(np.argmax(2 * large * right - large**2 * square))
-            if moments[j, joints[0]] < NEVER:
+            if moments[j, joints[0]] >= NEVER:
+                continue
+            large, end = at.values[size][joints[0]], len(torque) * problem.period - EDGE
+            coarse = np.append(np.arange(EDGE, end, SPACING), moments[j, joints[0]])
+            for reach in (coarse, np.arange(-SPACING, SPACING, FINE)):
+                tried = reach if reach is coarse else moments[j, joints[0]] + reach
+                scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried)
+                         for k in joints]
+                right, square = (sum(parts) for parts in zip(*scans))
+                best = int(np.argmax(2 * large * right - large**2 * square))
                 moments[j, joints] = tried[best]
     return {**at.values, onset: moments}

@@ -2,20 +2,21 @@
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
 frequency; a ripple of low order is a spring.  A ranking that holds one of them without the
-other says less than the log does.
+other says less than the log does.  And of several causes that lead together, each must show that
+it is needed.
 """
-
-import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.candidates import Candidate
+from clie_blocks.analysis.gap.candidates import Candidate, as_fitted
 from clie_blocks.analysis.gap.causes import drive, friction, load
+from clie_blocks.analysis.gap.evidence import excess, simpler
 from clie_blocks.analysis.gap.hypothesis import Member
 
 TIMES = {"actuator_lag": drive.TIME_DELAY, "time_delay": drive.ACTUATOR_LAG}
 DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
        "friction_drift")
+FLOOR = 0.4  # excess per sample above which a cause that shrank to a simpler one starts again
 SLOW = 0.03  # rad/s: speed below which Stribeck friction rises, to start from
 
 
@@ -32,10 +33,15 @@ def siblings(found, fits, causes):
         What to look for.
 
     """
-    known = {_names(fit.hypothesis.members) for fit in fits}
-    members = [_as_fitted(found.hypothesis, member) for member in found.hypothesis.members]
+    stuck = excess(found) > FLOOR
+    known = {frozenset(stuck and simpler(fit) or _names(fit.hypothesis.members)) for fit in fits}
+    members = as_fitted(found.hypothesis)
     result = []
     for place, member in enumerate(members):
+        fewer = (*members[:place], *members[place + 1:])
+        if fewer and _names(fewer) not in known:
+            known.add(_names(fewer))
+            result.append(Candidate(fewer, 0.0))
         for other in _alike(member):
             swapped = [*members[:place], other, *members[place + 1:]]
             names = _names(swapped)
@@ -47,13 +53,6 @@ def siblings(found, fits, causes):
 
 def _names(members):
     return frozenset(member.cause.name for member in members)
-
-
-def _as_fitted(at, member):
-    """Member whose numbers are the fitted ones."""
-    values = {number.name: at.values[f"{member.name}.{number.name}"]
-              for number in member.cause.numbers}
-    return dataclasses.replace(member, values=values)
 
 
 def _alike(member):
@@ -75,6 +74,8 @@ def _alike(member):
         (friction.ASYMMETRIC_COULOMB, {"forward": level, "backward": level},
          {"forward": size, "backward": size}),
         (friction.STRIBECK, {"level": level, "excess": some, "speed": SLOW + 0 * level},
-         {"level": size, "excess": size, "speed": SLOW + 0 * level})]
+         {"level": size, "excess": size, "speed": SLOW + 0 * level}),
+        (friction.LOAD_DEPENDENT_FRICTION[0], {"level": level, "slope": 0.0 * level},
+         {"level": size, "slope": 0.1 + 0.0 * level})]
     return [Member(cause, member.joints, start, sizes) for cause, start, sizes in starts
             if cause.name != name]

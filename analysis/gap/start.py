@@ -1,14 +1,14 @@
-"""Where the fit of a candidate starts: beside a joint model that knows of the candidate.
+"""Where the fit of a candidate starts: beside numbers that know of the candidate.
 
 The refitted nominal model has bent its inertia, damping and offset to make up for the cause that
 it lacks.  A cause put beside numbers so bent acts twice, and a fit from there may never come back.
+The same holds for a second cause beside the fit of a first one.
 """
 
 from clie_blocks.analysis.gap.fit import linearised, shrunk, step
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 
-JOINT_MODEL = ("inertia", "damping", "load")
-STEPS = 2  # of the joint model alone
+STEPS = 2  # of the numbers that were there before
 
 
 def started(candidate, bench, base):
@@ -24,13 +24,17 @@ def started(candidate, bench, base):
         The refitted nominal model.
 
     """
-    at = hypothesis(bench.problem, candidate.members, base.hypothesis)
+    before = candidate.after or base
+    at = hypothesis(bench.problem, candidate.members, before.hypothesis)
+    there = {entry.key for entry in before.hypothesis.open}
     for _ in range(STEPS):
         here = linearised(at, bench)
-        if here.cost < base.cost:
+        if here.cost < before.cost:
             break
-        answered = step(at, here, keys=JOINT_MODEL)
+        answered = step(at, here, keys=there)
         if linearised(answered, bench).cost >= here.cost:
             break
         at = answered
-    return shrunk(at, bench, base.cost)
+    known = {member.name for member in before.hypothesis.members}
+    return shrunk(at, bench, before.cost,
+                  [member for member in candidate.members if member.name not in known])

@@ -27,8 +27,8 @@ def _dead_zone(u, z, p, h):
 
 DEAD_ZONE = Cause(
     "dead_zone", (Piece("drive", _dead_zone),), (Number("width", "N m", 0.0),),
-    lambda scene: [Probe({"width": share * scene.torque})
-                   for share in (0.004, 0.012, 0.035, 0.08, 0.16, 0.32)])
+    lambda scene: [Probe({"width": 0.004 * scene.torque}, ("width",))] + [
+        Probe({"width": share * scene.torque}) for share in (0.012, 0.035, 0.08, 0.16, 0.32)])
 
 
 def _lag(u, z, p, h):
