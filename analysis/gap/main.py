@@ -58,9 +58,10 @@ def sentence(name, answer):
         return f"{name}: not diagnosed"
     causes = [f"{e['effect']}{_where(e['joint'])} ({e['probability']:.0%})"
               for e in answer["effects"] if e["probability"] >= 0.5 and e["effect"] != "unknown"]
-    closed = answer["closed_percent"]["value"]
+    closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
-        f"; closes {closed:.0f} % of the reducible gap on unseen data")
+        f"; closes {closed:.0f} % of the reducible gap on "
+        + ("unseen data" if unseen else "the data that it was fitted to"))
     table = answer.get("repeatable")
     rest = "" if table is None else (
         "; a torque table over place and speed beside "

@@ -44,11 +44,14 @@ def test_errors_are_words(tmp_path, folder, capsys):
 
 
 def test_a_sentence_says_cause_joint_and_what_it_buys():
-    told = {"verdict": "effect", "closed_percent": {"value": 96.4}, "effects": [
+    told = {"verdict": "effect", "effects": [
         {"effect": "coulomb", "joint": [1, 2], "probability": 0.93},
-        {"effect": "stribeck", "joint": [1], "probability": 0.05}]}
+        {"effect": "stribeck", "joint": [1], "probability": 0.05}],
+        "closed_percent": {"value": 96.4, "unseen_data": True}}
     assert sentence("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
                                      "of the reducible gap on unseen data")
+    fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
+    assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
     rest = {"beside": ["coulomb"], "percent": 31.5}
     assert sentence("arm", {**told, "repeatable": rest}).endswith(
         "unseen data; a torque table over place and speed beside coulomb removes 32 % of what "
