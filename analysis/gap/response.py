@@ -8,6 +8,7 @@ that is simulated.  A cause with memory, or one that changes the inertia, is sim
 import numpy as np
 from scipy.signal import lfilter
 
+from clie_blocks.analysis.gap.closed_loop import LANES
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State
@@ -42,13 +43,14 @@ def responses(centre, motion, cause, sets):
 
     Returns
     -------
-    list of list of ndarray
-        For each set, one change (N, n) per fit log.
+    iterable of list of ndarray
+        For each set, one change (N, n) per fit log; made as they are asked for, since all of them
+        are gigabytes on an arm of many joints.
 
     """
     if all(piece.port in FILTERED and not piece.states for piece in cause.pieces):
-        return [[_filtered(centre, s, cause, _of_log(values, j)) for j, s in enumerate(motion)]
-                for values in sets]
+        return ([_filtered(centre, s, cause, _of_log(values, j)) for j, s in enumerate(motion)]
+                for values in sets)
     return _simulated(centre, motion, cause, sets)
 
 
@@ -60,10 +62,12 @@ def _simulated(centre, motion, cause, sets):
     joints = tuple(range(centre.problem.n))
     trials = [hypothesis(centre.problem, (*centre.members, Member(cause, joints, values, values)),
                          centre) for values in sets]
-    runs = [trials[0].positions(j, [trial.values for trial in trials])
-            for j in range(len(motion))]
-    return [[_bounded(runs[j][i].T - s.q) for j, s in enumerate(motion)]
-            for i in range(len(sets))]
+    for first in range(0, len(trials), LANES):
+        group = trials[first:first + LANES]
+        runs = [group[0].positions(j, [trial.values for trial in group])
+                for j in range(len(motion))]
+        for i in range(len(group)):
+            yield [_bounded(run[i].T - s.q) for run, s in zip(runs, motion)]
 
 
 def _bounded(change):
