@@ -26,8 +26,8 @@ from clie_blocks.output import progress, run_main, to_json, write
 __all__ = ["Example", "examine", "held_out", "learn", "loss", "read_examples"]
 
 SCHEMA_VERSION = 3
-LEARNED = ("sharpness", "price", "second", "misfit", "unexplained_share", "parametric", "beyond",
-           "lapse", "blunt")
+LEARNED = ("sharpness", "price", "misfit", "unexplained_share", "parametric", "beyond", "lapse",
+           "blunt")
 LOOSENESS = 0.7  # how far a number may leave its hand-set value, in factors e at one sigma
 FOLDS = 5  # where all robots are of one group
 SWEEPS = 2  # of the search along each number

@@ -35,7 +35,8 @@ class Calibration:
     price : float
         Nats per number of a hypothesis.
     second : float
-        Nats that each further cause costs.
+        Nats that each further cause costs: one pair of two dozen causes is rarer, a priori, than
+        one cause alone by about this; it is not learned from how often trials hold pairs.
     share, slight : float
         A further cause that removes less than this share of the whole excess costs `slight` nats
         per factor e that it falls short.
@@ -65,7 +66,7 @@ class Calibration:
     floor: float = 0.05
     misfit: float = 2e-4
     price: float = 1.0
-    second: float = 3.0
+    second: float = 4.0
     share: float = 0.01
     slight: float = 4.0
     healthy: float = 0.5
