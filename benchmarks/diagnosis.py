@@ -28,7 +28,8 @@ STAGES = {
     "controller_check": "controller check", "baseline": "baseline", "screen": "screening",
     "singles": "singles: times, orders, joints", "pairs": "pairs", "rescreened": "screening again",
     "race": "fits by simulation", "pruned": "idle joints left out",
-    "structured": "test of the leftover", "shrinkage": "shrinkage", "where": "where",
+    "structured": "test of the leftover", "second_look": "whether play asks for a second look",
+    "shrinkage": "shrinkage", "torque_table": "table of what repeats", "where": "where",
     "next_experiment": "next experiment"}
 
 
