@@ -61,7 +61,8 @@ def second_look(problem, table, causes, examined, calibration):
         return None
     led = softened(problem)
     _, _, alone = examined(led, (BACKLASH,), SMALL)
-    if _share(alone) > (PART if _share(table) > SMALL else _share(table)):
+    first = _leading_share(table, calibration)
+    if _share(alone) > (PART if first > SMALL else first):
         return None
     bench, base, found = examined(led, causes, SMALL)
     found = _best_of_both(found, alone, bench)
@@ -130,6 +131,13 @@ def _share(table):
     """Share of the excess that the best hypothesis leaves."""
     whole = max(table.nothing, TINY)
     return min([1.0, *(row.excess / whole for row in table.rows)])
+
+
+def _leading_share(table, calibration):
+    """Share that the most probable hypothesis leaves; all, where that is no cause."""
+    left = {row.names: row.excess for row in table.rows}
+    leading = weighed(table, calibration)[0].names
+    return left.get(leading, table.nothing) / max(table.nothing, TINY)
 
 
 def _plays(table, calibration):
