@@ -29,6 +29,8 @@ class Bench:
         ``free[j][k]``: orthonormal whitened responses of joint k to an unknown start of log j.
     tangents : WeakKeyDictionary
         What `fit.linearised` has found, for as long as the hypothesis is kept.
+    freed : WeakKeyDictionary
+        What `pruning.pruned` has made of a fit.
 
     """
 
@@ -36,6 +38,7 @@ class Bench:
     noises: tuple
     free: list
     tangents: object = dataclasses.field(default_factory=weakref.WeakKeyDictionary)
+    freed: object = dataclasses.field(default_factory=weakref.WeakKeyDictionary)
 
     def whitened(self, error, j):
         """Residual of each joint for an error (N, n) of log j, without the free response."""

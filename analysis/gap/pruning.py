@@ -25,6 +25,12 @@ def pruned(found, bench, nothing):
         Excess of the refitted nominal model.
 
     """
+    if found not in bench.freed:
+        bench.freed[found] = _freed(found, bench, nothing)
+    return bench.freed[found]
+
+
+def _freed(found, bench, nothing):
     for place, member in enumerate(found.hypothesis.members):
         if member.cause.shared or len(member.joints) == 1:
             continue

@@ -1,0 +1,70 @@
+"""What the diagnosis does not simulate, because it knows already or would not use it."""
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
+from clie_blocks.analysis.gap.closed_loop import LANES, Simulator
+from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.pruning import pruned
+from clie_blocks.analysis.gap.response import base_motion, responses
+
+
+@pytest.fixture(scope="module")
+def fitted(healthy):
+    return baseline(healthy)
+
+
+@pytest.fixture
+def simulated(monkeypatch):
+    """Logs that were simulated."""
+    logs, plain = [], Simulator.positions
+
+    def counted(self, log, sets, dithered=True):
+        logs.append(log)
+        return plain(self, log, sets, dithered)
+
+    monkeypatch.setattr(Simulator, "positions", counted)
+    return logs
+
+
+def everywhere(cause, n, **values):
+    sizes = {name: value * np.ones(n) for name, value in values.items()}
+    return Member(cause, tuple(range(n)), sizes, sizes)
+
+
+def test_a_fit_at_its_optimum_simulates_only_the_logs_that_judge(fitted, simulated):
+    bench, base = fitted
+    best = fit(base.hypothesis, bench, 30)
+    simulated.clear()
+    again = fit(best.hypothesis, bench)
+    assert again.iterations == 0
+    assert simulated == list(best.hypothesis.problem.held_out)
+    assert again.total == best.total
+
+
+def test_a_fit_is_freed_from_idle_joints_once(fitted, healthy, simulated):
+    bench, base = fitted
+    member = everywhere(COULOMB, healthy.n, level=1e-3 * np.abs(healthy.fit[0].u).max())
+    found = fit(hypothesis(healthy, (member,), base.hypothesis), bench, 2)
+    first = pruned(found, bench, excess(base))
+    simulated.clear()
+    assert pruned(found, bench, excess(base)) is first
+    assert not simulated
+
+
+def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):
+    centre, n = fitted[1].hypothesis, healthy.n
+    motion, level = base_motion(centre), 0.02 * np.abs(healthy.fit[0].u).max()
+    sets = [everywhere(PRESLIDING, n, level=level, range=0.002 * k, bristle_damping=level).values
+            for k in range(1, LANES + 3)]
+    changes = list(responses(centre, motion, PRESLIDING, sets))
+    assert len(changes) == len(sets)
+    for values, change in zip(sets, changes):
+        (alone,) = responses(centre, motion, PRESLIDING, [values])
+        for one, other in zip(change, alone):
+            np.testing.assert_array_equal(one, other)
+            assert np.abs(one).max() > 0.0
