@@ -54,10 +54,15 @@ def main(argv=None):
 
 def sentence(name, answer):
     """One line for a reader: verdict, joints, probability, and what it buys."""
+    from clie_blocks.analysis.gap.verdict import LIKELY
+
     if "error" in answer:
         return f"{name}: not diagnosed"
-    causes = [f"{e['effect']}{_where(e['joint'])} ({e['probability']:.0%})"
-              for e in answer["effects"] if e["probability"] >= 0.5 and e["effect"] != "unknown"]
+    likely = [row for row in answer["effects"] if row["probability"] >= LIKELY]
+    causes = [f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%})"
+              for row in likely if row["effect"] != "unknown"]
+    if answer["verdict"] == "not_identifiable":
+        causes = [" or ".join(answer["set_90"])]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
         f"; closes {closed:.0f} % of the reducible gap on "

@@ -57,7 +57,7 @@ class Diagnosis:
     model : Fit
         The corrected model: the leading hypothesis, or the best one where none leads.
     verdict : str
-        ``effect``, ``parametric``, ``none`` or ``unexplained``.
+        ``effect``, ``parametric``, ``none``, ``unexplained`` or ``not_identifiable``.
     shrinkage : Shrinkage
         How far the gap shrinks on unseen data.
     repeatable : TorqueTable or None

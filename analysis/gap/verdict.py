@@ -16,6 +16,7 @@ import numpy as np
 from clie_blocks.analysis.gap.evidence import evidence
 
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
+LIKELY = 0.5  # probability from which on a name is an answer
 HALF = 0.5  # of what the best hypothesis leaves: a free torque must at least remove the other half
 
 
@@ -218,7 +219,9 @@ def set_90(ranking):
 
 
 def verdict(ranking, established=False):
-    """One word: effect, parametric, none or unexplained.
+    """One word: effect, parametric, none, unexplained or not_identifiable.
+
+    The last one says that no name holds half of the probability: these logs cannot tell.
 
     Parameters
     ----------
@@ -230,5 +233,8 @@ def verdict(ranking, established=False):
     """
     if established:
         return "effect"
+    leading = ranking[0].names[0]
+    if leading != UNKNOWN and max(marginals(ranking).values()) < LIKELY:
+        return "not_identifiable"
     words = {NONE: "none", UNKNOWN: "unexplained", PARAMETRIC: "parametric"}
-    return words.get(ranking[0].names[0], "effect")
+    return words.get(leading, "effect")

@@ -50,6 +50,9 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
         "closed_percent": {"value": 96.4, "unseen_data": True}}
     assert sentence("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
                                      "of the reducible gap on unseen data")
+    unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck"]}
+    assert sentence("arm", {**told, **unsure}).startswith(
+        "arm: not_identifiable: coulomb or stribeck; closes 96 %")
     fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
     assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
     rest = {"beside": ["coulomb"], "percent": 31.5}

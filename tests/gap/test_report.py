@@ -129,6 +129,9 @@ def test_sentence_names_cause_joint_and_gain():
     assert "no effect" in sentence({**told, "verdict": "unexplained"}, ())
     assert "nearest removes 96.4 %" in sentence({**told, "verdict": "unexplained"}, ())
     assert "noise" in sentence({**told, "verdict": "none"}, ())
+    unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "presliding"]}
+    assert sentence({**told, **unsure}, ()).startswith(
+        "These logs cannot tell which it is: coulomb, stribeck or presliding; with it the model")
 
 
 def test_words():

@@ -27,6 +27,14 @@ def test_each_verdict(said, ranking):
     assert sum(standing.probability for standing in ranking) == pytest.approx(1.0)
 
 
+def test_where_no_name_holds_half_the_logs_cannot_tell():
+    alike = [(name, 0.02, 1) for name in ("coulomb", "stribeck", "presliding")]
+    assert verdict(weigh(100.0, *alike)) == "not_identifiable"
+    assert verdict(weigh(100.0, *alike[:2], ("presliding", 60.0, 1))) == "not_identifiable"
+    assert verdict(weigh(100.0, alike[0], ("stribeck", 0.05, 1))) == "effect"
+    assert verdict(weigh(100.0, *alike), established=True) == "effect"
+
+
 def test_a_wrong_controller_is_an_effect_however_healthy_the_robot():
     assert verdict(weigh(0.05), established=True) == "effect"
 

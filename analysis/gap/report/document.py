@@ -14,9 +14,9 @@ from clie_blocks.analysis.gap.report.words import (
     size,
     units_of,
 )
+from clie_blocks.analysis.gap.verdict import LIKELY
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Picture, Section
 
-LIKELY = 0.5
 MOODS = {"effect": GOOD, "parametric": GOOD, "none": GOOD, "unexplained": BAD,
          "not_identifiable": UNSURE}
 
@@ -87,6 +87,9 @@ def sentence(answer, joints):
         nearest = "" if closed["value"] is None else (
             f"; the nearest removes {number(closed['value'])} % of the reducible gap")
         return f"Something is there that no effect of the library explains{nearest}."
+    if answer["verdict"] == "not_identifiable":
+        return ("These logs cannot tell which it is: "
+                f"{listed(map(called, answer['set_90']), 'or')}{bought}.")
     leading = _leading(answer)
     names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
                    f"({percent(row['probability'])})" for row in leading)

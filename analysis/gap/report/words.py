@@ -35,10 +35,10 @@ def size(value, unit):
     return f"{value:.3g} {unit}"
 
 
-def listed(words):
+def listed(words, last="and"):
     """Join words: 'a', 'a and b', 'a, b and c'."""
     words = list(words)
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def at_joints(joints, names):
