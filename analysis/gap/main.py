@@ -62,7 +62,7 @@ def sentence(name, answer):
     causes = [f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%})"
               for row in likely if row["effect"] != "unknown"]
     if answer["verdict"] == "not_identifiable":
-        causes = [" or ".join(answer["set_90"])]
+        causes = [" or ".join(answer["set_90"]).replace("unknown", "something unknown")]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
         f"; closes {closed:.0f} % of the reducible gap on "

@@ -131,7 +131,7 @@ def test_sentence_names_cause_joint_and_gain():
     assert "noise" in sentence({**told, "verdict": "none"}, ())
     unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "presliding"]}
     assert sentence({**told, **unsure}, ()).startswith(
-        "These logs cannot tell which it is: coulomb, stribeck or presliding; with it the model")
+        "These logs cannot tell which it is: coulomb, stribeck or presliding; with the likeliest ")
 
 
 def test_words():

@@ -89,7 +89,8 @@ def sentence(answer, joints):
         return f"Something is there that no effect of the library explains{nearest}."
     if answer["verdict"] == "not_identifiable":
         return ("These logs cannot tell which it is: "
-                f"{listed(map(called, answer['set_90']), 'or')}{bought}.")
+                f"{listed(map(called, answer['set_90']), 'or')}"
+                f"{bought.replace('with it', 'with the likeliest')}.")
     leading = _leading(answer)
     names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
                    f"({percent(row['probability'])})" for row in leading)
