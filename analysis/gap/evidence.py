@@ -173,7 +173,7 @@ def evidence(base, fits, free=(), bench=None):
                 names not in best or fit.total < best[names].total):
             best[names] = fit
     rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), fit)
-            for names, fit in best.items() if simpler(fit) not in best]
+            for names, fit in best.items() if simpler(fit) not in best and not repeats(fit)]
     return Table(left(base),
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
                  strayed(base), tuple(free), rows, base)
@@ -191,11 +191,30 @@ def simpler(fit):
     return None if names == own else tuple(sorted(set(names)))
 
 
+def repeats(fit):
+    """Whether a cause is no more than another number of an effect that the simulator holds."""
+    held = {member.cause.name for member in fit.hypothesis.problem.inside}
+    return any({_shrunk_name(fit, member), _even_name(fit, member)} & held
+               for member in fit.hypothesis.members)
+
+
 def _shrunk_name(fit, member):
     name, number = member.cause.without or (None, None)
     if name is None:
         return member.cause.name
-    at = list(member.joints)
-    value = fit.hypothesis.values[f"{member.name}.{number}"][..., at]
-    size = np.asarray(member.sizes[number])[..., at]
-    return name if np.all(np.abs(value) < IDLE * np.abs(size)) else member.cause.name
+    size = np.asarray(member.sizes[number])[..., list(member.joints)]
+    shrunk = np.all(np.abs(_value(fit, member, number)) < IDLE * np.abs(size))
+    return name if shrunk else member.cause.name
+
+
+def _even_name(fit, member):
+    """As `_shrunk_name`, where two numbers are alike: an offset of the drive can hide that."""
+    name, *pair = member.cause.even or (None,)
+    if name is None:
+        return member.cause.name
+    one, other = (_value(fit, member, number) for number in pair)
+    return name if np.all(np.abs(one - other) <= IDLE * np.abs(one + other)) else member.cause.name
+
+
+def _value(fit, member, number):
+    return fit.hypothesis.values[f"{member.name}.{number}"][..., list(member.joints)]

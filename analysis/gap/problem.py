@@ -15,6 +15,7 @@ from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNKNOWN_TOLERANCE = 10.0  # relative: a number that nobody stated may be anything
 LEAST_SAMPLES = 400
+ELSEWHERE = 0.1  # of the largest motion, between a stated start and the first sample
 DITHER = 30.0  # Hz, above which a position is noise
 
 
@@ -172,12 +173,19 @@ def as_log(record, robot, k):
                           "the controller: log what it commands")
     still = np.repeat(record.q[:1], len(record), axis=0)
     stem = f"log-{k + 1}"
-    start = getattr(robot.experiments.get(stem), "start", None)
+    start = _believed(getattr(robot.experiments.get(stem), "start", None), record.q)
     return Log(name=record.source or stem, q=record.q, u=record.u,
                q_d=still if record.qd is None else record.qd,
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,
                dither=_dither(record.q, record.sample_time))
+
+
+def _believed(start, q):
+    """The stated start, unless the log begins elsewhere: then it is of another run."""
+    if start is None or np.abs(q[0] - start).max() > ELSEWHERE * np.ptp(q, axis=0).max():
+        return None
+    return start
 
 
 def _dither(q, period):

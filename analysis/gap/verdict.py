@@ -152,19 +152,41 @@ def weighed(table, calibration):
         return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
 
     known = {row.names: row.excess for row in table.rows}
-    healthy = max(nothing - table.stray - c.healthy, 0.0)
+    plain = nothing - table.stray
+    healthy = max(plain - c.healthy, 0.0)
     rows = [((NONE,), table.base, nothing,
              score(healthy + table.stray) - c.beyond * bool(table.strayed)),
             ((UNKNOWN,), None, *_unknown(table, score, known, c))]
     if table.strayed:
-        rows.append(((PARAMETRIC,), table.base, nothing - table.stray,
-                     score(healthy) - c.price * table.strayed - c.parametric))
+        rows.append(((PARAMETRIC,), table.base, plain, score(_astray(table, plain, healthy))
+                     - c.price * table.strayed - c.parametric))
     rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c))
              for row in table.rows]
     scores = np.array([row[3] for row in rows])
     weights = (1.0 - c.lapse) * _odds(scores) + c.lapse * _odds(scores / c.blunt)
+    causes = slice(len(rows) - len(table.rows), None)
+    weights[causes] = _doubted(weights[causes], scores[causes], table, c)
     found = [Standing(*row[:3], float(weight)) for row, weight in zip(rows, weights)]
     return sorted(found, key=lambda standing: -standing.probability)
+
+
+def _astray(table, plain, healthy):
+    """What wrong numbers leave: no less than a cause that brings them home with fewer numbers."""
+    rivals = [row.excess for row in table.rows
+              if row.strayed == 0 and row.numbers < table.strayed]
+    return max(healthy, min(plain, min(rivals, default=0.0)))
+
+
+def _doubted(weights, scores, table, c):
+    """The probability of all causes, spread more evenly where even the best one leaves much.
+
+    Then all models are off, and by how much is a poor judge between them.
+    """
+    left = max(min((row.excess for row in table.rows), default=0.0) - c.healthy, 0.0)
+    if left == 0.0:
+        return weights
+    blunt = 1.0 + (c.blunt - 1.0) * left / (left + c.unexplained_least)
+    return weights.sum() * _odds(scores / blunt)
 
 
 def _odds(scores):

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.evidence import (
     excess,
     from_json,
     numbers_of,
+    repeats,
     simpler,
     to_json,
 )
@@ -33,6 +34,22 @@ def fitted(slope):
     values = {"load_dependent_friction.level": np.array([0.0, 1.0]),
               "load_dependent_friction.slope": np.array([0.0, slope])}
     return SimpleNamespace(hypothesis=SimpleNamespace(members=(member,), values=values))
+
+
+def asymmetric(backward, *inside):
+    sizes = {"forward": np.array([1.0]), "backward": np.array([1.0])}
+    member = Member(friction.ASYMMETRIC_COULOMB, (0,), sizes, sizes)
+    values = {"asymmetric_coulomb.forward": np.array([1.0]),
+              "asymmetric_coulomb.backward": np.array([backward])}
+    held = tuple(SimpleNamespace(cause=cause) for cause in inside)
+    return SimpleNamespace(hypothesis=SimpleNamespace(
+        members=(member,), values=values, problem=SimpleNamespace(inside=held)))
+
+
+def test_beside_a_simulator_with_friction_more_of_it_is_another_number_and_not_a_cause():
+    assert repeats(asymmetric(1.02, friction.COULOMB))
+    assert not repeats(asymmetric(1.2, friction.COULOMB))
+    assert not repeats(asymmetric(1.0)) and not repeats(asymmetric(1.0, friction.QUADRATIC_DRAG))
 
 
 @pytest.mark.parametrize("slope, names", [(0.0, ("coulomb",)), (0.01, None)])

@@ -66,3 +66,21 @@ def test_a_gain_that_leaves_numbers_beyond_the_datasheet_is_no_better_than_wrong
 
 def test_numbers_beyond_the_datasheet_are_not_healthy_however_little_they_matter():
     assert weigh(0.02, stray=0.02, strayed=2)[0].names == ("parametric",)
+
+
+def test_a_cause_that_brings_the_numbers_home_with_fewer_leads_where_both_leave_the_same():
+    gain = ("torque_gain_error", 1.57, 1)
+    assert weigh(2.45, gain, stray=0.88, strayed=2)[0].names == ("torque_gain_error",)
+    assert weigh(2.45, (*gain, 1), stray=0.88, strayed=2)[0].names == ("parametric",)
+    assert weigh(2.45, ("stribeck", 1.57, 2), stray=0.88, strayed=1)[0].names == ("parametric",)
+
+
+def test_where_the_best_cause_leaves_much_causes_are_told_apart_less_surely():
+    near, far = (weigh(whole, ("presliding", 0.2 * size, 1), ("stribeck", 0.5 * size, 1))
+                 for whole, size in ((10.0, 1.0), (1e6, 1e4)))
+    odds = [found[0].probability / found[1].probability for found in (near, far)]
+    assert near[0].names == far[0].names == ("presliding",)
+    assert odds[0] > 10.0 > odds[1] > 1.0
+    together = [sum(s.probability for s in found if s.fit is None and s.names[0] in (
+        "presliding", "stribeck")) for found in (near, far)]
+    assert together == pytest.approx([1.0, 1.0], abs=0.02)

@@ -90,6 +90,8 @@ class Cause:
         It can be asked for only where the link data are stated.
     without : tuple of str
         Name of the simpler cause that it is when a number is zero, and that number.
+    even : tuple of str
+        Name of the simpler cause that it is when two numbers are equal, and these.
 
     """
 
@@ -101,6 +103,7 @@ class Cause:
     variant: str = ""
     needs_links: bool = False
     without: tuple[str, ...] = ()
+    even: tuple[str, ...] = ()
 
     @property
     def key(self):

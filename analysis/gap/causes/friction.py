@@ -43,7 +43,8 @@ ASYMMETRIC_COULOMB = Cause(
     "asymmetric_coulomb", (Piece("friction", _asymmetric),),
     (Number("forward", "N m", 0.0), Number("backward", "N m", 0.0)),
     lambda scene: [Probe({"forward": scene.small_torque(), "backward": scene.small_torque()},
-                         ("forward", "backward"))])
+                         ("forward", "backward"))],
+    even=("coulomb", "forward", "backward"))
 
 
 def _quadratic(s, z, p):

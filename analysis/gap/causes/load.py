@@ -29,7 +29,7 @@ def _gravity(s, z, p):
 def _gravity_probes(scene):
     chain, ratio = scene.problem.chain, scene.problem.gear_ratio
     if not chain.known:
-        size = scene.small_torque()
+        size = np.min(scene.small_torque()) + 0 * scene.torque  # one number for all joints
         return [Probe({"along": size, "across": size}, ("along", "across"))]
     stretched = links.gravity_torque(chain, np.zeros((1, chain.n)))[0] / ratio
     share = np.min(0.03 * scene.torque / np.maximum(stretched, 1e-12)) + 0 * scene.torque
