@@ -12,13 +12,12 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
+from clie_blocks.analysis.gap.step import DAMPING, change, step
 
 CONVERGED = 1e-3
 FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
-DAMPING = 1e-4
 TRIES = 4
 CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
-BOUNDS = 4  # rounds of finding which bounds of the datasheet a step ends beyond
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -181,9 +180,9 @@ def _better(at, bench, damping):
 
 def _foreseen(at, here):
     """Gain that the slopes of a hypothesis promise, were its numbers free to take any step."""
-    delta, (gram, right) = _solved(at.open, at, *here.normal, DAMPING), here.normal
-    stray = [entry.stray(at.get(entry) + change * entry.size)
-             for entry, change in zip(at.open, delta)]
+    delta, (gram, right) = change(at.open, at, *here.normal), here.normal
+    stray = [entry.stray(at.get(entry) + moved * entry.size)
+             for entry, moved in zip(at.open, delta)]
     before = here.residual[len(here.residual) - len(at.open):]
     return -delta @ (2 * right + gram @ delta) + before @ before - np.dot(stray, stray)
 
@@ -258,60 +257,6 @@ def _difference(at, entry):
     if here + step > entry.upper:
         step = -step
     return here + step, step / entry.size
-
-
-def step(at, here, damping=DAMPING, keys=None):
-    """Hypothesis after a damped Gauss-Newton step, of all open numbers or of some keys only.
-
-    Parameters
-    ----------
-    at : Hypothesis
-        Where the step starts.
-    here : Tangent
-        Its slopes.
-    damping : float
-        Levenberg's, relative to the squares of the columns.
-    keys : collection of str, optional
-        Numbers that may move.
-
-    """
-    used = [i for i, entry in enumerate(at.open) if keys is None or entry.key in keys]
-    gram, right = here.normal
-    delta = _solved([at.open[i] for i in used], at, gram[np.ix_(used, used)], right[used],
-                    damping)
-    moves = []
-    for entry, change in zip((at.open[i] for i in used), delta):
-        here = at.get(entry)
-        reach = 3 * max(abs(here), entry.size)
-        value = here + np.clip(change * entry.size, -reach, reach)
-        if entry.lower >= 0.0 and here > 0.0 and ".time" in entry.key or "range" in entry.key:
-            value = np.clip(value, 0.4 * here, 2.5 * here)
-        moves.append((entry, float(np.clip(value, entry.lower, entry.upper))))
-    return at.with_values(at.moved(moves))
-
-
-def _solved(entries, at, gram, right, damping):
-    """Change of each number, over its size, that is best with the datasheet's bounds.
-
-    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it.
-    """
-    size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
-    centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
-                                for entry in entries]).T
-    side = np.sign(at.stray()[[at.open.index(entry) for entry in entries]])
-    for _ in range(BOUNDS):
-        slope = np.abs(side) * size / allowed / SOFTNESS
-        beyond = ((here - centre) / allowed - side) / SOFTNESS
-        normal = gram + np.diag(slope**2)
-        scale = np.sqrt(np.diag(normal)) + 1e-12
-        normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-        delta = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
-        z = (here + delta * size - centre) / allowed
-        ended = np.sign(z) * (np.abs(z) > 1.0)
-        if (ended == side).all():
-            break
-        side = ended
-    return delta
 
 
 def tangent(found, bench):

@@ -9,12 +9,13 @@ from clie_blocks.analysis.gap import cross_validation
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import Candidate, extended
 from clie_blocks.analysis.gap.causes import drive, friction
-from clie_blocks.analysis.gap.fit import linearised, step
+from clie_blocks.analysis.gap.fit import linearised
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.siblings import siblings
 from clie_blocks.analysis.gap.start import started
+from clie_blocks.analysis.gap.step import step
 
 
 @pytest.fixture(scope="module")
