@@ -26,7 +26,8 @@ def baseline(problem):
     problem = problem if problem.quiet else noisy(rough)
     again = dataclasses.replace(rough, problem=problem)
     bench = bench_of(problem, again)
-    fits = [fit(again, bench, MOST)]
+    coupled = problem.n > 1 and problem.chain.known
+    fits = [fit(again, bench, MOST, coupled)]
     if problem.quiet:
         fits.append(fit(start, bench, 0))  # a simulator may be right as it is
     return bench, min(fits, key=lambda found: found.total)

@@ -95,15 +95,20 @@ class Tangent:
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
-def linearised(at, bench):
-    """Return the `Tangent` of a hypothesis; a second question costs nothing."""
-    if at not in bench.tangents:
-        bench.tangents[at] = _tangent(at, bench)
+def linearised(at, bench, apart=False):
+    """Return the `Tangent` of a hypothesis; a second question costs nothing.
+
+    Numbers of different joints are moved in one simulation, which takes what one joint does to
+    another for nothing; `apart`, each is moved in a simulation of its own.
+    """
+    if apart or at not in bench.tangents:
+        bench.tangents[at] = _tangent(at, bench, apart)
     return bench.tangents[at]
 
 
-def _tangent(at, bench):
-    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
+def _tangent(at, bench, apart):
+    places = [[i] for i in range(len(at.open))] if apart else _groups(at)
+    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in places]
     sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
                          for group in groups)]
     runs = [part for j in range(len(at.problem.fit))
@@ -117,7 +122,7 @@ def _tangent(at, bench):
         where = divmod(place, at.problem.n)
         for group, moved in zip(groups, run[1:]):
             for i, _, width in group:
-                if _acts(at.open[i], *where):
+                if apart or _acts(at.open[i], *where):
                     columns[rows, i] = (moved - run[0]) / width
     for i, entry in enumerate(at.open):
         if entry.tolerance is not None and stray[i] != 0.0:
@@ -129,7 +134,7 @@ def _acts(entry, log, joint):
     return entry.joint in (None, joint) and entry.log in (None, log)
 
 
-def fit(start, bench, iterations=6):
+def fit(start, bench, iterations=6, apart=False):
     """Fit a hypothesis to the fit logs, then judge it on all logs.
 
     Parameters
@@ -140,18 +145,21 @@ def fit(start, bench, iterations=6):
         Whitening and free responses.
     iterations : int
         Most steps.
+    apart : bool
+        Where no step gains any more, go on with slopes of each number on its own.
 
     """
-    at, damping, kept = start, DAMPING, 0
+    at, damping, kept, exact = start, DAMPING, 0, False
     for _ in range(iterations):
-        found = _better(at, bench, damping)
-        if found is None:
-            break
-        before, after = linearised(at, bench), linearised(found[0], bench)
-        at, damping = found
-        kept += 1
-        if before.cost - after.cost < _little(after):
-            break
+        before, found = linearised(at, bench, exact), _better(at, bench, damping)
+        if found is not None:
+            at, damping = found
+            kept += 1
+        after = linearised(at, bench)
+        if found is None or before.cost - after.cost < _little(after):
+            if exact or not apart:
+                break
+            exact, damping = True, DAMPING
     return _judged(at, bench, kept)
 
 
