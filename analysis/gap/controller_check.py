@@ -11,6 +11,8 @@ import numpy as np
 
 from clie_blocks.analysis.gap.command_delay import WORDS, in_time, late_error
 from clie_blocks.analysis.gap.controller_gains import in_words, with_fitted_gains
+from clie_blocks.analysis.gap.controller_integral import in_words as integral_in_words
+from clie_blocks.analysis.gap.controller_integral import integral_gains, with_integral
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 
 ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
@@ -43,6 +45,8 @@ class ControllerCheck:
         Joints whose gains are not the stated ones.
     late : bool
         Commands are sent one period after they were worked out.
+    integral : tuple of float
+        Integral gain of each joint that the file does not name [N m/(rad s)]; empty without.
 
     """
 
@@ -56,15 +60,17 @@ class ControllerCheck:
     decisions: tuple
     gains: tuple = ()
     late: bool = False
+    integral: tuple = ()
 
     @property
     def misdescribed(self):
         """Whether the law that ran moves the robot in another way than the stated one."""
-        return bool(self.wrong or self.gains or self.late)
+        return bool(self.wrong or self.gains or self.late or self.integral)
 
     def mended(self, problem):
         """Problem with the law that ran."""
         ran = dataclasses.replace(problem, law=self.law)
+        ran = with_integral(ran, np.array(self.integral)) if self.integral else ran
         return in_time(ran) if self.late else ran
 
 
@@ -89,6 +95,7 @@ def controller_check(problem):
         decisions.append(WORDS)
     corners = np.tile(np.array(law.corners or (np.nan, np.nan))[:, None], problem.n)
     wrong = []
+    error, integral = _integral(problem, law, error, limit, decisions)
     law, gains = _other_gains(problem, law, error, limit, decisions)
     suspects = [int(k) for k in np.flatnonzero(error > limit) if k not in gains]
     for k in suspects if law.corners else ():
@@ -102,7 +109,7 @@ def controller_check(problem):
                 f"{corners[0, k]:.0f} and {corners[1, k]:.0f} rad/s, not the stated ones")
     step, coarse = _encoder_steps(problem)
     return ControllerCheck(error, limit, tuple(wrong), corners, coarse, step, law,
-                           tuple(decisions), gains, late)
+                           tuple(decisions), gains, late, integral)
 
 
 def _limits(problem):
@@ -126,6 +133,19 @@ def _other_discretisation(problem, law, error, limit, decisions):
                              "no fault of the robot, the file is wrong")
             return other, found
     return law, error
+
+
+def _integral(problem, law, error, limit, decisions):
+    """Replay error with an integral part where that explains the command, and its gains."""
+    if not (error > limit).any():
+        return error, ()
+    gains = integral_gains(problem, law)
+    left = _replay_error(with_integral(problem, gains), law)
+    found = (error > limit) & (left <= limit)
+    if not found.any():
+        return error, ()
+    decisions += [integral_in_words(problem.joints[k], gains[k]) for k in np.flatnonzero(found)]
+    return np.where(found, left, error), tuple(np.where(found, gains, 0.0).tolist())
 
 
 def _other_gains(problem, law, error, limit, decisions):

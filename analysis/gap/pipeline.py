@@ -154,7 +154,7 @@ def _ranked(look, check, calibration):
     """Hypotheses by probability, the leading one freed from idle joints, and the evidence."""
     bench, base, table = look
     ranking = weighed(table, calibration)
-    if check.gains:
+    if check.gains or check.integral:
         ranking = beyond_the_library(ranking)
     model = _leading(ranking, base)
     if model is not base:

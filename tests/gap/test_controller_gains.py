@@ -37,8 +37,21 @@ def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
     def leaning(log):
         return (healthy.law.replay(log.q, log.q_d, log.pe)
                 + 0.05 * healthy.law.kp * healthy.period * np.cumsum(log.q_d - log.q, axis=0))
-    found = controller_check(commanded(healthy, map(leaning, healthy.logs)))
-    assert not found.gains and not found.late
+    problem = commanded(healthy, map(leaning, healthy.logs))
+    found = controller_check(problem)
+    assert not found.gains and not found.late and not found.wrong
+    assert found.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
+    assert "integral part" in found.decisions[0] and found.misdescribed
+    assert not controller_check(found.mended(problem)).misdescribed
+
+
+def test_a_drift_of_the_command_is_no_integral(healthy):
+    rng = np.random.default_rng(0)
+
+    def drifting(log):
+        return (healthy.law.replay(log.q, log.q_d, log.pe) + 20 * healthy.law.resolution
+                * np.cumsum(rng.normal(size=log.q.shape), axis=0) / np.sqrt(len(log)))
+    assert not controller_check(commanded(healthy, map(drifting, healthy.logs))).integral
 
 
 def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):

@@ -48,6 +48,9 @@ def _remarks(diagnosis, limited):
     if check.gains:
         gains = listed(joints[k] for k in check.gains)
         yield f"The stated gains did not run at {gains}: mend the robot file first."
+    if any(check.integral):
+        drawn = listed(joints[k] for k in np.flatnonzero(check.integral))
+        yield f"The law of {drawn} has an integral part: say so, or switch it off for the logs."
     if check.late:
         yield "The command is sent one period after it was worked out: say so in the robot file."
     if check.coarse:
