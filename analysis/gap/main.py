@@ -65,7 +65,7 @@ def sentence(name, answer):
         causes = [" or ".join(answer["set_90"]).replace("unknown", "something unknown")]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
-        f"; closes {closed:.0f} % of the reducible gap on "
+        f"; closes {round(closed)} % of the reducible gap on "
         + ("unseen data" if unseen else "the data that it was fitted to"))
     table = answer.get("repeatable")
     rest = "" if table is None else (
