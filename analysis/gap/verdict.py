@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.evidence import evidence
 
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 LIKELY = 0.5  # probability from which on a name is an answer
+DOUBT = 0.2  # at least, of the leading cause, where even the best one leaves much
 HALF = 0.5  # of what the best hypothesis leaves: a free torque must at least remove the other half
 
 
@@ -178,15 +179,18 @@ def _astray(table, plain, healthy):
 
 
 def _doubted(weights, scores, table, c):
-    """The probability of all causes, spread more evenly where even the best one leaves much.
+    """The causes' probabilities, with less for the leading one where even that leaves much.
 
     Then all models are off, and by how much is a poor judge between them.
     """
     left = max(min((row.excess for row in table.rows), default=0.0) - c.healthy, 0.0)
-    if left == 0.0:
+    surest = 1.0 - DOUBT * left / (left + c.unexplained_least)
+    if len(weights) < 2 or weights.max() <= surest:
         return weights
-    blunt = 1.0 + (c.blunt - 1.0) * left / (left + c.unexplained_least)
-    return weights.sum() * _odds(scores / blunt)
+    leading = np.arange(len(weights)) == np.argmax(weights)
+    others = np.where(leading, 0.0, _odds(scores / c.blunt))
+    moved = (weights.max() - surest) * others / others.sum()
+    return np.where(leading, surest, weights + moved)
 
 
 def _odds(scores):
