@@ -62,7 +62,8 @@ def sentence(name, answer):
     causes = [f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%})"
               for row in likely if row["effect"] != "unknown"]
     if answer["verdict"] == "not_identifiable":
-        causes = [" or ".join(answer["set_90"]).replace("unknown", "something unknown")]
+        causes = [" or ".join("something unknown" if name == "unknown" else name
+                              for name in answer["set_90"])]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
         f"; closes {round(closed)} % of the reducible gap on "

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.gap.evidence import evidence
-
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 LIKELY = 0.5  # probability from which on a name is an answer
 DOUBT = 0.2  # at least, of the leading cause, where even the best one leaves much
@@ -113,31 +111,8 @@ class Standing:
     probability: float
 
 
-def standings(base, fits, calibration, free=()):
-    """Rank the refitted nominal model, the fitted hypotheses, and `unknown`.
-
-    Parameters
-    ----------
-    base : Fit
-        The refitted nominal model.
-    fits : list of Fit
-        Hypotheses with causes.
-    calibration : Calibration
-        The numbers.
-    free : tuple of float
-        What a free torque would leave, see `evidence.Table`.
-
-    Returns
-    -------
-    list of Standing
-        Most probable first; probabilities sum to one.
-
-    """
-    return weighed(evidence(base, fits, free), calibration)
-
-
 def weighed(table, calibration):
-    """Return the standings of a table of evidence.
+    """Rank the refitted nominal model, the hypotheses, `unknown`, and wrong numbers.
 
     Parameters
     ----------
@@ -145,6 +120,11 @@ def weighed(table, calibration):
         Hypotheses and what they leave.
     calibration : Calibration
         The numbers.
+
+    Returns
+    -------
+    list of Standing
+        Most probable first; probabilities sum to one.
 
     """
     c, nothing = calibration, table.nothing
@@ -252,7 +232,7 @@ def verdict(ranking, established=False):
     Parameters
     ----------
     ranking : list of Standing
-        From `standings`.
+        From `weighed`.
     established : bool
         The controller check alone found a cause.
 

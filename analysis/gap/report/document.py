@@ -76,8 +76,10 @@ def sentence(answer, joints):
 
     """
     closed = answer["closed_percent"]
+    unsure = answer["verdict"] == "not_identifiable"
     bought = "" if closed["value"] is None else (
-        f"; with it the model loses {number(closed['value'])} % of its reducible gap on "
+        f"; with {'the likeliest' if unsure else 'it'} the model loses "
+        f"{number(closed['value'])} % of its reducible gap on "
         + ("unseen data" if closed["unseen_data"] else "the data that it was fitted to"))
     if answer["verdict"] == "none":
         return "The model agrees with the robot down to the noise of its sensors."
@@ -87,10 +89,9 @@ def sentence(answer, joints):
         nearest = "" if closed["value"] is None else (
             f"; the nearest removes {number(closed['value'])} % of the reducible gap")
         return f"Something is there that no effect of the library explains{nearest}."
-    if answer["verdict"] == "not_identifiable":
+    if unsure:
         return ("These logs cannot tell which it is: "
-                f"{listed(map(called, answer['set_90']), 'or')}"
-                f"{bought.replace('with it', 'with the likeliest')}.")
+                f"{listed(map(called, answer['set_90']), 'or')}{bought}.")
     leading = _leading(answer)
     names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
                    f"({percent(row['probability'])})" for row in leading)
