@@ -74,7 +74,7 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     assert saturated_share(found)[0] > 0.1
     assert {"load_dependent_friction", "actuator_saturation"} <= set(said["set_90"])
     assert DRY & members(found) and said["closed_percent"]["unseen_data"]
-    plain = min((row.excess for row in found.ranking if "coulomb" in row.names), default=np.inf)
+    plain = min(row.excess for row in found.ranking if "coulomb" in row.names)
     grows = min(row.excess for row in found.ranking if "load_dependent_friction" in row.names)
     assert grows < 0.75 * plain
     assert said["gap_after"] < 0.3 * said["gap_before"]
