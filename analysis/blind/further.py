@@ -43,30 +43,32 @@ def _controllers(found):
     family = found["controllers"]
     by_wrong = tuple((name, ", ".join(f"{row[key]['hits']} {key}" for key in OUTCOMES
                                       if row[key]["hits"]))
-                     for name, row in family["by_wrong"].items())
+                     for name, row in family["by_hidden"].items())
     return Section(FAMILIES["controllers"].capitalize(), (
         f"{family['trials']} sound robots of their own draw, whose file says something of the "
         "controller that is not so: the discretisation or a corner of its velocity filter, a "
-        "gain, or nothing of a period between measurement and command. A diagnosis that accuses "
-        "the robot would send somebody to the wrong place.",),
+        "gain, or nothing of a period between measurement and command. Right is what says that it "
+        "is a matter of the controller; a diagnosis that accuses the robot would send somebody to "
+        "the wrong place.",),
         tables=(_outcomes(family), Table(("described wrong", "outcome"), by_wrong)))
 
 
 def _spatial(found):
     family = found["spatial"]
-    rows = tuple((row["trial"], row["how"], row["said"]) for row in family["rows"])
+    rows = tuple((row["hidden"], f"{row['said']} {row['stated']:.2f}") for row in family["rows"])
     return Section(FAMILIES["spatial"].capitalize(), (
-        f"{family['trials']} sound arms of their own draw: a vertical axis that carries two "
-        "links. The robot file has no words for such links, so that their pull is in the logs and "
-        "in no model; the share of the inertia that they hold is that of the joint where it is "
-        "largest. The right answer is \"unknown\", or none where it hides in the noise.",),
-        tables=(_outcomes(family), Table(("trial", "robot", "decision"), rows)))
+        f"{family['trials']} arms of their own draw: a vertical axis that carries two links. The "
+        "robot file has no words for such links, so that their pull is in the logs and in no "
+        "model. Every other arm is sound: then \"unknown\" is right, or \"none\" where the pull "
+        "hides in the noise. The others have an effect, too, which may be named; \"unknown\" is "
+        "an honest answer there as well, another effect is none.",),
+        tables=(_outcomes(family), Table(("hidden", "decision, stated"), rows)))
 
 
 def _outcomes(family):
     return Table(("figure", *SHARE), tuple((text, *cells(family[key]))
                                            for key, text in OUTCOMES.items() if family[key]["hits"]
-                                           or key == "accused"))
+                                           or key.startswith("accused")))
 
 
 def _engines(found):

@@ -60,7 +60,7 @@ def scoreboard(asked):
 
 def _further(asked, places, diagnoses, labels):
     """Further studies: on the same trials, once their labels are open, and on others."""
-    from clie_blocks.analysis.blind import compare, engines, left_out, sound, study
+    from clie_blocks.analysis.blind import compare, engines, left_out, misdescribed, study
 
     found = {}
     if asked.leave_out:
@@ -73,18 +73,19 @@ def _further(asked, places, diagnoses, labels):
     if methods:
         found["compared"] = compare.compared(methods, places, diagnoses, labels, asked.subset,
                                              asked.jobs)
-    for key, maker in _families().items():
+    for key, family in _families().items():
         if getattr(asked, key):
-            found[key] = sound.scored(*study.sealed(
-                asked.output / key, getattr(asked, key), asked.seed[0], asked.jobs, maker))
+            found[key] = misdescribed.scored(*study.sealed(
+                asked.output / key, getattr(asked, key), asked.seed[0], asked.jobs, family))
     return found
 
 
 def _families():
-    """Makers of sound robots that must not be accused, by option."""
-    from clie_blocks.analysis.blind import spatial, wrong_controller
+    """Families of robots that their file does not describe, by option."""
+    from clie_blocks.analysis.blind.spatial import SPATIAL
+    from clie_blocks.analysis.blind.wrong_controller import CONTROLLERS
 
-    return {"controllers": wrong_controller.make_trial, "spatial": spatial.make_trial}
+    return {"controllers": CONTROLLERS, "spatial": SPATIAL}
 
 
 def lines(found):
@@ -125,7 +126,7 @@ def _parser():
     parser.add_argument("--controllers", type=_count, metavar="N",
                         help="also N sound robots whose file describes another controller")
     parser.add_argument("--spatial", type=_count, metavar="N",
-                        help="also N sound arms whose links no planar chain describes")
+                        help="also N arms whose links no planar chain describes")
     parser.add_argument("--engines", type=Path, metavar="ROBOTS",
                         help="calibrate on one engine, test on the other, both ways; ROBOTS is "
                              "the folder of robots kept by the calibration")

@@ -1,38 +1,39 @@
-"""Sound arms with a vertical first axis that carries two links: no planar chain describes them.
+"""Arms with a vertical first axis that carries two links: no planar chain describes them.
 
 Their file states what the drives hold, and no links: how the joints pull at each other, and how
 the inertia about the vertical changes with the pose, is told to nobody.  Springs balance the
-weight.  What the diagnosis finds is none of its effects, so that "unknown" is the right answer
-wherever anything shows.
+weight.  Every other arm is sound; then "unknown" is right wherever anything shows.  The others
+have an effect on top, which may be named, but in whose place no other one may be accused.
 """
 
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth
-from clie_blocks.analysis.blind.sound import make_sound
+import numpy as np
 
-STREAM = 2
-UNTOLD = "links"
+from clie_blocks.analysis.blind.family import Family
+from clie_blocks.analysis.blind.hidden import EFFECTS, NEEDS
+from clie_blocks.analysis.blind.trial import afflicted
 
-
-def make_trial(seed, index):
-    """Make one trial.
-
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    index : int
-        Number of the trial.
-
-    Returns
-    -------
-    Trial
-        The same for the same numbers.
-
-    """
-    return make_sound(seed, index, STREAM, UNTOLD, _draw)
+UNTOLD = "links alone"
+POSSIBLE = tuple(name for name in EFFECTS if name not in NEEDS)  # those that need no stated links
+SIZES = ("medium", "strong")
 
 
-def _draw(rng):
-    robot = draw_robot(rng, "spatial")
+def plan(seed, index):
+    """Effects and size of a trial: every other arm is sound, the others have effects in turn."""
+    turn, sound = index // 2, index % 2 == 0
+    if sound:
+        return (), None
+    order = np.random.default_rng([seed, 2, len(POSSIBLE)]).permutation(POSSIBLE)
+    return (str(order[turn % len(order)]),), SIZES[turn % len(SIZES)]
+
+
+def _draw(rng, seed, index):
+    names, severity = plan(seed, index)
+    trial = afflicted(rng, index, "spatial", names, severity, "spatial")
+    robot = trial.robot
     share = robot.link / (robot.rotor * robot.ratio**2)
-    return robot, robot, draw_truth(rng, robot), f"links hold {share.max():.0%} of the inertia"
+    trial.label.update(labels=list(names) or [UNTOLD], present=list(names),
+                       wrong=f"links hold {share.max():.0%} of the inertia")
+    return trial
+
+
+SPATIAL = Family(_draw, (2,))

@@ -5,7 +5,8 @@ import shutil
 from pathlib import Path
 
 from clie_blocks.analysis.blind import seal
-from clie_blocks.analysis.blind.trial import make_trial
+from clie_blocks.analysis.blind.family import make_trial
+from clie_blocks.analysis.blind.trial import HIDDEN
 from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, to_json, write
 
@@ -28,7 +29,7 @@ def merged(by_seed):
             for name, entry in entries.items()}
 
 
-def make(folder, trials, seed, jobs=1, maker=make_trial):
+def make(folder, trials, seed, jobs=1, family=HIDDEN):
     """Make the trials of a study and seal their labels; a study that stands is kept.
 
     Parameters
@@ -39,8 +40,8 @@ def make(folder, trials, seed, jobs=1, maker=make_trial):
         How many, and the seed of all of them.
     jobs : int
         Processes.
-    maker : callable
-        ``maker(seed, index)`` makes a trial.
+    family : Family
+        Kind of trials.
 
     Raises
     ------
@@ -55,7 +56,7 @@ def make(folder, trials, seed, jobs=1, maker=make_trial):
             raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
                             f"{made['seed']}; choose another folder with -o DIR")
         return
-    labels = dict(sorted(_spread(folder, trials, seed, jobs, maker)))
+    labels = dict(sorted(_spread(folder, trials, seed, jobs, family)))
     seal.note(folder, "made", trials=trials, seed=seed,
               digest=seal.folder_digest(folder / TRIALS))
     seal.seal(folder, labels)
@@ -98,7 +99,7 @@ def diagnose(folder, jobs=1):
     return json.loads(text)
 
 
-def sealed(folder, trials, seed, jobs=1, maker=make_trial):
+def sealed(folder, trials, seed, jobs=1, family=HIDDEN):
     """Make, diagnose and open a study in one go.
 
     Parameters
@@ -107,8 +108,8 @@ def sealed(folder, trials, seed, jobs=1, maker=make_trial):
         Of the study.
     trials, seed, jobs : int
         How many, the seed of all of them, processes.
-    maker : callable
-        ``maker(seed, index)`` makes a trial.
+    family : Family
+        Kind of trials.
 
     Returns
     -------
@@ -116,30 +117,30 @@ def sealed(folder, trials, seed, jobs=1, maker=make_trial):
         By trial.
 
     """
-    make(folder, trials, seed, jobs, maker)
+    make(folder, trials, seed, jobs, family)
     return diagnose(folder, jobs), seal.unseal(Path(folder))
 
 
-def _spread(folder, trials, seed, jobs, maker):
+def _spread(folder, trials, seed, jobs, family):
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from multiprocessing import get_context
 
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        running = [pool.submit(_made, folder, seed, index, maker) for index in range(trials)]
+        running = [pool.submit(_made, folder, seed, index, family) for index in range(trials)]
         with progress("making trials", trials) as advance:
             for future in as_completed(running):
                 yield future.result()
                 advance(1)
 
 
-def _made(folder, seed, index, maker):
+def _made(folder, seed, index, family):
     from clie_blocks.analysis.blind.folder import write_trial
 
     name = f"trial-{index:03d}"
     kept = folder / OPEN / f"{seed}-{index}.json"
     if kept.is_file():
         return name, json.loads(kept.read_text())
-    trial = maker(seed, index)
+    trial = make_trial(family, seed, index)
     write_trial(trial, folder / TRIALS / name)
     text = to_json(trial.label)
     write(kept, text)

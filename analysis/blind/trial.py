@@ -1,9 +1,8 @@
-"""One trial: a robot, three logs, and the label that stays sealed."""
-
-from dataclasses import dataclass
+"""Trials of the study: robots with hidden effects, or none, or numbers beyond the datasheet."""
 
 import numpy as np
 
+from clie_blocks.analysis.blind.family import Family, RejectedError, Trial, lost
 from clie_blocks.analysis.blind.hidden import (
     EFFECTS,
     NEEDS,
@@ -20,11 +19,9 @@ SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
 FIRST, RUNGS, LADDERS = (1 / 8, 8.0), 5, 4  # sizes tried side by side, and again elsewhere
 STEEP = 1.5  # log of two neighbouring ratios that are too far apart to go between
 MISSED = 0.25  # relative error of the ratio of a single effect that counts as another size
-LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
 STILL = 0.02  # rad: a joint that moves less has not been excited
 TRACE = 1.1  # relative to the noise floor: what is smaller has no size
 CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
-ATTEMPTS = 20
 UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
     "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
 KINDS = (("single",) * 27 + ("pair",) * 5 + ("triple",) * 2 + ("none",) * 4
@@ -33,66 +30,36 @@ COUNT = {"pair": 2, "triple": 3}
 ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
 
 
-class RejectedError(Exception):
-    """A draw that no laboratory would have logged; the words say why."""
+def _draw(rng, seed, index):
+    return afflicted(rng, index, *plan(seed, index))
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
-    """What is written to the trial's folder, and its label.
-
-    Parameters
-    ----------
-    robot : Robot
-        As stated.
-    motions : list of Motion
-        The experiments.
-    runs : list of (q, u)
-        The logs.
-    label : dict
-        The truth.
-
-    """
-
-    robot: object
-    motions: list
-    runs: list
-    label: dict
-
-
-def make_trial(seed, index):
-    """Make one trial.
+def afflicted(rng, index, kind, names, severity, robot_kind=None):
+    """Draw a robot, give it effects, and log it.
 
     Parameters
     ----------
-    seed : int
-        Of the study.
+    rng : numpy.random.Generator
+        Source of chance.
     index : int
-        Number of the trial; fixes kind, effects and size in turn, all else is drawn.
+        Number of the trial, which seeds what is random in its drives.
+    kind : str
+        Of the trial, see `KINDS`.
+    names : tuple of str
+        Its effects.
+    severity : str or None
+        Size of each, see `SEVERITY`.
+    robot_kind : str, optional
+        Kind of the robot; by default drawn, among those that the effects need.
 
-    Returns
-    -------
-    Trial
-        The same for the same numbers.
+    Raises
+    ------
+    RejectedError
+        If no laboratory would have logged that.
 
     """
-    kind, names, severity = plan(seed, index)
-    rejected = []
-    for attempt in range(ATTEMPTS):
-        rng = np.random.default_rng([seed, index, attempt])
-        try:
-            trial = _attempt(rng, kind, names, severity, index)
-        except RejectedError as reason:
-            rejected.append(str(reason))
-        else:
-            trial.label["rejected"] = rejected
-            return trial
-    raise RuntimeError(f"trial {index} of seed {seed}: {rejected}")
-
-
-def _attempt(rng, kind, names, severity, index):
     needs = next((NEEDS[name] for name in names if name in NEEDS), None)
-    robot = draw_robot(rng) if needs is None else draw_robot(
+    robot = draw_robot(rng, robot_kind) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
     truth, motions = draw_truth(rng, robot), draw_motions(rng, robot)
     if kind == "parametric":
@@ -129,11 +96,6 @@ def _accept_afflicted(motions, runs, numbers):
         raise RejectedError("unstable or stuck with its effects")
     if max(np.max(np.mean(np.abs(u) >= numbers["limit"], axis=0)) for _, u in runs) > CLIPPED:
         raise RejectedError("at the limit of its drive most of the time")
-
-
-def lost(motions, runs):
-    """Whether a robot leaves its set-point as nobody would log it."""
-    return any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs))
 
 
 def _numbers(truth, hidden, sizes):
@@ -250,3 +212,6 @@ def _label(kind, hidden, found, severity, robot, motions, errors):
 
 def _changed(hidden, size):
     return {key: np.asarray(value).tolist() for key, value in hidden.change(size).items()}
+
+
+HIDDEN = Family(_draw)

@@ -25,8 +25,10 @@ HEADLINES = {
     "left_out_family": "effect taken out of the library taken for its family",
     "left_out_none": "effect taken out of the library missed"}
 OUTCOMES = {
-    "named": "said to be a matter of the controller", "unknown": "called unknown, no more said",
-    "missed": "taken for a sound robot with a true file", "accused": "a robot effect accused",
+    "named": "named right", "unknown": "called unknown, no more said",
+    "missed": "taken for a sound robot with a true file",
+    "accused": "a robot effect accused that is not there",
+    "accused_surely": "the same, stated with one half or more",
     "failed": "no diagnosis"}
 FAMILIES = {"controllers": "controllers described wrong",
             "spatial": "arms that no planar chain describes"}

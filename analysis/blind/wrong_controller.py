@@ -4,36 +4,25 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.blind.family import Family, RejectedError, Trial, lost
+from clie_blocks.analysis.blind.loop import run
+from clie_blocks.analysis.blind.misdescribed import CONTROLLER
+from clie_blocks.analysis.blind.motion import draw_motions
 from clie_blocks.analysis.blind.robot import DISCRETISATIONS, draw_robot, draw_truth
-from clie_blocks.analysis.blind.sound import make_sound
-
-STREAM = 1
 
 
-def make_trial(seed, index):
-    """Make one trial; all wrong descriptions come in turn.
-
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    index : int
-        Number of the trial.
-
-    Returns
-    -------
-    Trial
-        The same for the same numbers.
-
-    """
+def _draw(rng, seed, index):
     name = list(WRONG)[index % len(WRONG)]
-
-    def draw(rng):
-        robot = draw_robot(rng)
-        stated, truth, wrong = WRONG[name](rng, robot, draw_truth(rng, robot))
-        return robot, stated, truth, wrong
-
-    return make_sound(seed, index, STREAM, name, draw)
+    robot = draw_robot(rng)
+    stated, truth, wrong = WRONG[name](rng, robot, draw_truth(rng, robot))
+    motions = draw_motions(rng, robot)
+    noises = [robot.sigma * rng.standard_normal(motion.q_d.shape) for motion in motions]
+    runs = run(robot, [truth] * len(motions), motions, noises, seed=index)
+    if lost(motions, runs):
+        raise RejectedError("unstable")
+    return Trial(stated, motions, runs, {
+        "kind": "misdescribed", "labels": [name], "wrong": wrong, "present": [CONTROLLER],
+        "robot": f"{robot.kind} of {robot.n}"})
 
 
 def _discretisation(rng, robot, truth):
@@ -74,3 +63,5 @@ WRONG = {
     "low-pass corner": _corner(1), "high-pass corner": _corner(0),
     "Kd": _gain("kd", 1.05, 1.5), "Kp": _gain("kp", 1.03, 1.3),
     "one period of delay": _late}
+
+CONTROLLERS = Family(_draw, (1,))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind import compare, left_out, sound, spatial, wrong_controller
+from clie_blocks.analysis.blind import compare, left_out, misdescribed, spatial, wrong_controller
 from clie_blocks.analysis.blind.page import save_page
 from clie_blocks.analysis.blind.rates import figure, rate
 from clie_blocks.analysis.blind.score import score
@@ -44,12 +44,13 @@ def page(tmp_path):
     found |= {"targets": judged(found), **left_out.scored(answers, labels),
               "compared": [compare.row(name, answers, labels)
                            for name in (compare.FULL, "no sensitivity filter")],
-              "controllers": sound.scored(answers, {
+              "controllers": misdescribed.scored(answers, {
                   name: {"labels": [list(wrong_controller.WRONG)[i % 6]], "wrong": "x 1.1",
-                         "robot": "arm of 2"} for i, name in enumerate(labels)}),
-              "spatial": sound.scored(answers, {
+                         "robot": "arm of 2",
+                         "present": []} for i, name in enumerate(labels)}),
+              "spatial": misdescribed.scored(answers, {
                   name: {"labels": [spatial.UNTOLD], "wrong": "links hold 12% of the inertia",
-                         "robot": "spatial of 3"} for name in labels}),
+                         "robot": "spatial of 3", "present": []} for name in labels}),
               "engines": [{"learned_on": "own_robots", "tested_on": "MuJoCo", "robots": 60,
                            "loss": figure([0.1, 0.2], max), "top_1": rate([True, False]),
                            "ece": figure([0.1, 0.2], max)}]}

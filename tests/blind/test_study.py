@@ -27,7 +27,7 @@ def quick(monkeypatch):
         (folder / study.OPEN).mkdir(exist_ok=True)
         return f"trial-{index:03d}", LABEL
 
-    def spread(folder, trials, seed, jobs, maker):
+    def spread(folder, trials, seed, jobs, family):
         return [made(folder, seed, index) for index in range(trials)]
 
     def diagnosed(found, **options):
@@ -91,6 +91,7 @@ def test_families_of_sound_robots_are_sealed_and_told(quick, tmp_path, monkeypat
     command = ["--trials", "2", "--seed", "4", "--controllers", "3", "--spatial", "2",
                "-o", str(tmp_path)]
     monkeypatch.setitem(LABEL, "wrong", "stated x 1.1")
+    monkeypatch.setitem(LABEL, "present", [])
     assert main(command) == 0
     found = json.loads((tmp_path / "scoreboard.json").read_text())
     assert found["command"] == "clie blind --trials 2 --seed 4 --controllers 3 --spatial 2"

@@ -14,6 +14,7 @@ import clie_blocks.analysis.blind as blind
 from clie_blocks.analysis.blind import trial
 from clie_blocks.analysis.blind.answers import FAMILY
 from clie_blocks.analysis.blind.drive import Chance
+from clie_blocks.analysis.blind.family import Family, RejectedError, Trial, make_trial
 from clie_blocks.analysis.blind.folder import robot_text, write_trial
 from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
 from clie_blocks.analysis.blind.loop import run
@@ -28,12 +29,12 @@ from clie_blocks.analysis.blind.robot import (
     restated,
 )
 from clie_blocks.analysis.blind.size import prediction, ratio_of, reference
-from clie_blocks.analysis.blind.trial import KINDS, ONE_OF, SEVERITY, make_trial, plan
+from clie_blocks.analysis.blind.trial import HIDDEN, KINDS, ONE_OF, SEVERITY, plan
 from clie_blocks.analysis.records import read_trial
 
 FILES = sorted(Path(blind.__file__).parent.glob("*.py"))
-MAKERS = ("robot", "motion", "world", "controller", "drive", "loop", "hidden", "size", "trial",
-          "folder")
+MAKERS = ("robot", "motion", "world", "controller", "drive", "loop", "hidden", "size", "family",
+          "trial", "folder")
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -184,7 +185,7 @@ def _noisy(robot):
 @pytest.fixture(scope="module")
 def made():
     index = next(i for i in range(60) if plan(2001, i)[0] == "none")
-    return index, make_trial(2001, index)
+    return index, make_trial(HIDDEN, 2001, index)
 
 
 def test_a_trial_is_read_by_the_package_and_says_nothing_of_its_label(made, tmp_path):
@@ -210,7 +211,30 @@ def test_a_healthy_trial_shows_nothing_beyond_the_noise(made):
 
 def test_the_same_seed_makes_the_same_trial(made, tmp_path):
     index, told = made
-    again = make_trial(2001, index)
+    again = make_trial(HIDDEN, 2001, index)
     assert all(np.array_equal(a, b) for one, two in zip(told.runs, again.runs)
                for a, b in zip(one, two))
     assert again.label == told.label
+
+
+def test_a_rejected_draw_is_drawn_anew_and_its_reason_kept():
+    drawn = []
+
+    def draw(rng, seed, index):
+        drawn.append(rng.random())
+        if len(drawn) < 3:
+            raise RejectedError(f"draw {len(drawn)}")
+        return Trial(None, [], [], {"seed": seed, "index": index})
+
+    told = make_trial(Family(draw, (7,)), 3, 4)
+    assert told.label == {"seed": 3, "index": 4, "rejected": ["draw 1", "draw 2"]}
+    assert len(set(drawn)) == 3
+    assert drawn[2] == np.random.default_rng([3, 4, 2, 7]).random()
+
+
+def test_a_family_that_nothing_is_accepted_of_says_why():
+    def draw(rng, seed, index):
+        raise RejectedError("too heavy")
+
+    with pytest.raises(RuntimeError, match="trial 4 of seed 3: .*too heavy"):
+        make_trial(Family(draw), 3, 4)

@@ -7,12 +7,13 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind import sound  # noqa: E402
+from clie_blocks.analysis.blind import misdescribed  # noqa: E402
 from clie_blocks.analysis.blind.controller import Controller  # noqa: E402
+from clie_blocks.analysis.blind.family import make_trial  # noqa: E402
 from clie_blocks.analysis.blind.folder import write_trial  # noqa: E402
+from clie_blocks.analysis.blind.misdescribed import CONTROLLER, outcome  # noqa: E402
 from clie_blocks.analysis.blind.robot import draw_robot, draw_truth, neutral  # noqa: E402
-from clie_blocks.analysis.blind.sound import outcome  # noqa: E402
-from clie_blocks.analysis.blind.wrong_controller import WRONG, make_trial  # noqa: E402
+from clie_blocks.analysis.blind.wrong_controller import CONTROLLERS, WRONG  # noqa: E402
 from clie_blocks.analysis.gap.trials import diagnose_trial, find_trials  # noqa: E402
 
 
@@ -48,27 +49,37 @@ def answer(*effects, decisions=()):
             "decisions": list(decisions), "gap_before": 1e-3, "gap_after": 1e-3, "seconds": 1.0}
 
 
-def test_an_outcome_is_named_unknown_missed_or_a_false_accusation():
-    assert outcome(answer("velocity_filter_mismatch")) == "named"
-    assert outcome(answer("none", decisions=["the filter runs as 'zoh'"])) == "named"
-    assert outcome(answer("unknown")) == "unknown"
-    assert outcome(answer("parametric")) == outcome(answer("none")) == "missed"
-    assert outcome(answer("time_delay", decisions=["anything"])) == "accused"
-    assert outcome({"error": "too short", "exit_code": 4}) == "failed"
+@pytest.mark.parametrize(("said", "outcome_of_it"), [
+    (answer("velocity_filter_mismatch"), "named"),
+    (answer("none", decisions=["the filter runs as 'zoh'"]), "named"),
+    (answer("unknown"), "unknown"), (answer("parametric"), "missed"), (answer("none"), "missed"),
+    (answer("time_delay", decisions=["anything"]), "accused"),
+    ({"error": "too short", "exit_code": 4}, "failed")])
+def test_an_outcome_is_named_unknown_missed_or_a_false_accusation(said, outcome_of_it):
+    assert outcome(said, [CONTROLLER]) == outcome_of_it
+
+
+def test_words_of_the_controller_check_name_no_effect_of_the_robot():
+    said = answer("unknown", decisions=["the filter runs as 'zoh'"])
+    assert outcome(said, ["coulomb"]) == "unknown" and outcome(said, [CONTROLLER]) == "named"
+    assert outcome(answer("coulomb"), ["coulomb"]) == "named"
+    assert outcome(answer("coulomb"), []) == "accused"
 
 
 def test_the_scores_are_shares_by_what_is_wrong():
-    labels = {f"trial-{i:03d}": {"labels": [name], "wrong": "x 1.1", "robot": "arm of 2"}
+    labels = {f"trial-{i:03d}": {"labels": [name], "wrong": "x 1.1", "robot": "arm of 2",
+                                  "present": [CONTROLLER]}
               for i, name in enumerate(WRONG)}
-    found = sound.scored(
+    found = misdescribed.scored(
         {name: answer("unknown" if i else "spring") for i, name in enumerate(labels)}, labels)
     assert found["accused"]["hits"] == 1 and found["unknown"]["hits"] == len(WRONG) - 1
-    assert found["by_wrong"][next(iter(WRONG))]["accused"]["rate"] == 1.0
+    assert found["by_hidden"][next(iter(WRONG))]["accused"]["rate"] == 1.0
 
 
 @pytest.mark.parametrize("index", [1, 3], ids=["corner", "gain"])
 def test_a_wrong_word_about_the_controller_is_no_fault_of_the_robot(index, tmp_path):
-    trial = make_trial(30, index)
+    trial = make_trial(CONTROLLERS, 30, index)
     assert trial.label["labels"] == [list(WRONG)[index]]
     write_trial(trial, tmp_path / "trial")
-    assert outcome(diagnose_trial(find_trials([tmp_path / "trial"])[0])) == "named"
+    said = diagnose_trial(find_trials([tmp_path / "trial"])[0])
+    assert outcome(said, trial.label["present"]) == "named"
