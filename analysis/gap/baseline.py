@@ -2,8 +2,6 @@
 
 import dataclasses
 
-import numpy as np
-
 from clie_blocks.analysis.gap.bench import bench_of
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
@@ -28,17 +26,10 @@ def baseline(problem):
     problem = problem if problem.quiet else noisy(rough)
     again = dataclasses.replace(rough, problem=problem)
     bench = bench_of(problem, again)
-    fits = [fit(again, bench, MOST, apart=_held_and_coupled(problem))]
+    fits = [fit(again, bench, MOST)]
     if problem.quiet:
         fits.append(fit(start, bench, 0))  # a simulator may be right as it is
     return bench, min(fits, key=lambda found: found.total)
-
-
-def _held_and_coupled(problem):
-    """Whether links push each other in a loop that holds them: slopes of a free fall mislead."""
-    law = problem.law
-    return (problem.n > 1 and problem.chain.known and law.variant != "loop"
-            and bool(np.all(law.kp > 0)))
 
 
 def noisy(rough, corner=DITHER):

@@ -2,8 +2,8 @@
 
 The residual is the whitened prediction error of all joints and fit logs, freed from the response
 to an unknown start, with the distances from the datasheet appended.  Columns of the Jacobian are
-finite differences of simulations; joints, and logs, are moved in one run where each acts on its
-own rows.
+finite differences of simulations; numbers that act on different rows, of other logs or of joints
+that do not push each other, are moved in one run.
 """
 
 import dataclasses
@@ -95,20 +95,15 @@ class Tangent:
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
-def linearised(at, bench, apart=False):
-    """Return the `Tangent` of a hypothesis; a second question costs nothing.
-
-    Numbers of different joints are moved in one simulation, which takes what one joint does to
-    another for nothing; `apart`, each is moved in a simulation of its own.
-    """
-    if apart or at not in bench.tangents:
-        bench.tangents[at] = _tangent(at, bench, apart)
+def linearised(at, bench):
+    """Return the `Tangent` of a hypothesis; a second question costs nothing."""
+    if at not in bench.tangents:
+        bench.tangents[at] = _tangent(at, bench)
     return bench.tangents[at]
 
 
-def _tangent(at, bench, apart):
-    places = [[i] for i in range(len(at.open))] if apart else _groups(at)
-    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in places]
+def _tangent(at, bench):
+    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
     sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
                          for group in groups)]
     runs = [part for j in range(len(at.problem.fit))
@@ -122,7 +117,7 @@ def _tangent(at, bench, apart):
         where = divmod(place, at.problem.n)
         for group, moved in zip(groups, run[1:]):
             for i, _, width in group:
-                if apart or _acts(at.open[i], *where):
+                if _acts(at, at.open[i], *where):
                     columns[rows, i] = (moved - run[0]) / width
     for i, entry in enumerate(at.open):
         if entry.tolerance is not None and stray[i] != 0.0:
@@ -130,11 +125,11 @@ def _tangent(at, bench, apart):
     return Tangent(parts, residual, columns)
 
 
-def _acts(entry, log, joint):
-    return entry.joint in (None, joint) and entry.log in (None, log)
+def _acts(at, entry, log, joint):
+    return entry.log in (None, log) and (at.coupled or entry.joint in (None, joint))
 
 
-def fit(start, bench, iterations=6, apart=False):
+def fit(start, bench, iterations=6):
     """Fit a hypothesis to the fit logs, then judge it on all logs.
 
     Parameters
@@ -145,21 +140,18 @@ def fit(start, bench, iterations=6, apart=False):
         Whitening and free responses.
     iterations : int
         Most steps.
-    apart : bool
-        Where no step gains any more, go on with slopes of each number on its own.
 
     """
-    at, damping, kept, exact = start, DAMPING, 0, False
+    at, damping, kept = start, DAMPING, 0
     for _ in range(iterations):
-        before, found = linearised(at, bench, exact), _better(at, bench, damping)
-        if found is not None:
-            at, damping = found
-            kept += 1
+        before, found = linearised(at, bench), _better(at, bench, damping)
+        if found is None:
+            break
+        at, damping = found
+        kept += 1
         after = linearised(at, bench)
-        if found is None or before.cost - after.cost < _little(after):
-            if exact or not apart:
-                break
-            exact, damping = True, DAMPING
+        if before.cost - after.cost < _little(after):
+            break
     return _judged(at, bench, kept)
 
 
@@ -251,10 +243,10 @@ def diverged(found):
 
 
 def _groups(at):
-    """Open numbers that may move in the same run: one key, different joints and logs."""
+    """Open numbers that may move in the same run: one key, and each acts on rows of its own."""
     groups = {}
     for i, entry in enumerate(at.open):
-        groups.setdefault(entry.key, []).append(i)
+        groups.setdefault((entry.key, at.coupled and entry.joint), []).append(i)
     return groups.values()
 
 

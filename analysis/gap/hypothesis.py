@@ -111,6 +111,18 @@ class Hypothesis:
         """Causes of the hypothesis, behind those that the model holds anyway."""
         return (*self.problem.inside, *self.members)
 
+    @functools.cached_property
+    def coupled(self):
+        """Whether links push each other in a loop that holds them.
+
+        Of links that nothing holds, which fall as they like, a slope says little anyway.
+        """
+        problem, chain = self.problem, self.problem.chain
+        pushed = chain.has_coupling or chain.has_gravity or any(
+            piece.port == "body" for member in self.all_members for piece in member.cause.pieces)
+        return (problem.n > 1 and pushed and problem.law.variant != "loop"
+                and bool(np.all(problem.law.kp > 0)))
+
     def of_log(self, j, values=None):
         """Parameters of log j."""
         return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value

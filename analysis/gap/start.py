@@ -28,14 +28,16 @@ def started(candidate, bench, base):
     before = candidate.after or base
     at = hypothesis(bench.problem, candidate.members, before.hypothesis)
     there = {entry.key for entry in before.hypothesis.open}
+    known = {member.name for member in before.hypothesis.members}
+    new = [member for member in candidate.members if member.name not in known]
+    extends = len(known) + len(new) == len(candidate.members)
+    reference = (before if extends else base).cost
     for _ in range(STEPS):
         here = linearised(at, bench)
-        if here.cost < before.cost:
+        if here.cost < reference:
             break
         answered = step(at, here, keys=there)
         if linearised(answered, bench).cost >= here.cost:
             break
         at = answered
-    known = {member.name for member in before.hypothesis.members}
-    return shrunk(at, bench, before.cost,
-                  [member for member in candidate.members if member.name not in known])
+    return shrunk(at, bench, reference, new)

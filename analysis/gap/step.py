@@ -5,6 +5,7 @@ import numpy as np
 from clie_blocks.analysis.gap.hypothesis import SOFTNESS
 
 DAMPING = 1e-4
+FACTOR = 2.5  # by which a step may change a time or a range
 BOUNDS = 4  # rounds of finding which bounds of the datasheet a step ends beyond
 
 
@@ -32,10 +33,15 @@ def step(at, here, damping=DAMPING, keys=None):
         here = at.get(entry)
         reach = 3 * max(abs(here), entry.size)
         value = here + np.clip(moved * entry.size, -reach, reach)
-        if entry.lower >= 0.0 and here > 0.0 and ".time" in entry.key or "range" in entry.key:
-            value = np.clip(value, 0.4 * here, 2.5 * here)
+        if _is_scale(entry) and here > 0.0:
+            value = np.clip(value, here / FACTOR, FACTOR * here)
         moves.append((entry, float(np.clip(value, entry.lower, entry.upper))))
     return at.with_values(at.moved(moves))
+
+
+def _is_scale(entry):
+    """Whether a number is a time or a range: what it does goes with its logarithm."""
+    return entry.key.partition(".")[2] in ("time", "range")
 
 
 def change(entries, at, gram, right, damping=DAMPING):

@@ -12,9 +12,10 @@ from clie_blocks.analysis.blind.loop import run  # noqa: E402
 from clie_blocks.analysis.blind.motion import Motion, draw_motions  # noqa: E402
 from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
+from clie_blocks.analysis.gap.causes import load  # noqa: E402
 from clie_blocks.analysis.gap.evidence import excess  # noqa: E402
 from clie_blocks.analysis.gap.fit import fit, linearised  # noqa: E402
-from clie_blocks.analysis.gap.hypothesis import hypothesis  # noqa: E402
+from clie_blocks.analysis.gap.hypothesis import Hypothesis, Member, hypothesis  # noqa: E402
 from clie_blocks.analysis.gap.problem import problem  # noqa: E402
 from clie_blocks.analysis.records import Record, read_robot  # noqa: E402
 
@@ -41,23 +42,53 @@ def arm(tmp_path_factory):
     return problem(dataclasses.replace(robot, motor=motor), records, [])
 
 
-def test_slopes_of_numbers_on_their_own_hold_what_one_joint_does_to_another(arm):
-    bench, base = baseline(arm)
-    at, last = base.hypothesis, len(base.hypothesis.open)
-    columns = linearised(at, bench, apart=True).columns[:-last]
+@pytest.fixture
+def quick(monkeypatch):
+    """Slopes that take what one joint does to another for nothing."""
+    monkeypatch.setattr(Hypothesis, "coupled", False)
+
+
+def slopes(at, bench):
+    """Columns of a hypothesis that no bench has seen."""
+    return linearised(at.with_values(at.values), bench).columns[:-len(at.open)]
+
+
+def far(columns, at, bench):
+    """Relative distance of the column of the second rotor from a central difference."""
     entry = at.open[1]
     step = 0.02 * entry.size
     sides = [linearised(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])),
-                        bench).residual[:-last] for sign in (-1, 1)]
+                        bench).residual[:-len(at.open)] for sign in (-1, 1)]
     slope = (sides[1] - sides[0]) * entry.size / (2 * step)
-    quick = linearised(at.with_values(at.values), bench).columns[:-last]
-    far = [np.linalg.norm(found[:, 1] - slope) / np.linalg.norm(slope)
-           for found in (columns, quick)]
-    assert far[0] < 0.05 < far[1]
+    return np.linalg.norm(columns[:, 1] - slope) / np.linalg.norm(slope)
 
 
-def test_the_refit_goes_on_where_the_quick_slopes_lead_nowhere(arm):
+def test_slopes_hold_what_one_joint_does_to_another(arm):
     bench, base = baseline(arm)
-    quick = fit(hypothesis(bench.problem, ()), bench, 40)
-    assert base.cost < 0.7 * quick.cost
-    assert excess(base) < excess(quick)
+    assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) < 0.05
+
+
+def test_without_it_a_slope_is_another(arm, quick):
+    bench, base = baseline(arm)
+    assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) > 0.05
+
+
+def test_the_refit_of_a_coupled_arm_is_not_stuck(arm, monkeypatch):
+    bench, base = baseline(arm)
+    monkeypatch.setattr(Hypothesis, "coupled", False)
+    stuck = fit(hypothesis(bench.problem, ()), bench, 40)
+    assert base.cost < 0.7 * stuck.cost
+    assert excess(base) < excess(stuck)
+
+
+def test_links_push_each_other_where_they_are_held_and_the_model_holds_it(arm):
+    start = hypothesis(arm, ())
+    assert start.coupled
+    falling = dataclasses.replace(arm, law=dataclasses.replace(arm.law, kp=0 * arm.law.kp))
+    assert not hypothesis(falling, ()).coupled
+    loose = dataclasses.replace(arm.chain, has_coupling=False, has_gravity=False)
+    apart = dataclasses.replace(arm, chain=loose)
+    assert not hypothesis(apart, ()).coupled
+    tip = Member(load.PAYLOAD, tuple(range(arm.n)), {"mass": np.ones(arm.n)},
+                 {"mass": np.ones(arm.n)})
+    assert hypothesis(apart, (tip,)).coupled

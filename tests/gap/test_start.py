@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap import cross_validation
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import Candidate, extended
 from clie_blocks.analysis.gap.causes import drive, friction
-from clie_blocks.analysis.gap.fit import linearised
+from clie_blocks.analysis.gap.fit import Tangent, linearised
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem
@@ -59,6 +59,22 @@ def test_a_step_of_some_keys_leaves_the_others(rubbing):
     moved = step(at, linearised(at, bench), keys=("damping",))
     assert np.array_equal(moved.values["inertia"], at.values["inertia"])
     assert not np.array_equal(moved.values["damping"], at.values["damping"])
+
+
+def test_a_step_changes_a_time_or_a_range_by_a_factor_and_other_numbers_as_far_as_it_says(rubbing):
+    bench, base = rubbing
+    zero = np.zeros(base.hypothesis.problem.n)
+    values = {"level": zero + 0.02, "bristle_damping": zero, "range": zero + 0.01}
+    bristles = Member(friction.PRESLIDING, (0,), values, {key: zero + 0.01 for key in values})
+    at = hypothesis(base.hypothesis.problem, (bristles,), base.hypothesis)
+    for pull in (-1e3, 1e3):
+        columns = np.eye(len(at.open) + 1, len(at.open))
+        residual = -pull * columns.sum(axis=1)
+        here = Tangent([], np.append(residual, 0 * at.stray()),
+                       np.vstack([columns, np.zeros((len(at.open), len(at.open)))]))
+        moved = step(at, here).values
+        assert moved["presliding.range"][0] == pytest.approx(0.01 * 2.5 ** np.sign(pull))
+        assert moved["presliding.level"][0] == pytest.approx(0.0 if pull < 0 else 0.08)
 
 
 def test_a_wider_friction_takes_the_place_of_the_one_inside_it(rubbing):
