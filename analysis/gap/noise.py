@@ -7,12 +7,15 @@ absolute: 1 says that nothing but sensor noise is left.
 """
 
 import dataclasses
+import math
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 
 ORDER = 20
 LENGTH = 4000
 RATE = 100.0  # Hz, rate at which errors are judged
+BLOCK = 16  # samples that are whitened by one product
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -93,7 +96,23 @@ def noise(problem, k, sensitivity):
 
 
 def white(x, whitener):
-    """Whitened signal along the first axis, without the start of the filter."""
-    from scipy.signal import lfilter
+    """Whitened signal along the first axis, without the start of the filter.
 
-    return lfilter(whitener, [1.0], x, axis=0)[len(whitener) - 1:]
+    Blocks of samples are multiplied with one small matrix, several times as fast as a filter
+    that goes from sample to sample.
+    """
+    past, blocks = len(whitener) - 1, -(-len(x) // BLOCK)
+    padded = np.zeros((blocks * BLOCK + past, math.prod(x.shape[1:])))
+    padded[:len(x)] = x.reshape(len(x), -1)
+    step, one = padded.strides
+    windows = as_strided(padded, (blocks, BLOCK + past, padded.shape[1]),
+                         (BLOCK * step, step, one))
+    return (_rows(whitener) @ windows).reshape(-1, *x.shape[1:])[:len(x) - past]
+
+
+def _rows(whitener):
+    """Filter of each sample of a block, shape (BLOCK, BLOCK + past)."""
+    rows = np.zeros((BLOCK, BLOCK + len(whitener) - 1))
+    for i, row in enumerate(rows):
+        row[i:i + len(whitener)] = whitener[::-1]
+    return rows

@@ -1,5 +1,6 @@
 """What a batch keeps of its runs: rows that are logged, and reductions of rows."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ class Schedule:
     every: int
     step: float
 
-    @property
+    @functools.cached_property
     def time(self):
         """Time of every row [s]."""
         return np.arange(self.steps // self.every + 1) * self.every * self.step

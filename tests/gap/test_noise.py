@@ -28,3 +28,11 @@ def test_a_healthy_robot_leaves_noise_alone(healthy):
     assert np.all(base.chi2 / base.samples < 1.35)
     assert base.penalty == pytest.approx(0.0, abs=1.0)
     assert sensor_noise(problem, 0) > 0.0
+
+
+@pytest.mark.parametrize("shape", [(500,), (496, 3), (37, 2, 2)])
+def test_whitening_in_blocks_is_the_filter_itself(shape):
+    rng = np.random.default_rng(5)
+    x, whitener = rng.standard_normal(shape), rng.standard_normal(21)
+    filtered = lfilter(whitener, [1.0], x, axis=0)[20:]
+    np.testing.assert_allclose(white(x, whitener), filtered, atol=1e-12)
