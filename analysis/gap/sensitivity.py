@@ -13,10 +13,10 @@ import numpy as np
 def plant(inertia, damping, period):
     """Pulse transfer function of inertia ddq + damping dq = u with held u: ``numerator, a``."""
     rate = max(damping / inertia, 1e-6)
-    left = np.exp(-rate * period)
-    speed = (1.0 - left) / rate / inertia
-    way = (period - (1.0 - left) / rate) / rate / inertia
-    drift = (1.0 - left) / rate
+    left, lost = np.exp(-rate * period), -np.expm1(-rate * period)
+    speed = lost / rate / inertia
+    way = (rate * period - lost) / rate**2 / inertia
+    drift = lost / rate
     # x+ = [1 drift; 0 left] x + [way; speed] u
     return (np.array([0.0, way, speed * drift - way * left]),
             np.array([1.0, -1.0 - left, left]))
