@@ -26,7 +26,8 @@ class Candidate:
     score : float
         Expected drop of chi^2 less what its numbers cost.
     after : Fit or None
-        The fit that it extends by its last member; None where all of its members are new.
+        The fit whose numbers of the joint model it starts beside: one that it extends, or whose
+        causes it swaps; None for the refitted nominal model.
 
     """
 

@@ -3,10 +3,12 @@
 A log is cut into blocks of some seconds.  Each fold leaves every so many blocks out, with a margin
 on both sides that is long against the memory of the loop, refits the model on the rest, and judges
 it on the blocks left out.  The model is simulated over the whole log from its true start, so that
-no block begins at an unknown state.
+no block begins at an unknown state.  Of several logs of which one is too short to be cut, each is
+left out whole.
 """
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -70,35 +72,52 @@ def unseen_errors(at, bench, logs):
     Returns
     -------
     list of ndarray
-        For each log the squared error, summed over joints, (N,); None where the logs are too
+        For each log the squared error, summed over joints, (N,); None where a single log is too
         short to be cut.
 
     """
-    period = at.problem.period
-    edges = [blocks(len(log), period) for log in at.problem.fit]
-    if any(len(edge) == 0 for edge in edges):
-        return None
-    found = [np.zeros(len(log)) for log in at.problem.fit]
-    for fold in range(min(FOLDS, min(map(len, edges)) - 1)):
-        seen = [_seen(len(log), edge, fold, period) for log, edge in zip(at.problem.fit, edges)]
-        blind = Blind(bench.problem, bench.noises, bench.free, seen=seen)
-        refitted = fit(at, blind, 2).hypothesis
-        for j in logs:
+    lengths, period = [len(log) for log in at.problem.fit], at.problem.period
+    found = [np.zeros(length) for length in lengths]
+    all_folds = folds(lengths, period)
+    for fold in all_folds:
+        judged = [j for j in logs if fold[j]]
+        if not judged:
+            continue
+        seen = [_seen(length, left_out, period) for length, left_out in zip(lengths, fold)]
+        refitted = fit(at, Blind(bench.problem, bench.noises, bench.free, seen=seen), 2).hypothesis
+        for j in judged:
             error = np.sum(refitted.error(j, dithered=False) ** 2, axis=1)
-            for first, last in _left_out(edges[j], fold):
+            for first, last in fold[j]:
                 found[j][first:last] = error[first:last]
-    return [found[j] for j in logs]
+    return [found[j] for j in logs] if all_folds else None
 
 
-def _left_out(edges, fold):
-    folds = min(FOLDS, len(edges) - 1)
-    return list(zip(edges[:-1], edges[1:]))[fold::folds]
+def folds(lengths, period):
+    """What each fold leaves out: for each log a list of ``(first, last)`` sample.
+
+    Parameters
+    ----------
+    lengths : sequence of int
+        Samples of each log.
+    period : float
+        Sample time [s].
+
+    """
+    edges = [blocks(length, period) for length in lengths]
+    if all(map(len, edges)):
+        count = min(FOLDS, min(map(len, edges)) - 1)
+        return [[list(itertools.pairwise(edge))[fold::count] for edge in edges]
+                for fold in range(count)]
+    if len(lengths) == 1:
+        return []
+    return [[[(0, length)] if j == whole else [] for j, length in enumerate(lengths)]
+            for whole in range(len(lengths))]
 
 
-def _seen(samples, edges, fold, period):
+def _seen(samples, left_out, period):
     """Whitened rows outside the blocks of a fold and their margins."""
     time = decimated(period * np.arange(samples), period)
     seen = np.ones(len(time), bool)
-    for first, last in _left_out(edges, fold):
+    for first, last in left_out:
         seen &= (time < first * period - MARGIN) | (time >= last * period + MARGIN)
     return seen

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from clie_blocks.analysis.gap import answer, diagnose
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.bound import modelling_error, predicted_radius
-from clie_blocks.analysis.gap.cross_validation import blocks, unseen_errors
+from clie_blocks.analysis.gap.cross_validation import blocks, folds, unseen_errors
 from clie_blocks.analysis.gap.own_robots import cases
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
@@ -28,6 +28,28 @@ def test_blocks_are_long_and_cover_the_log():
     assert edges[0] == 0 and edges[-1] == 12_000
     assert np.diff(edges).min() >= 2000
     assert len(blocks(7_000, 1e-3)) == 0
+
+
+def test_each_sample_is_left_out_once_whatever_the_lengths_of_the_logs():
+    for lengths in ([8_000, 20_000, 13_000], [6_000, 20_000], [5_000, 6_000, 7_000]):
+        times = [np.zeros(length, int) for length in lengths]
+        for fold in folds(lengths, 1e-3):
+            for left_out, count in zip(fold, times):
+                for first, last in left_out:
+                    count[first:last] += 1
+        assert all(np.all(count == 1) for count in times)
+    assert folds([7_000], 1e-3) == []
+
+
+def test_a_short_log_is_judged_by_a_model_that_saw_the_other_one_only(case):
+    made = case("coulomb")
+    bench, base = baseline(problem(made.robot, made.records[:2], held_out=[]))
+    unseen = unseen_errors(base.hypothesis, bench, [1])
+    assert len(unseen) == 1 and len(unseen[0]) == len(base.hypothesis.problem.fit[1])
+    _, other = baseline(problem(made.robot, made.records[:2], held_out=[1]))
+    alone = np.mean(square_errors(other.hypothesis, 1))
+    assert np.mean(square_errors(base.hypothesis, 1)) < np.mean(unseen[0])
+    assert np.mean(unseen[0]) == pytest.approx(alone, rel=0.05)
 
 
 def test_a_block_is_judged_by_a_model_that_did_not_see_it(alone):

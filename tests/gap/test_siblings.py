@@ -1,0 +1,90 @@
+"""Rivals of the leading hypothesis: fewer causes, look-alikes, other forms of one effect."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
+from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.start import started
+
+
+@pytest.fixture(scope="module")
+def rubbing(case):
+    """Bench and refitted nominal model of a robot with dry friction."""
+    made = case("coulomb")
+    return baseline(problem(made.robot, made.records))
+
+
+def member(cause, n, **values):
+    values = {name: np.full(n, value) for name, value in values.items()}
+    return Member(cause, tuple(range(n)), values, values)
+
+
+def leading(base, *members, left=10.0, links=False):
+    """Fit of some causes that leaves so many times the noise."""
+    asked = dataclasses.replace(base.hypothesis.problem, chain=SimpleNamespace(known=links))
+    at = dataclasses.replace(hypothesis(base.hypothesis.problem, members, base.hypothesis),
+                             problem=asked)
+    return dataclasses.replace(base, hypothesis=at, chi2=left * base.samples)
+
+
+def keys(candidates):
+    return [{one.cause.key for one in candidate.members} for candidate in candidates]
+
+
+def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubbing):
+    _, base = rubbing
+    n = base.hypothesis.problem.n
+    pair = (member(friction.COULOMB, n, level=0.1),
+            member(drive.TORQUE_GAIN_ERROR, n, error=0.1))
+    far, near = leading(base, *pair), leading(base, *pair, left=1.0)
+    assert excess(far) > 1.0 > 0.3 > excess(near)
+    wide = keys(siblings(far, [far], CAUSES))
+    for alone in ({"coulomb"}, {"torque_gain_error"}, {"stribeck"}):
+        assert alone in wide
+    narrow = keys(siblings(near, [near], CAUSES))
+    assert {"stribeck"} not in narrow and {"coulomb"} in narrow
+    assert {"stribeck", "torque_gain_error"} in narrow
+
+
+def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated(rubbing):
+    _, base = rubbing
+    n = base.hypothesis.problem.n
+    plain, grows = "load_dependent_friction", "load_dependent_friction:links"
+    dry = member(friction.COULOMB, n, level=0.1)
+    known, stated = leading(base, dry), leading(base, dry, links=True)
+    assert {plain} in keys(siblings(known, [known], CAUSES))
+    assert {grows} not in keys(siblings(known, [known], CAUSES))
+    assert {grows} in keys(siblings(stated, [stated], CAUSES))
+    loaded = leading(base, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
+                     links=True)
+    (swapped,) = [one for one in siblings(loaded, [loaded], CAUSES) if keys([one]) == [{plain}]]
+    assert np.all(swapped.members[0].values["slope"] == 0.2)
+
+
+def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
+    _, base = rubbing
+    found = leading(base, member(friction.COULOMB, base.hypothesis.problem.n, level=0.1))
+    first = siblings(found, [found], CAUSES)
+    assert first and siblings(found, [found], CAUSES, first) == []
+
+
+def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
+    bench, base = rubbing
+    at, n = base.hypothesis, base.hypothesis.problem.n
+    other = {**at.values, "inertia": 1.1 * at.values["inertia"]}
+    dry = member(friction.COULOMB, n, level=0.1)
+    found = dataclasses.replace(base, hypothesis=hypothesis(at.problem, (dry,),
+                                                            at.with_values(other)))
+    swapped = next(one for one in siblings(found, [found], CAUSES)
+                   if keys([one]) == [{"stribeck"}])
+    generous = dataclasses.replace(base, chi2=1e9 * base.samples)
+    start = started(swapped, bench, generous)
+    assert np.array_equal(start.values["inertia"], other["inertia"])
