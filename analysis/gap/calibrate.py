@@ -20,14 +20,21 @@ import numpy as np
 
 from clie_blocks.analysis.gap.evidence import to_json as plain
 from clie_blocks.analysis.gap.examples import Example, read_examples
-from clie_blocks.analysis.gap.verdict import Calibration, marginals, set_90, weighed
+from clie_blocks.analysis.gap.verdict import (
+    SCHEMA_VERSION,
+    STORED,
+    Calibration,
+    learned,
+    marginals,
+    set_90,
+    weighed,
+)
 from clie_blocks.output import progress, run_main, to_json, write
 
 __all__ = ["Example", "examine", "held_out", "learn", "loss", "read_examples"]
 
-SCHEMA_VERSION = 3
 LEARNED = ("sharpness", "price", "misfit", "unexplained_share", "parametric", "beyond", "lapse",
-           "blunt")
+           "blunt", "doubt")
 LOOSENESS = 0.7  # how far a number may leave its hand-set value, in factors e at one sigma
 FOLDS = 5  # where all robots are of one group
 SWEEPS = 2  # of the search along each number
@@ -49,13 +56,17 @@ def _surprise(truth, ranking):
     return -np.log(max(right, LEAST))
 
 
-def learn(examples):
+def learn(examples, names=LEARNED, others=None):
     """Numbers with the least loss, held to those set by hand.
 
     Parameters
     ----------
     examples : list of Example
         Diagnosed robots.
+    names : sequence of str
+        Numbers to learn.
+    others : Calibration, optional
+        The rest; set by hand by default.
 
     """
     from scipy.optimize import minimize
@@ -63,21 +74,27 @@ def learn(examples):
     hand = Calibration()
 
     def numbers(steps):
-        return dataclasses.replace(hand, **{
-            name: getattr(hand, name) * float(np.exp(step))
-            for name, step in zip(LEARNED, steps)})
+        return dataclasses.replace(others or hand, **{
+            name: getattr(hand, name) * float(np.exp(step)) for name, step in zip(names, steps)})
 
     def price(steps):
         held = np.sum((steps / LOOSENESS) ** 2) / 2 / len(examples)
         return loss(numbers(steps), examples) + held
 
-    found = minimize(price, np.zeros(len(LEARNED)), method="Powell",
+    found = minimize(price, np.zeros(len(names)), method="Powell",
                      options={"maxiter": SWEEPS, "xtol": 0.03, "ftol": 1e-4})
-    return numbers(found.x)
+    return numbers(np.atleast_1d(found.x))
 
 
-def held_out(examples):
+def held_out(examples, names=LEARNED, others=None):
     """Return what the numbers are worth, each group judged by numbers learned without it.
+
+    Parameters
+    ----------
+    examples : list of Example
+        Diagnosed robots, with their groups.
+    names, others
+        As of `learn`.
 
     Returns
     -------
@@ -90,7 +107,8 @@ def held_out(examples):
         groups = [f"part {i % FOLDS + 1}" for i in range(len(examples))]
     stated = {}
     for group in sorted(set(groups)):
-        numbers = learn([one for one, at in zip(examples, groups) if at != group])
+        rest = [one for one, at in zip(examples, groups) if at != group]
+        numbers = learn(rest, names, others)
         stated[group] = [(one.truth, weighed(one.table, numbers))
                          for one, at in zip(examples, groups) if at == group]
     return {**{group: figures(found) for group, found in stated.items()},
@@ -200,20 +218,22 @@ def main(argv=None):
                         help="where the evidence on each robot is kept (calibration-robots)")
     parser.add_argument("--studies", type=Path, nargs="*", default=[], metavar="DIR",
                         help="opened studies of blind trials to learn from as well")
-    parser.add_argument("-o", "--output", type=Path,
-                        default=Path(__file__).with_name("calibration.json"))
+    parser.add_argument("--learn", nargs="*", choices=LEARNED, default=[], metavar="NUMBER",
+                        help="learn these alone, beside the others as they are stored (all)")
+    parser.add_argument("-o", "--output", type=Path, default=STORED)
     asked = parser.parse_args(argv)
     if asked.n:
         examine(asked.n, asked.seed, asked.robots, asked.jobs)
     robots = read_examples(asked.robots)
     trials = [one for study in asked.studies for one in read_examples(study)]
     examples = robots + trials
+    names, others = asked.learn or LEARNED, learned() if asked.learn else None
     told = {"schema_version": SCHEMA_VERSION, "robots": len(robots), "seed": asked.seed,
             "trials": len(trials), "studies": [study.name for study in asked.studies],
             "seeds": sorted({int(seed) for study in asked.studies
                              for seed in re.findall(r"\d+", study.name)}),
-            "held_out": held_out(examples),
-            "numbers": dataclasses.asdict(learn(examples))}
+            "learned": list(names), "held_out": held_out(examples, names, others),
+            "numbers": dataclasses.asdict(learn(examples, names, others))}
     write(asked.output, to_json(told))
     print(json.dumps(told["held_out"], indent=1))
     return 0

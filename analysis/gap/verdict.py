@@ -4,7 +4,8 @@ Each hypothesis is judged by the excess of its chi^2 over the noise, relative to
 joint.  A true cause leaves next to nothing; what it does leave is misfit, not noise, so the odds
 follow the logarithm of the excess rather than chi^2 itself.  `none` wins where the refitted
 nominal model leaves little, `unknown` where nothing in the library removes most of the excess, or
-where a free torque of pose, speed and load removes much of what the best hypothesis leaves.
+where a free torque of pose, speed and load removes much of what the best hypothesis leaves, or
+the likeliest.
 """
 
 import dataclasses
@@ -13,10 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.errors import ClieError
+
+SCHEMA_VERSION = 4  # of calibration.json
+STORED = Path(__file__).with_name("calibration.json")
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 LIKELY = 0.5  # probability from which on a name is an answer
-DOUBT = 0.2  # at least, of the leading cause, where even the best one leaves much
-HALF = 0.5  # of what the best hypothesis leaves: a free torque must at least remove the other half
+HALF = 0.5  # of what a hypothesis leaves: a free torque must at least remove the other half
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,6 +63,8 @@ class Calibration:
         Share of robots on which the odds are not to be trusted, for what nobody thought of.
     blunt : float
         How many times less sharp the odds are on these.
+    doubt : float
+        Probability that the leading cause gives to the others where even the best leaves much.
 
     """
 
@@ -78,14 +84,25 @@ class Calibration:
     beyond: float = 4.0
     lapse: float = 0.05
     blunt: float = 5.0
+    doubt: float = 0.2
 
 
-def learned():
-    """Return the calibration that is stored with the package."""
-    path = Path(__file__).with_name("calibration.json")
+def learned(path=STORED):
+    """Return the calibration that is stored with the package, or in another file.
+
+    Raises
+    ------
+    ClieError
+        If the file is of another schema, whose numbers mean something else.
+
+    """
     if not path.is_file():
         return Calibration()
-    return Calibration(**json.loads(path.read_text())["numbers"])
+    kept = json.loads(path.read_text())
+    if kept["schema_version"] != SCHEMA_VERSION:
+        raise ClieError(f"{path} is of schema {kept['schema_version']}, this verdict reads schema "
+                        f"{SCHEMA_VERSION}: python -m clie_blocks.analysis.gap.calibrate")
+    return Calibration(**kept["numbers"])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -164,7 +181,7 @@ def _doubted(weights, scores, table, c):
     Then all models are off, and by how much is a poor judge between them.
     """
     left = max(min((row.excess for row in table.rows), default=0.0) - c.healthy, 0.0)
-    surest = 1.0 - DOUBT * left / (left + c.unexplained_least)
+    surest = 1.0 - c.doubt * left / (left + c.unexplained_least)
     if len(weights) < 2 or weights.max() <= surest:
         return weights
     leading = np.arange(len(weights)) == np.argmax(weights)
@@ -184,12 +201,14 @@ def _unknown(table, score, known, c):
     left = max(c.unexplained_share * table.nothing, c.unexplained_least)
     ways = [(left, score(left))]
     if table.free:
-        best = min(table.rows, key=lambda row: row.excess)
-        costs = 0.0, _cost(best, known, table.nothing, c)
+        cost = {row: _cost(row, known, table.nothing, c) for row in table.rows}
+        likeliest = max(cost, key=lambda row: score(row.excess) - cost[row])
+        best = min(cost, key=lambda row: row.excess)
         slack = c.floor + c.slack * table.nothing
-        ways += [(free, score(best.excess) - c.structure - cost
-                  + c.sharpness * np.log((best.excess + slack) / (max(free, 0.0) + slack)))
-                 for free, cost in zip(table.free, costs) if free < HALF * best.excess]
+        ways += [(free, score(row.excess) - c.structure - paid
+                  + c.sharpness * np.log((row.excess + slack) / (max(free, 0.0) + slack)))
+                 for free, row, paid in zip(table.free, (likeliest, best), (0.0, cost[best]))
+                 if free < HALF * row.excess]
     return max(ways, key=lambda way: way[1])
 
 

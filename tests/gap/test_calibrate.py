@@ -28,6 +28,13 @@ def test_learned_numbers_are_less_sure_where_the_evidence_misleads():
     assert calibrate.loss(numbers, judged) < calibrate.loss(Calibration(), judged)
 
 
+def test_one_number_is_learned_beside_others_that_stay():
+    others = Calibration(sharpness=3.0, doubt=0.01)
+    numbers = calibrate.learn(drawn(60, 1), ["doubt"], others)
+    assert numbers.doubt != 0.01
+    assert dataclasses.replace(numbers, doubt=0.01) == others
+
+
 def test_each_group_is_judged_by_numbers_learned_on_the_others():
     groups = {name: [dataclasses.replace(one, group=name) for one in drawn(15, seed)]
               for name, seed in (("a", 3), ("b", 4))}

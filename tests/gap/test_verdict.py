@@ -1,20 +1,26 @@
 """From evidence to probabilities: what must lead, and what a set must hold."""
 
+import json
+
 import pytest
 
+from clie_blocks.analysis.gap.calibrate import LEARNED
 from clie_blocks.analysis.gap.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict import (
+    STORED,
     Calibration,
+    learned,
     marginals,
     set_90,
     verdict,
     weighed,
 )
+from clie_blocks.errors import ClieError
 
 
-def weigh(nothing, *rows, stray=0.0, strayed=0, free=()):
-    rows = [Row(tuple(names.split("+")), *numbers) for names, *numbers in rows]
-    return weighed(Table(nothing, stray, strayed, free, rows), Calibration())
+def weigh(nothing, *rows, stray=0.0, strayed=0, free=(), **numbers):
+    rows = [Row(tuple(names.split("+")), *left) for names, *left in rows]
+    return weighed(Table(nothing, stray, strayed, free, rows), Calibration(**numbers))
 
 
 @pytest.mark.parametrize("said, ranking", [
@@ -44,6 +50,14 @@ def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_someth
     assert verdict(weigh(100.0, *rows)) == "effect"
     assert verdict(weigh(100.0, *rows, free=(90.0, 7.9))) == "effect"
     assert verdict(weigh(100.0, *rows, free=(0.3, 7.9))) == "unexplained"
+
+
+def test_a_free_torque_beside_no_cause_competes_with_the_likeliest_not_with_the_longest_list():
+    """A third cause that lowers the excess a little makes nothing unknown more likely."""
+    one, three = ("coulomb", 4e4, 1), ("coulomb+gravity+spring", 2.4e4, 6)
+    alone, beside = (next(s.probability for s in weigh(1e6, *rows, free=(7e3, 7e3))
+                          if s.names == ("unknown",)) for rows in ((one,), (one, three)))
+    assert beside <= alone < 0.2
 
 
 def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_its_place():
@@ -84,3 +98,20 @@ def test_where_the_best_cause_leaves_much_causes_are_told_apart_less_surely():
     together = [sum(s.probability for s in found if s.names[0] in ("presliding", "stribeck"))
                 for found in (near, far)]
     assert together == pytest.approx([1.0, 1.0], abs=0.02)
+
+
+@pytest.mark.parametrize("doubt", [0.0, 0.3])
+def test_how_much_less_surely_is_a_number_of_the_calibration(doubt):
+    far = weigh(1e6, ("presliding", 2e3, 1), ("stribeck", 5e4, 1), doubt=doubt, lapse=0.0)
+    assert far[0].names == ("presliding",)
+    assert far[0].probability == pytest.approx(1.0 - doubt, abs=1e-3)
+
+
+def test_stored_numbers_of_another_schema_are_refused(tmp_path):
+    kept = json.loads(STORED.read_text())
+    assert set(LEARNED) <= set(kept["numbers"]) and learned() == Calibration(**kept["numbers"])
+    other = tmp_path / "calibration.json"
+    other.write_text(json.dumps({**kept, "schema_version": 3}))
+    with pytest.raises(ClieError, match="schema 3.*calibrate"):
+        learned(other)
+    assert learned(tmp_path / "none.json") == Calibration()
