@@ -124,17 +124,21 @@ def goal_path(record, k, causes=("delay",)):
                           x_scale=[SCALE[NUMBERS.index(name)] for name in free],
                           bounds=(low, high), max_nfev=60) for start in STARTS]
     best = min(fits, key=lambda fit: fit.cost)
+    half_widths = 1.96 * np.linalg.norm(pulls(best, round(BLOCK / period)), axis=0)
     return GoalPath(**numbers(best.x), left=float(np.sqrt(np.mean(best.fun**2))),
-                    half_widths=dict(zip(free, _half_widths(best, round(BLOCK / period)))))
+                    half_widths=dict(zip(free, half_widths.tolist())))
 
 
-def _half_widths(fit, width):
-    """Half widths of 95 % intervals where errors within a block of samples hang together."""
+def pulls(fit, width):
+    """How far each block of samples pulls the numbers of a least-squares fit, (blocks, numbers).
+
+    Errors within a block hang together, blocks do not: the root of the sum of squares of a column
+    is the standard deviation of its number.
+    """
     blocks = range(width, len(fit.fun), width)
-    pulls = np.array([rows.T @ error for rows, error in zip(
+    gradients = np.array([rows.T @ error for rows, error in zip(
         np.split(fit.jac, blocks), np.split(fit.fun, blocks))])
-    inverse = np.linalg.pinv(fit.jac.T @ fit.jac)
-    return (1.96 * np.linalg.norm(pulls @ inverse, axis=0)).tolist()
+    return gradients @ np.linalg.pinv(fit.jac.T @ fit.jac)
 
 
 def told(record, k):
@@ -180,13 +184,19 @@ def explained(fitted, judged, k):
         ``lag``, ``setpoint_delay``, ``coulomb``, ``both`` -> (GoalPath, RMS on `judged` [rad]).
 
     """
-    found = {}
-    for name, causes in EXPLAINED_BY.items():
-        path = goal_path(fitted, k, causes)
-        numbers = {number: getattr(path, number) for number in NUMBERS}
-        error = followed(judged.qd[:, k], judged.q[0, k], judged.sample_time, **numbers)
-        found[name] = path, float(np.std((error - judged.q[:, k])[SETTLE:]))
-    return found
+    return {name: (path, missed(path, judged, k)) for name, path in paths(fitted, k).items()}
+
+
+def paths(record, k):
+    """Path of one joint by what the servo is said to have beside its lag, see `explained`."""
+    return {name: goal_path(record, k, causes) for name, causes in EXPLAINED_BY.items()}
+
+
+def missed(path, record, k):
+    """RMS of what a path does not predict of a log, but for a constant [rad]."""
+    numbers = {number: getattr(path, number) for number in NUMBERS}
+    found = followed(record.qd[:, k], record.q[0, k], record.sample_time, **numbers)
+    return float(np.std((found - record.q[:, k])[SETTLE:]))
 
 
 def followed(goal, start, period, frequency, damping_ratio, offset, delay, level=0.0):

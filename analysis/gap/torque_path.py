@@ -8,6 +8,7 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.goal_path import BLOCK, pulls
 from clie_blocks.errors import NotIdentifiableError
 
 STILL = 0.05  # share of the largest command below which a joint counts as not driven
@@ -31,6 +32,8 @@ class TorquePath:
         Measured torque without command [N m].
     left : float
         RMS of what this path does not explain, over that of the measured torque.
+    half_widths : dict
+        Of the 95 % intervals of gain and lateness, by name.
 
     """
 
@@ -40,6 +43,7 @@ class TorquePath:
     delay: float
     offset: float
     left: float
+    half_widths: dict
 
     @property
     def late(self):
@@ -69,12 +73,31 @@ def torque_paths(record):
     if record.u is None or record.tau is None:
         raise NotIdentifiableError(f"{record.source} lacks u or tau: the path of the torque needs "
                                    "the commanded and the measured torque")
-    size = np.std(record.u, axis=0)
-    driven = np.flatnonzero(size > STILL * size.max())
-    if size.max() == 0.0:
+    driven = _driven(record)
+    if not driven.size:
         raise NotIdentifiableError(f"{record.source}: no joint is driven, u never changes")
-    return [_path(record.joints[k], record.u[:, k], record.tau[:, k], record.sample_time)
-            for k in driven]
+    return [_path([record], k) for k in driven]
+
+
+def pooled(records, k):
+    """Fit one path of joint k to all logs in which it is driven; None where there is none.
+
+    Parameters
+    ----------
+    records : list of Record
+        With command u and measured torque tau on even clocks.
+    k : int
+        Joint.
+
+    """
+    driven = [record for record in records if k in _driven(record)]
+    return _path(driven, k) if driven else None
+
+
+def _driven(record):
+    """Joints whose command moves."""
+    size = np.std(record.u, axis=0)
+    return np.flatnonzero((size > 0.0) & (size > STILL * size.max()))
 
 
 def told(record):
@@ -102,14 +125,19 @@ def delivered(u, period, gain, lag, delay, offset):
     return gain * np.interp(time - delay, time, lfilter([1.0 - left], [1.0, -left], u)) + offset
 
 
-def _path(joint, u, tau, period):
+def _path(records, k):
     from scipy.optimize import least_squares
 
     def error(p):
-        return delivered(u, period, *p) - tau
+        return np.concatenate([delivered(record.u[:, k], record.sample_time, *p)
+                               - record.tau[:, k] for record in records])
 
     fits = [least_squares(error, (1.0, lag, delay, 0.0), bounds=BOUNDS,
                           x_scale=(0.1, 0.005, 0.005, 0.01)) for lag, delay in STARTS]
     best = min(fits, key=lambda fit: fit.cost)
-    left = np.sqrt(np.mean(error(best.x) ** 2)) / (np.std(tau) + 1e-300)
-    return TorquePath(joint, *map(float, best.x), left=float(left))
+    pulled = pulls(best, round(BLOCK / records[0].sample_time))
+    sigmas = np.linalg.norm([pulled[:, 0], pulled[:, 1] + pulled[:, 2]], axis=1)
+    size = np.std(np.concatenate([record.tau[:, k] for record in records]))
+    return TorquePath(records[0].joints[k], *map(float, best.x),
+                      left=float(np.sqrt(np.mean(best.fun**2)) / (size + 1e-300)),
+                      half_widths=dict(zip(("gain", "late"), (1.96 * sigmas).tolist())))

@@ -1,0 +1,113 @@
+"""What the way of a command shows: late goals, coarse positions, late and weak torques."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.goal_path import followed
+from clie_blocks.analysis.gap.paths import PathCause, needed, path_causes, with_paths
+from clie_blocks.analysis.gap.preparation import prepared
+from clie_blocks.analysis.gap.torque_path import delivered
+from clie_blocks.analysis.gap.verdict import learned
+from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.robot import Controller
+
+PERIOD, STEP, SIGMA = 0.02, 1.5e-3, 5e-4
+
+
+def bench(resolution=0.0, sigma=SIGMA):
+    return SimpleNamespace(noises=(SimpleNamespace(sigma=sigma),),
+                           problem=SimpleNamespace(resolution=np.array([resolution])))
+
+
+def check(step=0.0):
+    return SimpleNamespace(step=np.array([step]))
+
+
+def servo_logs(delay, level):
+    """Two logs of a servo, as the diagnosis gets them."""
+    rng, robot = np.random.default_rng(7), Robot(
+        n=1, controller=Controller(law="unknown", sample_time=PERIOD))
+    records = []
+    for _ in range(2):
+        goal = np.repeat(rng.uniform(-0.5, 0.5, 20), 40)
+        q = followed(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, delay, level)
+        q = q + rng.normal(0, SIGMA, q.size)
+        records.append(Record(time=PERIOD * np.arange(q.size), q=q[:, None], qd=goal[:, None],
+                              robot=robot))
+    return prepared(robot, records)[1]
+
+
+def test_a_late_servo_that_sticks_is_late_first_of_all():
+    (cause,) = path_causes(servo_logs(0.03, 0.01), bench(), check(), learned())
+    assert cause.effect == "time_delay" and cause.joints == (0,) and cause.probability > 0.9
+    low, high = np.ravel(cause.parameters["time"]["interval"])
+    assert low < 0.03 < high and high - low < 2e-3
+    dead = cause.parameters["dead_time"]
+    assert dead["value"][0] > 0.03 + PERIOD
+    assert dead["interval"][0][0] <= dead["value"][0] - PERIOD + 1e-9
+    assert cause.left["both"][0] < 0.5 * min(cause.left[name][0] for name in (
+        "lag", "setpoint_delay", "coulomb"))
+    assert 0.1 < cause.share < 0.9
+    row = cause.as_dict()
+    assert row["joint"] == [1] and row["parameters"]["time"]["unit"] == "s"
+
+
+def test_a_servo_that_only_sticks_is_not_late():
+    assert path_causes(servo_logs(0.0, 0.01), bench(), check(), learned()) == ()
+
+
+def test_steps_that_make_the_noise_are_named_unless_stated():
+    logs = servo_logs(0.0, 0.01)
+    (cause,) = path_causes(logs, bench(), check(STEP), learned())
+    assert cause.effect == "encoder_quantization"
+    np.testing.assert_allclose(cause.parameters["step"]["value"], [STEP])
+    assert path_causes(logs, bench(resolution=STEP), check(STEP), learned()) == ()
+    assert path_causes(logs, bench(sigma=5 * SIGMA), check(STEP), learned()) == ()
+
+
+def test_a_stated_law_says_nothing_of_paths(case):
+    made = case("none")
+    assert path_causes(made.records, None, None, learned()) == ()
+
+
+def torque_logs(gain, lag, noise=0.01):
+    rng, time = np.random.default_rng(8), 0.002 * np.arange(4000)
+    robot = Robot(n=2, controller=Controller(law="unknown", sample_time=0.002))
+    records = []
+    for rate in (0.3, 0.5):
+        u = np.stack([np.sin(2 * np.pi * (0.2 + rate * time) * time), 0 * time], 1)
+        tau = np.stack([delivered(u[:, 0], 0.002, gain, lag, 0.0, 0.0), 0 * time], 1)
+        records.append(Record(time=time, q=np.cumsum(u, axis=0) * 1e-3, u=u,
+                              tau=tau + rng.normal(0, noise, tau.shape), robot=robot))
+    return prepared(robot, records)[1]
+
+
+def test_a_late_and_weak_drive_is_told_with_intervals():
+    late, weak = path_causes(torque_logs(0.8, 0.02), None, None, learned())
+    assert (late.effect, weak.effect) == ("actuator_lag", "torque_gain_error")
+    for cause, name, truth in ((late, "time", 0.02), (weak, "error", -0.2)):
+        low, high = np.ravel(cause.parameters[name]["interval"])
+        assert cause.joints == (0,)
+        assert low - 1e-3 < truth < high + 1e-3 and high - low < 0.1 * abs(truth)
+
+
+def test_a_drive_that_gives_what_is_asked_is_no_cause():
+    assert path_causes(torque_logs(1.0, 0.0), None, None, learned()) == ()
+
+
+@pytest.mark.parametrize("left, late", [
+    ({"lag": 200.0, "setpoint_delay": 0.3, "coulomb": 150.0, "both": 0.3}, True),
+    ({"lag": 200.0, "setpoint_delay": 150.0, "coulomb": 0.3, "both": 0.3}, False),
+    ({"lag": 200.0, "setpoint_delay": 190.0, "coulomb": 180.0, "both": 20.0}, True),
+    ({"lag": 0.1, "setpoint_delay": 0.1, "coulomb": 0.1, "both": 0.1}, False)])
+def test_a_delay_is_believed_where_it_is_needed(left, late):
+    assert needed(left, learned()) > 0.9 if late else needed(left, learned()) < 0.2
+
+
+def test_what_the_path_shows_is_an_effect_though_the_motion_does_not_ask_for_one():
+    found = (PathCause("time_delay", (0,), 0.9, {}),)
+    assert with_paths("none", found) == with_paths("not_identifiable", found) == "effect"
+    assert with_paths("unexplained", found) == "unexplained"
+    assert with_paths("none", ()) == "none"
