@@ -202,6 +202,9 @@ class Simulator:
         state = np.zeros(self.block.nstates)
         for name in ("q", "q_motor") if self.loose else ("q",):
             state[self.layout[name][0]] = log.start
+        for name, piece in self.pieces:
+            if piece.port == "sensor" and piece.states:
+                state[self.layout[name][0]] = np.tile(log.start, piece.states)
         return state
 
     def _unpack(self, x, params):
@@ -220,25 +223,26 @@ class Simulator:
 
     def _seen(self, t, x, u, params):
         memory, p, _ = self._unpack(x, params)
-        q = robot.measure(memory["q"][0], self.pieces, p)
+        q, _ = robot.measure(memory["q"][0], memory, self.pieces, p, self.shape.period)
         torque, _ = self._command(q, u, memory, p)
         return np.concatenate((q, torque))
 
     def _command(self, q, u, memory, p):
         n = self.shape.n
-        start = robot.measure(p["start"], self.pieces, p) + p["first"]
+        still = {name: [p["start"]] * piece.states for name, piece in self.pieces}
+        start = robot.measure(p["start"], still, self.pieces, p, self.shape.period)[0] + p["first"]
         return robot.command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start,
                              self.shape.clipped, p)
 
     def _step(self, t, x, u, params):
         memory, p, chain = self._unpack(x, params)
         h = self.shape.period
-        q = robot.measure(memory["q"][0], self.pieces, p)
+        q, seen = robot.measure(memory["q"][0], memory, self.pieces, p, h)
         torque, after = self._command(q, u, memory, p)
         torque, kept = robot.delivered(torque, memory, self.pieces, p, h)
         now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
         motion, remembered = (self._move_apart if self.loose else self._move)(now, memory, p)
-        kept.update(remembered)
+        kept.update(seen, **remembered)
         parts = [*motion[:2], *after, *motion[2:]]
         for name, piece in self.pieces:
             parts += kept[name] if piece.states else []

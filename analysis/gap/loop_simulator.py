@@ -24,7 +24,8 @@ AT_TORQUE = ("load", "friction", "drive")
 def reachable(cause, ports):
     """Whether a cause can act at the ports of a loop; link data and gears are out of reach."""
     return not cause.needs_links and all(
-        piece.port in AT_TORQUE or (piece.port == "sensor" and ports.has_sensor)
+        piece.port in AT_TORQUE
+        or (piece.port == "sensor" and ports.has_sensor and not piece.states)
         for piece in cause.pieces)
 
 
@@ -105,7 +106,7 @@ class LoopSimulator:
         p["load"] = params["load"]
         return x[:self.law.diagram.nstates], memory, p
 
-    def _sensed(self, p):
+    def _sensed(self, memory, p):
         """Steps of the loop with what the causes add to the measured position."""
         moves = self._moves
         if not any(piece.port == "sensor" for _, piece in self._pieces):
@@ -113,18 +114,18 @@ class LoopSimulator:
 
         def function(t, x, u):
             q, _ = moves.seen(t, x, u)
-            wrong = robot.measure(q, self._pieces, p) - q
+            wrong = robot.measure(q, memory, self._pieces, p, self.law.period)[0] - q
             return moves.function(t, x, moves.with_input(u, SENSOR, wrong))
 
         return dataclasses.replace(moves, function=function)
 
     def _seen(self, t, x, u, params):
-        x, _, p = self._unpack(x, params)
-        return np.concatenate(self._sensed(p).seen(t, x, u))
+        x, memory, p = self._unpack(x, params)
+        return np.concatenate(self._sensed(memory, p).seen(t, x, u))
 
     def _step(self, t, x, u, params):
         x, memory, p = self._unpack(x, params)
-        moves = self._sensed(p)
+        moves = self._sensed(memory, p)
         after = moves.free(t, x, u)
         pushed = moves.pushed(t, x, u, after)
         rate, late = moves.rate(t, x, u), moves.rate(t, after, u)

@@ -86,7 +86,7 @@ def _filtered(centre, s, cause, p):
         elif piece.port == "drive":
             torque = torque + piece.act(s.u, [], p, s.h)[0] - s.u
         else:
-            shift = piece.act(s.q, p) - s.q
+            shift = piece.act(s.q, [], p, s.h)[0] - s.q
     filtered = []
     for k in range(torque.shape[1]):
         joint = law, k, values["inertia"][k], values["damping"][k]

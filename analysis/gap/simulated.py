@@ -27,7 +27,7 @@ class Piece:
     Parameters
     ----------
     port : str
-        ``sensor``  act(q, p) -> measured q;
+        ``sensor``  act(q, z, p, h) -> measured q, z, whose memory starts as the position;
         ``drive``   act(u, z, p, h) -> u, z;
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, p) -> largest torque against forward and against backward motion;
@@ -61,11 +61,12 @@ class State:
     ratio: np.ndarray
 
 
-def measure(q, pieces, p):
-    """Position as the controller sees it [rad]."""
+def measure(q, memory, pieces, p, h):
+    """Position as the controller sees it [rad], and the memory of its pieces one sample later."""
+    after = {}
     for name, piece in _at(pieces, "sensor"):
-        q = piece.act(q, p[name])
-    return q
+        q, after[name] = piece.act(q, memory[name], p[name], h)
+    return q, after
 
 
 def command(q, q_d, pe, memory, start, clipped, p):

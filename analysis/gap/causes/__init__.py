@@ -8,5 +8,6 @@ CAUSES = (
     load.COUPLING, transmission.JOINT_ELASTICITY, transmission.BACKLASH,
     drive.ACTUATOR_SATURATION, drive.DEAD_ZONE, drive.ACTUATOR_LAG, drive.TIME_DELAY,
     drive.TORQUE_RIPPLE, drive.TORQUE_GAIN_ERROR, sensor.ENCODER_ECCENTRICITY,
-    timed.PERIODIC_DISTURBANCE, *friction.FRICTION_DRIFT, load.SPRING, *timed.STEP_FAULT,
+    sensor.ENCODER_DELAY, timed.PERIODIC_DISTURBANCE, *friction.FRICTION_DRIFT, load.SPRING,
+    *timed.STEP_FAULT,
 )

@@ -1,16 +1,19 @@
 """Causes in the measured position."""
 
+import dataclasses
+
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.simulated import Piece
 
 WORST = 0.02  # rad: a degree of eccentricity
 
 
-def _eccentric(q, p):
+def _eccentric(q, z, p, h):
     phase = p["order"] * q
-    return q + p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase)
+    return q + p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
 
 
 def _probes(scene):
@@ -25,3 +28,9 @@ ENCODER_ECCENTRICITY = Cause(
     "encoder_eccentricity", (Piece("sensor", _eccentric),),
     (Number("sine", "rad", -WORST, WORST), Number("cosine", "rad", -WORST, WORST),
      Number("order", "1/turn", fixed=True, neutral=None)), _probes)
+
+
+# A late encoder acts as a late drive until one joint pushes another: then the push comes in time.
+ENCODER_DELAY = Cause(
+    "time_delay", (dataclasses.replace(TIME_DELAY.pieces[0], port="sensor"),), TIME_DELAY.numbers,
+    lambda scene: [], variant="encoder", needs_links=True)
