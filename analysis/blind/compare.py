@@ -1,9 +1,13 @@
 """Other methods on the trials of a study: those of today, and the diagnosis less a stage."""
 
-from clie_blocks.analysis.blind.rates import rate
+import math
+
+import numpy as np
+
+from clie_blocks.analysis.blind.answers import Answer, leads, truth_of
+from clie_blocks.analysis.blind.rates import difference, figure, rate
 from clie_blocks.analysis.blind.repeats import repeated
 from clie_blocks.analysis.blind.score import score
-from clie_blocks.analysis.blind.study import merged
 
 FULL = "clie diagnose"
 SHOWN = ("trials", "kinds", "top_1", "top_3", "joint", "pair_all_in_top_2", "false_alarm",
@@ -37,7 +41,7 @@ def compared(names, places, diagnoses, labels, subset=None, jobs=1):
     diagnoses, labels : dict
         By seed, then by trial.
     subset : int, optional
-        First trials of each seed, whose kinds stand in an order drawn by chance; by default all.
+        Trials of the whole study, see `spread_over`; by default all.
     jobs : int
         Processes.
 
@@ -47,22 +51,76 @@ def compared(names, places, diagnoses, labels, subset=None, jobs=1):
         One row per method, the diagnosis first.
 
     """
-    chosen = {seed: sorted(labels[seed])[:subset] for seed in places}
-    tasks = [(method, places[seed], name) for method in names for seed in places
-             for name in chosen[seed]]
+    chosen = spread_over(labels, subset)
+    tasks = [(method, places[seed], name) for seed, name in chosen for method in names]
     answers = repeated(tasks, jobs)
-    by_method = {FULL: diagnoses, **{method: {seed: {
-        name: answers[method, places[seed], name] for name in chosen[seed]} for seed in places}
-        for method in names}}
-    truth = merged(_of(labels, chosen))
-    return [row(method, merged(_of(found, chosen)), truth)
-            for method, found in by_method.items()]
+    truth = _named(labels, chosen)
+    own = _named(diagnoses, chosen)
+    rows = [row(FULL, own, truth)]
+    for method in names:
+        found = dict(zip(truth, (answers[method, places[seed], name] for seed, name in chosen)))
+        rows.append(row(method, found, truth) | {"paired": paired(own, found, truth)})
+    return rows
 
 
-def _of(entries, chosen):
-    """Entries of the chosen trials alone, by seed."""
-    return {seed: {name: entries[seed][name] for name in names}
-            for seed, names in chosen.items()}
+def spread_over(labels, count=None):
+    """Return trials that stand for a whole study, as pairs of seed and name.
+
+    All trials are put in the order of kind, size and effect, and taken at equal distances: every
+    kind and size has its share, and effects and seeds come as evenly as the number allows.
+
+    Parameters
+    ----------
+    labels : dict
+        Opened labels, by seed, then by trial.
+    count : int, optional
+        How many; by default all.
+
+    """
+    order = sorted(((label["kind"], label["severity"] or "", label["labels"]), seed, name)
+                   for seed, trials in labels.items() for name, label in trials.items())
+    count = min(count or len(order), len(order))
+    return [order[int((k + 0.5) * len(order) / count)][1:] for k in range(count)]
+
+
+def _named(entries, chosen):
+    """Entries of the chosen trials by seed and name in one word."""
+    return {f"{seed}/{name}": entries[seed][name] for seed, name in chosen}
+
+
+def paired(first, second, labels):
+    """Return what a second method loses against a first one on the same trials.
+
+    Parameters
+    ----------
+    first, second : dict
+        Answers by trial.
+    labels : dict
+        Opened labels.
+
+    Returns
+    -------
+    dict
+        ``only_first`` and ``only_second``: trials that one of the two has right (all effects,
+        where there are several); ``lost``: difference of the shares that are right, with its
+        interval; ``stated``: difference of the mean probability that the truth is given;
+        ``gap``: gap on the unseen log by the second over that by the first, geometric mean.
+
+    """
+    pairs = [(label, Answer(first[name]), Answer(second[name])) for name, label in labels.items()]
+    hits = [(leads(label, one), leads(label, other)) for label, one, other in pairs]
+    ratios = [math.log(other.after / one.after) for _, one, other in pairs
+              if one.after and other.after]
+    return {"only_first": sum(a and not b for a, b in hits),
+            "only_second": sum(b and not a for a, b in hits), "lost": difference(hits),
+            "stated": figure([given(label, one) - given(label, other)
+                              for label, one, other in pairs], np.mean),
+            "gap": figure(ratios, lambda values: math.exp(np.mean(values)))}
+
+
+def given(label, answer):
+    """Probability that an answer gives the truth; the least one where there are several."""
+    return min(answer.probability.get(name, 0.0) for name in truth_of(label))
 
 
 def row(method, answers, truth):

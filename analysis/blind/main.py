@@ -135,7 +135,8 @@ def _parser():
     parser.add_argument("--ablations", action="store_true",
                         help="the same trials with one stage of the diagnosis left out")
     parser.add_argument("--subset", type=_count, metavar="K",
-                        help="baselines and ablations on the first K trials of each seed (all)")
+                        help="baselines and ablations on K trials, spread over all kinds and "
+                             "sizes (all)")
     parser.add_argument("--json", action="store_true", help="print the scoreboard as JSON")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path("blind"),
                         help="folder of the study; a later run continues (blind)")

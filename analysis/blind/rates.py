@@ -1,4 +1,8 @@
-"""Figures with their 95 % intervals: shares by Wilson, everything else by bootstrap."""
+"""Figures with their 95 % intervals.
+
+Shares have Wilson's, differences of shares on the same trials those of Bonett and Price, all else
+is drawn anew by bootstrap.
+"""
 
 import math
 
@@ -19,6 +23,28 @@ def rate(flags):
     middle = (p + z * z / (2 * count)) / scale
     return {"rate": p, "hits": hits, "of": count,
             "interval": [max(0.0, middle - half), min(1.0, middle + half)]}
+
+
+def difference(pairs):
+    """Difference of two shares on the same trials with its 95 % interval, by Bonett and Price.
+
+    Half a trial more on either side where the two differ keeps the interval honest where there is
+    next to nothing to count (J. Educational and Behavioral Statistics 37, 2012).
+
+    Parameters
+    ----------
+    pairs : sequence of (bool, bool)
+        Whether the first and the second hit, by trial.
+
+    """
+    count = len(pairs)
+    if not count:
+        return {"value": None, "of": 0, "interval": None}
+    first, second = sum(a and not b for a, b in pairs), sum(b and not a for a, b in pairs)
+    up, down = (first + 1) / (count + 2), (second + 1) / (count + 2)
+    half = 1.959964 * math.sqrt((up + down - (up - down) ** 2) / (count + 2))
+    return {"value": (first - second) / count, "of": count,
+            "interval": [max(-1.0, up - down - half), min(1.0, up - down + half)]}
 
 
 def figure(rows, statistic):

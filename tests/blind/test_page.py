@@ -43,6 +43,7 @@ def page(tmp_path):
              **score(answers, labels)}
     found |= {"targets": judged(found), **left_out.scored(answers, labels),
               "compared": [compare.row(name, answers, labels)
+                           | {"paired": compare.paired(answers, answers, labels)}
                            for name in (compare.FULL, "no sensitivity filter")],
               "controllers": misdescribed.scored(answers, {
                   name: {"labels": [list(wrong_controller.WRONG)[i % 6]], "wrong": "x 1.1",

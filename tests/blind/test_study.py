@@ -82,8 +82,9 @@ def test_methods_are_compared_on_the_same_trials(quick, tmp_path, monkeypatch):
     assert [row["method"] for row in rows] == [compare.FULL, *BASELINES, *ABLATIONS]
     assert all(row["false_alarm"]["of"] == row["trials"] == 2 for row in rows)
     assert [row["seconds"]["median"] for row in rows] == [1.0] + [0.5] * 8
+    assert [row["paired"]["lost"]["value"] for row in rows[1:]] == [0.0] * 8
     kept = tmp_path / repeats.PARTS / "no-polish"
-    assert [path.name for path in sorted(kept.iterdir())] == ["trial-000.json", "trial-001.json"]
+    assert [path.name for path in sorted(kept.iterdir())] == ["trial-000.json", "trial-002.json"]
     assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 
 
