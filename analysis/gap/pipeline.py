@@ -34,6 +34,7 @@ STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where i
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
+ROUNDS = 3  # of look-alikes of the best, which may be one of them
 HOPELESS = 0.3  # share of the excess that pairs may leave for a third cause to be looked for
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
@@ -272,7 +273,12 @@ def _completed(bench, base, fits, causes):
     leaders = sorted(fits, key=excess)[:2]
     freed = [pruned(one, bench, excess(base)) for one in leaders]
     fits = [one for one in fits if one not in leaders] + freed
-    return fits + race(bench, base, siblings(min(fits, key=excess), fits, causes), 4)
+    tried = []
+    for _ in range(ROUNDS):
+        alike = siblings(min(fits, key=excess), fits, causes, bench, tried)
+        fits = fits + race(bench, base, alike, 4)
+        tried += alike
+    return fits
 
 
 def _with_another(found, bench, first, causes):

@@ -4,13 +4,11 @@ A cause can hide in the logs to learn from: a dead zone is an offset until the t
 sign, a limit is nothing until the torque reaches it.  Numbers found there say nothing of a log in
 which the cause acts, and every hypothesis fails in it, the right one too.
 
-What a model so learned predicts is judged on blocks left out of its fit, so logs that are too
-short to be cut stay apart.
+What a model so learned predicts is judged on blocks left out of its fit, or on whole logs where
+they are short.
 """
 
 import dataclasses
-
-from clie_blocks.analysis.gap.cross_validation import blocks
 
 RATIO = 3.0  # times the misfit of all others, from which on a log is one to learn from
 LEAST = 1.0  # excess per sample of a log and joint that says something
@@ -30,7 +28,6 @@ def pooled(problem, base):
     fit = len(problem.fit)
     beyond = base.chi2 / base.samples - 1.0
     learned, judged = beyond[:fit].max(axis=0), beyond[fit:].max(axis=0, initial=0.0)
-    cut = all(len(blocks(len(log), problem.period)) for log in problem.logs)
-    if cut and (judged > RATIO * learned.clip(min=LEAST)).any():
+    if (judged > RATIO * learned.clip(min=LEAST)).any():
         return dataclasses.replace(problem, fit=problem.logs, held_out=())
     return problem

@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
-from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.fit import diverged, fit
 from clie_blocks.analysis.gap.search import EDGE, NEVER, course, scan, torque_columns
 
 SPACING, FINE = 0.2, 4e-3  # s between the moments of a fault tried in the whole log, then there
@@ -31,7 +31,7 @@ def settled(found, bench):
     """
     timed = [member for member in found.hypothesis.members
              if member.cause is PERIODIC_DISTURBANCE or member.cause in STEP_FAULT]
-    if not timed:
+    if not timed or diverged(found):
         return found
     for _ in range(ROUNDS):
         at = found.hypothesis

@@ -11,22 +11,24 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.candidates import Candidate, as_fitted
-from clie_blocks.analysis.gap.causes import drive, friction, load
+from clie_blocks.analysis.gap.causes import drive, friction, load, sensor
 from clie_blocks.analysis.gap.evidence import excess, simpler
-from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 
-TIMES = {"actuator_lag": drive.TIME_DELAY, "time_delay": drive.ACTUATOR_LAG}
+TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
+         "time_delay": (drive.ACTUATOR_LAG,)}
 DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
        "friction_drift")
 FLOOR = 0.4  # excess per sample above which a cause that shrank to a simpler one starts again
 SLOW = 0.03  # rad/s: speed below which Stribeck friction rises, to start from
 
 
-def siblings(found, fits, causes, tried=()):
+def siblings(found, fits, causes, bench, tried=()):
     """Return candidates with one cause of a fit left out, or replaced by a look-alike.
 
     Where much is left, also with one left out and another replaced: a second cause may have made
-    up for the wrong one of some look-alikes.
+    up for the wrong one of some look-alikes.  Causes that were fitted already start again where
+    they do better with the leader's numbers as they are: their fit had ended in a false minimum.
 
     Parameters
     ----------
@@ -36,28 +38,56 @@ def siblings(found, fits, causes, tried=()):
         What has been fitted already.
     causes : sequence of Cause
         What to look for.
+    bench : Bench
+        Whitening.
     tried : sequence of Candidate
         Siblings of former leaders.
 
     """
-    members, stuck = as_fitted(found.hypothesis), excess(found) > FLOOR
-    known = {_keys(candidate.members) for candidate in tried} | {
-        frozenset(stuck and simpler(fit) or _keys(fit.hypothesis.members)) for fit in fits}
+    stuck, reached = excess(found) > FLOOR, {}
+    for fit in fits:
+        keys = frozenset(stuck and simpler(fit) or _keys(fit.hypothesis.members))
+        reached[keys] = min(fit.cost, reached.get(keys, np.inf))
+    tried = {_keys(candidate.members) for candidate in tried}
+    new = {_keys(some.members): some for some in _rivals(found, causes, stuck)}
+    return [some for keys, some in new.items() if keys not in tried
+            and (keys not in reached or _cost(some, bench) < reached[keys])]
+
+
+def _rivals(found, causes, stuck):
+    """Candidates that may explain what a fit explains."""
+    members = as_fitted(found.hypothesis)
     possible = [cause for cause in causes
                 if found.hypothesis.problem.chain.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
-    sets = [*fewer, *_swapped(members, possible)]
-    for some in fewer if stuck else ():
-        sets += _swapped(some, possible)
-    new = {_keys(some): some for some in sets
-           if some and len(_names(some)) == len(some) and _keys(some) not in known}
-    return [Candidate(some, 0.0, found) for some in new.values()]
+    rivals = [Candidate(some, 0.0, found) for some in fewer if some]
+    for some in (members, *(fewer if stuck else ())):
+        rivals += _swapped(some, found, possible)
+    return [one for one in rivals if len(_names(one.members)) == len(one.members)]
 
 
-def _swapped(members, causes):
-    """Sets of members with one of them replaced by a look-alike."""
-    return [(*members[:k], other, *members[k + 1:]) for k, member in enumerate(members)
+def _swapped(members, found, causes):
+    """Candidates with one of some members of a fit replaced by a look-alike."""
+    return [Candidate((*members[:k], other, *members[k + 1:]), 0.0, _evened(found, member))
+            for k, member in enumerate(members)
             for other in _alike(member, causes) if other.cause in causes]
+
+
+def _evened(found, member):
+    """Fit whose offset holds what is lost with friction that differs between the directions."""
+    if "forward" not in member.values:
+        return found
+    at, lost = found.hypothesis, (member.values["forward"] - member.values["backward"]) / 2
+    return dataclasses.replace(found, hypothesis=at.with_values(
+        {**at.values, "load": at.values["load"] + lost}))
+
+
+def _cost(candidate, bench):
+    """Cost of causes as they start beside the numbers of the leader."""
+    at = hypothesis(bench.problem, candidate.members, candidate.after.hypothesis)
+    return at.stray() @ at.stray() + sum(
+        (part**2).sum() for j in range(len(bench.problem.fit))
+        for part in bench.residuals(at.positions(j, [at.values]), j))
 
 
 def _keys(members):
@@ -83,15 +113,14 @@ def _other_forms(member, causes):
 def _other_names(member):
     values, name = member.values, member.cause.name
     if name in TIMES:
-        return [Member(TIMES[name], member.joints, values, member.sizes)]
+        return [Member(cause, member.joints, values, member.sizes) for cause in TIMES[name]]
     if name == "torque_ripple":
         steep = values["order"] * np.hypot(values["sine"], values["cosine"]) + 1e-12
         return [Member(load.SPRING, member.joints, {"stiffness": 0.1 * steep},
                        {"stiffness": steep})]
     if name not in DRY or member.cause.variant == "viscous":
         return []
-    level = (values["level"] if "level" in values
-             else (values["forward"] + values["backward"]) / 2)
+    level = _level(values)
     size, some = np.abs(level) + 1e-9, 0.3 * level
     starts = [
         (friction.COULOMB, {"level": level}, {"level": size}),
@@ -104,3 +133,10 @@ def _other_names(member):
           for form in friction.LOAD_DEPENDENT_FRICTION)]
     return [Member(cause, member.joints, start, sizes) for cause, start, sizes in starts
             if cause.name != name]
+
+
+def _level(values):
+    """Level of plain friction that comes near another one."""
+    if "forward" in values:
+        return (values["forward"] + values["backward"]) / 2
+    return values["level"] + values.get("change", 0.0) / 2

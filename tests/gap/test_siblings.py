@@ -9,6 +9,7 @@ import pytest
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
 from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.fit import fit, linearised
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.siblings import siblings
@@ -40,40 +41,41 @@ def keys(candidates):
 
 
 def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubbing):
-    _, base = rubbing
+    bench, base = rubbing
     n = base.hypothesis.problem.n
     pair = (member(friction.COULOMB, n, level=0.1),
             member(drive.TORQUE_GAIN_ERROR, n, error=0.1))
     far, near = leading(base, *pair), leading(base, *pair, left=1.0)
     assert excess(far) > 1.0 > 0.3 > excess(near)
-    wide = keys(siblings(far, [far], CAUSES))
+    wide = keys(siblings(far, [far], CAUSES, bench))
     for alone in ({"coulomb"}, {"torque_gain_error"}, {"stribeck"}):
         assert alone in wide
-    narrow = keys(siblings(near, [near], CAUSES))
+    narrow = keys(siblings(near, [near], CAUSES, bench))
     assert {"stribeck"} not in narrow and {"coulomb"} in narrow
     assert {"stribeck", "torque_gain_error"} in narrow
 
 
 def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated(rubbing):
-    _, base = rubbing
+    bench, base = rubbing
     n = base.hypothesis.problem.n
     plain, grows = "load_dependent_friction", "load_dependent_friction:links"
     dry = member(friction.COULOMB, n, level=0.1)
     known, stated = leading(base, dry), leading(base, dry, links=True)
-    assert {plain} in keys(siblings(known, [known], CAUSES))
-    assert {grows} not in keys(siblings(known, [known], CAUSES))
-    assert {grows} in keys(siblings(stated, [stated], CAUSES))
+    assert {plain} in keys(siblings(known, [known], CAUSES, bench))
+    assert {grows} not in keys(siblings(known, [known], CAUSES, bench))
+    assert {grows} in keys(siblings(stated, [stated], CAUSES, bench))
     loaded = leading(base, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
                      links=True)
-    (swapped,) = [one for one in siblings(loaded, [loaded], CAUSES) if keys([one]) == [{plain}]]
+    (swapped,) = [one for one in siblings(loaded, [loaded], CAUSES, bench)
+                  if keys([one]) == [{plain}]]
     assert np.all(swapped.members[0].values["slope"] == 0.2)
 
 
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
-    _, base = rubbing
+    bench, base = rubbing
     found = leading(base, member(friction.COULOMB, base.hypothesis.problem.n, level=0.1))
-    first = siblings(found, [found], CAUSES)
-    assert first and siblings(found, [found], CAUSES, first) == []
+    first = siblings(found, [found], CAUSES, bench)
+    assert first and siblings(found, [found], CAUSES, bench, first) == []
 
 
 def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
@@ -83,8 +85,28 @@ def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
     dry = member(friction.COULOMB, n, level=0.1)
     found = dataclasses.replace(base, hypothesis=hypothesis(at.problem, (dry,),
                                                             at.with_values(other)))
-    swapped = next(one for one in siblings(found, [found], CAUSES)
+    swapped = next(one for one in siblings(found, [found], CAUSES, bench)
                    if keys([one]) == [{"stribeck"}])
     generous = dataclasses.replace(base, chi2=1e9 * base.samples)
     start = started(swapped, bench, generous)
     assert np.array_equal(start.values["inertia"], other["inertia"])
+
+
+def test_a_fit_that_ended_in_a_false_minimum_starts_again_beside_the_leader(rubbing):
+    """Uneven friction is plain friction with an offset: as good as the leader, with one less."""
+    bench, base = rubbing
+    at, n = base.hypothesis, base.hypothesis.problem.n
+    plain = fit(hypothesis(at.problem, (member(friction.COULOMB, n, level=0.02),), at), bench)
+    level, tilt = plain.hypothesis.values["coulomb.level"], 0.2
+    uneven = Member(friction.ASYMMETRIC_COULOMB, tuple(range(n)),
+                    {"forward": (1 + tilt) * level, "backward": (1 - tilt) * level},
+                    {"forward": level, "backward": level})
+    values = plain.hypothesis.values
+    leader = dataclasses.replace(plain, hypothesis=hypothesis(
+        at.problem, (uneven,), at.with_values({**values, "load": values["load"] - tilt * level})))
+    stuck = dataclasses.replace(plain, chi2=2.0 * plain.chi2)
+    (again,) = [one for one in siblings(leader, [leader, stuck], CAUSES, bench)
+                if keys([one]) == [{"coulomb"}]]
+    start = hypothesis(at.problem, again.members, again.after.hypothesis)
+    assert linearised(start, bench).cost == pytest.approx(plain.cost, rel=1e-6)
+    assert {"coulomb"} not in keys(siblings(leader, [leader, plain], CAUSES, bench))
