@@ -14,6 +14,8 @@ from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
 from clie_blocks.analysis.gap.fit import diverged, fit
 from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
+from clie_blocks.analysis.gap.observer import held, let_go
+from clie_blocks.analysis.gap.paths import path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
@@ -73,6 +75,8 @@ class Diagnosis:
         What the verdict rests on.
     seconds : float
         Time it took.
+    paths : tuple of PathCause
+        Causes that the way of the command shows by itself, see `paths`.
 
     """
 
@@ -90,6 +94,7 @@ class Diagnosis:
     calibration: object
     evidence: object
     seconds: float
+    paths: tuple = ()
 
 
 def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), exclude=(),
@@ -134,21 +139,23 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         ran, decisions = beside_simulator(ran, robot, simulated, causes, calibration)
         check = dataclasses.replace(check, decisions=check.decisions + decisions)
     causes = lacking(causes, ran.inside)
-    bench, base, table = examined(ran, causes)
+    bench, base, table = examined(held(ran), causes)
     again = second_look(bench.problem, table, causes, examined, calibration)
     ranking, model, table = _ranked(again or (bench, base, table), check, calibration)
     if again:
         ranking, model = in_the_loop(ranking, model, bench.problem)
     foreign = check.misdescribed or len(bench.problem.fit) > len(asked.fit)
-    nominal = (baseline(asked)[1] if foreign else base).hypothesis
-    said = verdict(ranking, bool(check.wrong or check.coarse))
+    nominal = (baseline(held(asked))[1] if foreign else base).hypothesis
+    paths = () if simulated or loop else path_causes(records, bench, check, calibration)
+    said = with_paths(verdict(ranking, bool(check.wrong or check.coarse)), paths)
     believed = base if said == "unexplained" else model
     return Diagnosis(
         asked, check, bench, base, ranking, model, said,
-        shrinkage(nominal, model.hypothesis, bench), torque_table(believed.hypothesis, bench),
+        shrinkage(let_go(nominal, asked), let_go(model.hypothesis, asked), bench),
+        torque_table(believed.hypothesis, bench),
         where(bench, base, check),
         next_experiment(bench, base, ranking, calibration), calibration, table,
-        time.perf_counter() - began)
+        time.perf_counter() - began, paths)
 
 
 def _ranked(look, check, calibration):
@@ -215,11 +222,8 @@ def chosen(effects, exclude):
 
 
 def _leading(ranking, base):
-    """Fit of the leading hypothesis; of the best fit where something unknown leads."""
-    if ranking[0].fit is not None:
-        return ranking[0].fit
-    fitted = [standing for standing in ranking if standing.fit is not None]
-    return min((standing.fit for standing in fitted), key=excess, default=base)
+    """Fit of the leading hypothesis that has one: what is unknown has none."""
+    return next((standing.fit for standing in ranking if standing.fit is not None), base)
 
 
 def _free(base, fits, bench):
