@@ -11,6 +11,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.hypothesis import Member
+from clie_blocks.analysis.gap.replayed import left_by
 
 SURE = 0.02  # of the period: how well its length is known
 WORDS = ("every command follows from the row before it: the controller sends it one period after "
@@ -19,8 +20,7 @@ WORDS = ("every command follows from the row before it: the controller sends it 
 
 def late_error(problem, law):
     """RMS of the logged command less that of the law in the row before it, shape (n,)."""
-    squares = [np.mean((log.u[1:] - law.replay(log.q, log.q_d, log.pe)[:-1]) ** 2, axis=0)
-               for log in problem.logs]
+    squares = [np.mean(left_by(law, log, late=1) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 

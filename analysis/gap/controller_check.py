@@ -13,9 +13,11 @@ from clie_blocks.analysis.gap.command_delay import WORDS, in_time, late_error
 from clie_blocks.analysis.gap.controller_gains import in_words, with_fitted_gains
 from clie_blocks.analysis.gap.controller_integral import in_words as integral_in_words
 from clie_blocks.analysis.gap.controller_integral import integral_gains, with_integral
+from clie_blocks.analysis.gap.replayed import known_from, left_by
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 
 ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
+SLOWER = 4  # times the settling of the stated filter: what a slower one that ran may take
 UNROUNDED = 1e-3  # rms of the replay error over that of the command, if no rounding is stated
 
 
@@ -119,8 +121,7 @@ def _limits(problem):
 
 
 def _replay_error(problem, law):
-    squares = [np.mean((log.u - law.replay(log.q, log.q_d, log.pe)) ** 2, axis=0)
-               for log in problem.logs]
+    squares = [np.mean(left_by(law, log) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
@@ -165,12 +166,13 @@ def _fitted_corners(problem, law, k):
     from scipy.signal import lfilter
 
     log = problem.logs[0]
+    first = min(SLOWER * known_from(log, law), len(log) // 2)
     moved = log.q[:, k] - log.q[0, k]
     target = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 
     def error(exponents):
         b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return law.kd[k] * lfilter(b, a, moved) - target
+        return (law.kd[k] * lfilter(b, a, moved) - target)[first:]
 
     starts = np.log(np.array(law.corners)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
     found = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]

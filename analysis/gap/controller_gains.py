@@ -9,6 +9,8 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.replayed import known_from
+
 NONE, UNKNOWN = ("none",), ("unknown",)
 
 
@@ -28,6 +30,7 @@ def with_fitted_gains(problem, law, k):
     columns, wanted = [], []
     for log in problem.logs:
         free = np.abs(log.u[:, k]) < law.saturation[k] * (1 - 1e-9)
+        free[:known_from(log, law)] = False
         columns.append(np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], 1)[free])
         wanted.append((log.u - log.pe)[free, k])
     found = np.linalg.lstsq(np.concatenate(columns), np.concatenate(wanted), rcond=None)[0]

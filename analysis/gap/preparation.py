@@ -12,9 +12,12 @@ import math
 import numpy as np
 
 from clie_blocks.analysis.gap import goal_path, torque_path
+from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
+MOST = 0.5  # of the command, by its standard deviation
 COASTING = 0.1  # s, in which a rotor of unknown damping is taken to come to rest
 QUARTER = math.pi / 2  # from 'hanging down' to the horizontal arm of `links`
 
@@ -66,12 +69,31 @@ def _form(robot, records):
     if robot.controller.law == "servo":
         return stalled_torque
     if robot.controller.law != "unknown":
-        return lambda same, logs: (same, logs)
+        return lambda same, logs: (same, [with_reference(log, same) for log in logs])
     if first.u is None and first.qd is None:
         raise NotIdentifiableError(
             f"{first.source} has neither a command u nor a reference qd, so that nothing says "
             "what drove the machine; log one of them")
     return goal_driven if first.u is None else torque_driven
+
+
+def with_reference(record, robot):
+    """Record whose excitation holds what was asked of the joints, where no reference was logged.
+
+    The law tells it: what the logged command holds beyond that of a reference at the first
+    position is ``kp (q_d - q_0) + pe``.  Its mean is a reference elsewhere.  Where the rest is
+    most of the command, the reference moved; where it is little, the law may not be the stated
+    one, which is for the controller check to say.
+    """
+    if record.qd is not None or record.u is None:
+        return record
+    law = control_law(robot.controller, sample_time(record, robot.controller))
+    given = np.zeros_like(record.q) if record.pe is None else record.pe
+    asked = record.u - law.replay(record.q, record.q[:1], given)
+    moved = np.std(asked, axis=0) > MOST * np.std(record.u, axis=0)
+    said = (("No reference was logged: what was asked of the joints is read from the command, as "
+             "the stated law makes it."),) if moved.any() else ()
+    return record.replace(pe=given + np.where(moved, asked, asked.mean(axis=0))).noted(*said)
 
 
 def even(record):

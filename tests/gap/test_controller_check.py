@@ -42,3 +42,31 @@ def test_a_command_at_its_limit_is_still_the_stated_law(healthy):
     problem = dataclasses.replace(foreign(healthy, limited), law=limited)
     found = controller_check(problem)
     assert not found.wrong and not found.replay_error.any()
+
+
+def cut(problem, first=3000):
+    """Logs that begin in the middle of a motion."""
+    def later(logs):
+        return tuple(dataclasses.replace(log, at_rest=False, start=log.q[first], **{
+            name: getattr(log, name)[first:] for name in ("q", "u", "q_d", "pe", "dither")})
+            for log in logs)
+    return dataclasses.replace(problem, fit=later(problem.fit), held_out=later(problem.held_out))
+
+
+def test_a_log_that_was_cut_is_replayed_from_where_its_filter_is_known(healthy):
+    check = controller_check(cut(healthy))
+    assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
+    at_rest = tuple(dataclasses.replace(log, at_rest=True) for log in cut(healthy).fit)
+    believed = dataclasses.replace(cut(healthy), fit=at_rest)
+    assert np.any(controller_check(believed).replay_error > 3 * check.replay_error)
+
+
+def test_gains_and_corners_that_ran_are_found_in_logs_that_were_cut(healthy):
+    gains = dataclasses.replace(healthy.law, kd=0.8 * healthy.law.kd)
+    found = controller_check(cut(foreign(healthy, gains)))
+    assert found.gains == tuple(range(healthy.n))
+    np.testing.assert_allclose(found.law.kd, gains.kd, rtol=1e-3)
+    corners = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
+    found = controller_check(cut(foreign(healthy, corners)))
+    assert found.wrong == tuple(range(healthy.n))
+    assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)

@@ -94,3 +94,30 @@ def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command()
     assert re.search(r"joint1: goals act 30 \+- \S+ ms late, and dry friction holds up to 10 \+-",
                      said)
     assert "joint2:" not in said
+
+
+def test_without_a_reference_what_was_asked_is_read_from_the_command(case):
+    made = case("none")
+    logged = [record.replace(qd=None) for record in made.records]
+    records = prepared(made.robot, logged)[1]
+    kp = made.robot.controller.kp
+    for before, after in zip(made.records, records, strict=True):
+        asked = before.pe + kp * (before.qd - before.q[0])
+        moved = np.ptp(before.qd, axis=0) > 0
+        left = np.abs(after.pe - asked)
+        assert left[:, moved].max(initial=0.0) <= 0.51 * np.max(
+            made.robot.controller.command_resolution)
+        if not moved.any():
+            assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12
+        assert after.qd is None
+
+
+def test_a_law_that_did_not_run_is_not_taken_for_a_reference(case):
+    made = case("none")
+    robot = dataclasses.replace(made.robot, controller=dataclasses.replace(
+        made.robot.controller, kd=0.8 * made.robot.controller.kd))
+    still = [record.replace(qd=None) for record in made.records
+             if not np.ptp(record.qd, axis=0).any()]
+    assert still
+    for before, after in zip(still, prepared(robot, still)[1], strict=True):
+        assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12
