@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.first_motion import begun
 from clie_blocks.analysis.gap.links import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.textbook import textbook_model
 from clie_blocks.analysis.records.control_law import ControlLaw, control_law
@@ -24,7 +25,8 @@ class Log:
     """One experiment as the diagnosis reads it; arrays have shape (N, n).
 
     `dither` is the measured noise of the position, above all motion: it goes round the loop as it
-    did in the robot, where it keeps dry friction from holding a joint for good.
+    did in the robot, where it keeps dry friction from holding a joint for good.  `speed` is that
+    of the first sample, of logs that begin in motion.
     """
 
     name: str
@@ -35,6 +37,7 @@ class Log:
     start: np.ndarray
     at_rest: bool
     dither: np.ndarray
+    speed: np.ndarray | float = 0.0
 
     def __len__(self):
         return len(self.q)
@@ -143,7 +146,7 @@ def problem(robot, records, held_out=None):
     """
     held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
     law = _stated_law(robot.controller, records[0])
-    logs = [as_log(record, robot, k) for k, record in enumerate(records)]
+    logs = [begun(as_log(record, robot, k), law) for k, record in enumerate(records)]
     if min(map(len, logs)) < LEAST_SAMPLES:
         raise NotIdentifiableError(
             f"{min(logs, key=len).name} has {min(map(len, logs))} samples; a diagnosis needs at "
