@@ -11,10 +11,11 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap import simulated as robot
+from clie_blocks.analysis.gap.first_motion import memory_of_a_ramp
 from clie_blocks.analysis.gap.links import PlanarChain
 from clie_blocks.analysis.gap.simulated import SUBSTEPS, State
 
-LANES = 8  # runs side by side: the sets of one Jacobian
+LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
 MOST_LINK = 0.97  # of a joint's inertia: some is left to the motor
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
@@ -157,7 +158,7 @@ class Simulator:
         response = self.program.run(
             len(log) * self.shape.period,
             inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
-            initial_state=self._start(log),
+            initial_state=self._start(log, values),
             params={**values, "start": log.start, "first": noise[0]})
         outputs = np.asarray(response.outputs)[:, :len(log)]
         return outputs[:n].T.copy(), outputs[n:].T.copy()
@@ -180,7 +181,7 @@ class Simulator:
             One row of samples per set and joint.
 
         """
-        width = min(LANES, self.program.lanes)
+        width = min(LANES if len(sets) <= LANES else WIDE, self.program.lanes)
         groups = [sets[first:first + width] for first in range(0, len(sets), width)]
         found = [self._side_by_side(log, group, dithered, width) for group in groups]
         return np.concatenate(found) if len(found) > 1 else found[0]
@@ -192,19 +193,24 @@ class Simulator:
         done = self.program.batch(
             len(log) * self.shape.period,
             inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
-            initial_state=self._start(log),
+            initial_state=self._start(log, sets[0]),
             params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
                     "start": log.start[None], "first": noise[:1]},
             log=[f"q[{k}]" for k in range(self.shape.n)], threads=1)
         return done.outputs[:len(sets), :, :len(log)]
 
-    def _start(self, log):
+    def _start(self, log, values):
         state = np.zeros(self.block.nstates)
         for name in ("q", "q_motor") if self.loose else ("q",):
             state[self.layout[name][0]] = log.start
         for name, piece in self.pieces:
             if piece.port == "sensor" and piece.states:
                 state[self.layout[name][0]] = np.tile(log.start, piece.states)
+        if np.any(log.speed):
+            for name in ("dq", "dq_motor") if self.loose else ("dq",):
+                state[self.layout[name][0]] = log.speed
+            state[self.layout["law"][0]] = memory_of_a_ramp(
+                log.speed, values["b"], values["a"], self.shape.period)
         return state
 
     def _unpack(self, x, params):

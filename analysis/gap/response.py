@@ -8,7 +8,7 @@ that is simulated.  A cause with memory, or one that changes the inertia, is sim
 import numpy as np
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.gap.closed_loop import LANES
+from clie_blocks.analysis.gap.closed_loop import WIDE
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State
@@ -62,8 +62,8 @@ def _simulated(centre, motion, cause, sets):
     joints = tuple(range(centre.problem.n))
     trials = [hypothesis(centre.problem, (*centre.members, Member(cause, joints, values, values)),
                          centre) for values in sets]
-    for first in range(0, len(trials), LANES):
-        group = trials[first:first + LANES]
+    for first in range(0, len(trials), WIDE):
+        group = trials[first:first + WIDE]
         runs = [group[0].positions(j, [trial.values for trial in group])
                 for j in range(len(motion))]
         for i in range(len(group)):

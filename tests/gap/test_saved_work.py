@@ -5,7 +5,7 @@ import pytest
 
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
-from clie_blocks.analysis.gap.closed_loop import LANES, Simulator
+from clie_blocks.analysis.gap.closed_loop import WIDE, Simulator
 from clie_blocks.analysis.gap.evidence import excess
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
@@ -60,7 +60,7 @@ def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):
     centre, n = fitted[1].hypothesis, healthy.n
     motion, level = base_motion(centre), 0.02 * np.abs(healthy.fit[0].u).max()
     sets = [everywhere(PRESLIDING, n, level=level, range=0.002 * k, bristle_damping=level).values
-            for k in range(1, LANES + 3)]
+            for k in range(1, WIDE + 3)]
     changes = list(responses(centre, motion, PRESLIDING, sets))
     assert len(changes) == len(sets)
     for values, change in zip(sets, changes):
