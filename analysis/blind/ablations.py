@@ -1,7 +1,9 @@
 """The diagnosis with one of its stages taken away, to see what that stage buys.
 
 A stage is a function of the pipeline; for the length of one diagnosis another one stands in its
-place.  Nothing else changes: same logs, same library, same verdict.
+place.  Nothing else changes: same logs, same library, same verdict.  They are exchanged from
+outside, because an option would put a condition that only this comparison needs into every stage
+that a user runs.
 """
 
 import contextlib

@@ -3,7 +3,7 @@
 import json
 from importlib import resources
 
-DEVELOPED = range(1000, 4000)  # seeds of `clie blind` on which the method was developed
+DEVELOPED = range(1000, 10000)  # seeds of `clie blind` on which the method was developed
 OWN = "own_robots"  # the engine of the calibration, which no blind trial comes from
 LEARNED = "thresholds and probability map"
 
