@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.step import DAMPING, change, step
 CONVERGED = 1e-3
 FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
 TRIES = 4
+LIGHT = 1e-6  # damping: a heavier one crawls where a cause and the joint model are alike
 CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
 
 
@@ -142,7 +143,7 @@ def fit(start, bench, iterations=6):
         Most steps.
 
     """
-    at, damping, kept = start, DAMPING, 0
+    at, damping, kept = start, LIGHT, 0
     for _ in range(iterations):
         before, found = linearised(at, bench), _better(at, bench, damping)
         if found is None:
@@ -170,7 +171,7 @@ def _better(at, bench, damping):
         return None
     first = step(at, here, damping)
     if linearised(first, bench).cost < here.cost:
-        return first, max(damping / 10, DAMPING)
+        return first, max(damping / 10, LIGHT)
     dampings = max(damping, DAMPING) * CAUTION
     proposals = [step(at, here, more) for more in dampings]
     costs = _costs(proposals, bench)
@@ -180,7 +181,7 @@ def _better(at, bench, damping):
 
 def _foreseen(at, here):
     """Gain that the slopes of a hypothesis promise, were its numbers free to take any step."""
-    delta, (gram, right) = change(at.open, at, *here.normal), here.normal
+    delta, (gram, right) = change(at.open, at, *here.normal, LIGHT), here.normal
     stray = [entry.stray(at.get(entry) + moved * entry.size)
              for entry, moved in zip(at.open, delta)]
     before = here.residual[len(here.residual) - len(at.open):]
