@@ -4,11 +4,15 @@ import numpy as np
 
 from clie_blocks.analysis.gap import evidence
 from clie_blocks.analysis.gap.bound import predicted_radius
+from clie_blocks.analysis.gap.observer import let_go
+from clie_blocks.analysis.gap.paths import CERTAIN
 from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
+from clie_blocks.effects import LIBRARY
 
 SCHEMA_VERSION = 1
 LEAST = 1e-4  # probabilities below are left out
+DOUBTED = 0.02  # of its probability is left to what an established cause speaks against
 
 
 def answer(diagnosis, records=()):
@@ -27,9 +31,10 @@ def answer(diagnosis, records=()):
     return {
         "schema_version": SCHEMA_VERSION,
         "verdict": diagnosis.verdict,
-        "effects": given + _effects(diagnosis, bool(given)),
-        "set_90": [g["effect"] for g in given] + [
-            name for name in set_90(diagnosis.ranking) if not (given and name == NONE)],
+        "effects": given + _effects(diagnosis, given),
+        "set_90": list(dict.fromkeys([*(row["effect"] for row in given), *(
+            name for name in set_90(diagnosis.ranking) if not (given and name == NONE))])),
+        "families": _families(diagnosis.ranking, given),
         "unexplained": diagnosis.verdict == "unexplained",
         "gap_before": shrunk.before, "gap_after": shrunk.after, "gap_floor": shrunk.floor,
         "closed_percent": {"value": shrunk.percent, "interval": shrunk.interval,
@@ -51,27 +56,39 @@ def answer(diagnosis, records=()):
 
 def _theorem_2(diagnosis):
     """What (A.5) predicts of the estimation error, before and after."""
-    before, after = (predicted_radius(fit.hypothesis)
+    before, after = (predicted_radius(let_go(fit.hypothesis, diagnosis.problem))
                      for fit in (diagnosis.base, diagnosis.model))
     return {"modelling_error": {"before": before[0], "after": after[0], "unit": "rad/s^2"},
             "mu_1": {"before": before[1], "after": after[1]}}
 
 
 def established(diagnosis):
-    """Causes that the controller check alone establishes."""
-    check, found = diagnosis.check, []
+    """Causes that the way of a command shows, and those that the controller check establishes."""
+    check, found = diagnosis.check, [cause.as_dict() for cause in diagnosis.paths]
     if check.wrong:
         at = list(check.wrong)
         found.append({"effect": "velocity_filter_mismatch", "joint": [k + 1 for k in at],
-                      "probability": 0.97, "parameters": {
+                      "probability": CERTAIN, "parameters": {
                           "highpass": {"value": check.corners[0, at], "unit": "rad/s"},
                           "lowpass": {"value": check.corners[1, at], "unit": "rad/s"}}})
     if check.coarse:
         at = list(check.coarse)
         found.append({"effect": "encoder_quantization", "joint": [k + 1 for k in at],
-                      "probability": 0.97, "parameters": {
+                      "probability": CERTAIN, "parameters": {
                           "step": {"value": check.step[at], "unit": "rad"}}})
     return found
+
+
+def _families(ranking, given):
+    """Probability that an effect of a family is at work, whichever it is; likeliest first."""
+    found = {}
+    for standing in ranking:
+        for family in {LIBRARY[name].family for name in standing.names if name in LIBRARY}:
+            found[family] = found.get(family, 0.0) + standing.probability
+    for row in given:
+        family = LIBRARY[row["effect"]].family
+        found[family] = max(found.get(family, 0.0), row["probability"])
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
 def _effects(diagnosis, given):
@@ -79,17 +96,27 @@ def _effects(diagnosis, given):
     for standing in diagnosis.ranking:
         for name in standing.names:
             first.setdefault(name, standing.fit)
-    rows = []
+    named, rows = {row["effect"] for row in given}, []
     for name, probability in marginals(diagnosis.ranking).items():
-        if given and name in (NONE, UNKNOWN):
-            probability *= 0.02
-        if probability < LEAST and name not in (NONE, UNKNOWN):
+        if name in _made_unlikely(diagnosis):
+            probability *= DOUBTED
+        if name in named or (probability < LEAST and name not in (NONE, UNKNOWN)):
             continue
         row = {"effect": name, "joint": None, "probability": probability}
         if name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_numbers(name, first[name]))
         rows.append(row)
     return rows
+
+
+def _made_unlikely(diagnosis):
+    """Names that what is established speaks against.
+
+    A wrong controller may be all that is unknown; a late goal or torque does not say so.
+    """
+    if diagnosis.check.wrong or diagnosis.check.coarse:
+        return NONE, UNKNOWN
+    return (NONE,) if diagnosis.paths else ()
 
 
 def _simulator(diagnosis):

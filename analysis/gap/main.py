@@ -62,8 +62,7 @@ def sentence(name, answer):
     causes = [f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%})"
               for row in likely if row["effect"] != "unknown"]
     if answer["verdict"] == "not_identifiable":
-        causes = [" or ".join("something unknown" if name == "unknown" else name
-                              for name in answer["set_90"])]
+        causes = [_undecided(answer, LIKELY)]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     bought = "" if closed is None or answer["verdict"] == "none" else (
         f"; closes {round(closed)} % of the reducible gap on "
@@ -75,6 +74,19 @@ def sentence(name, answer):
         f"{table['percent']:.0f} % of what that leaves")
     return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
             + rest)
+
+
+def _undecided(answer, least):
+    """What is left where no name is likely: the family that is, or all names."""
+    from clie_blocks.analysis.gap.report.words import family_of, likely_family
+
+    likely = likely_family(answer, least)
+    if likely:
+        family, probability, row = likely
+        return (f"{family_of(family)} ({probability:.0%}), most likely {row['effect']}"
+                f"{_where(row['joint'])} ({row['probability']:.0%})")
+    return " or ".join("something unknown" if name == "unknown" else name
+                       for name in answer["set_90"])
 
 
 def _where(joints):

@@ -24,7 +24,7 @@ def held(problem):
         With the law that ran.
 
     """
-    if not _loose(problem.law):
+    if not loose(problem.law):
         return problem
     inertia = problem.nominal.inertia
     law = dataclasses.replace(problem.law, kp=RATE**2 * inertia, kd=2.0 * RATE * inertia)
@@ -46,14 +46,15 @@ def let_go(at, asked):
         As it was stated.
 
     """
-    if not _loose(asked.law) or not at.problem.held_out:
+    if not loose(asked.law) or not at.problem.held_out:
         return at
     alone = dataclasses.replace(at.problem, law=asked.law, fit=asked.fit, held_out=asked.held_out)
     values = {**at.values, "kp": asked.law.kp, "kd": asked.law.kd}
     return dataclasses.replace(at, problem=alone, values=values)
 
 
-def _loose(law):
+def loose(law):
+    """Whether a law holds no joint."""
     return law.variant != "loop" and not (law.kp.any() or law.kd.any())
 
 

@@ -34,4 +34,5 @@ def test_effects_carry_joint_probability_and_numbers_with_units(told):
         assert set(number) == {"value", "unit", "interval"}
     (low,), (high,) = first["parameters"]["drag"]["interval"]
     assert low < first["parameters"]["drag"]["value"][0] < high
+    assert told["families"]["friction"] == pytest.approx(first["probability"], abs=0.05)
     assert {"none", "unknown"} <= {row["effect"] for row in told["effects"]}

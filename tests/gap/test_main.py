@@ -53,6 +53,10 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
     unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck"]}
     assert sentence("arm", {**told, **unsure}).startswith(
         "arm: not_identifiable: coulomb or stribeck; closes 96 %")
+    family = {"families": {"friction": 0.7}, "effects": [
+        {"effect": "coulomb", "joint": [1], "probability": 0.4}]}
+    assert "not_identifiable: friction of some kind (70%), most likely coulomb at joint 1 (40%);" \
+        in sentence("arm", {**told, **unsure, **family})
     fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
     assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
     rest = {"beside": ["coulomb"], "percent": 31.5}

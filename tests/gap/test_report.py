@@ -11,9 +11,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.paths import PathCause
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
+from clie_blocks.analysis.gap.report.causes import confusion_section
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
@@ -25,6 +28,7 @@ from clie_blocks.analysis.gap.report.words import (
     size,
 )
 from clie_blocks.analysis.gap.torque_table import JointTable, TorqueTable
+from clie_blocks.output import to_json
 
 NASTY = "<script>alert('x')</script> & $y_1 \"q\""
 LIMIT = 2_000_000  # bytes
@@ -126,8 +130,8 @@ def test_sentence_names_cause_joint_and_gain():
     assert sentence(told, ("shoulder", "elbow")) == (
         "The model lacks coulomb at elbow (93 %); with it the model loses 96.4 % of its "
         "reducible gap on unseen data.")
-    assert "no effect" in sentence({**told, "verdict": "unexplained"}, ())
-    assert "nearest removes 96.4 %" in sentence({**told, "verdict": "unexplained"}, ())
+    left = sentence({**told, "verdict": "unexplained"}, ("shoulder", "elbow"))
+    assert "no effect" in left and "nearest removes 96.4 %" in left
     assert "noise" in sentence({**told, "verdict": "none"}, ())
     unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "presliding"]}
     assert sentence({**told, **unsure}, ()).startswith(
@@ -196,3 +200,73 @@ def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
     assert "<script>" in place.get_xlabel() and speed.get_xlabel().endswith("[rad/s]")
     section.pictures[0].figure.canvas.draw()
     assert repeatable_section(found, {"repeatable": None}, units) is None
+
+
+def of_servo():
+    """What the goals of a servo show."""
+    times = {name: {"value": np.array([value]), "unit": "s",
+                    "interval": [np.array([value - 0.01]), np.array([value + 0.01])]}
+             for name, value in (("time", 0.02), ("dead_time", 0.06))}
+    left = {name: np.array([rms]) for name, rms in (
+        ("lag", 7e-3), ("setpoint_delay", 6e-3), ("coulomb", 5e-3), ("both", 2e-3))}
+    return PathCause("time_delay", (0,), 0.95, times, 0.4, left)
+
+
+def test_late_goals_stand_first_and_only_the_delay_goes_to_a_simulator(diagnosed, tmp_path):
+    found, records = diagnosed
+    late = dataclasses.replace(found, paths=(of_servo(),))
+    told = json.loads(to_json(answer(late, records)))
+    assert told["effects"][0]["effect"] == "time_delay" == told["set_90"][0]
+    assert told["families"]["timing"] == 0.95 and told["families"]["friction"] > 0.9
+    before = {row["block"]: row["share"] for row in block_shares(found)}
+    after = {row["block"]: row["share"] for row in block_shares(late)}
+    assert after["controller"] == pytest.approx(0.4 + 0.6 * before["controller"])
+    assert sum(after.values()) == pytest.approx(1.0)
+    with open(write_report(late, records, tmp_path, "arm")[0], encoding="utf-8") as file:
+        page = file.read()
+    section = page.split("<h2>On the way of the command</h2>")[1].split("<h2>")[0]
+    assert "0.06" in section and "7 mrad" in section and "hide each other" in section
+    numbers = page.split("<h2>Numbers</h2>")[1].split("<h2>")[0]
+    assert "time delay: time" in numbers and "dead" not in numbers
+    assert "<script" not in page
+
+
+def test_a_robot_without_such_causes_has_no_such_section(page, diagnosed):
+    assert "On the way of the command" not in page and diagnosed[0].paths == ()
+
+
+def test_a_family_is_named_where_no_effect_is_likely():
+    told = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "spring"],
+            "closed_percent": {"value": None}, "families": {"friction": 0.7, "load": 0.2},
+            "effects": [{"effect": "unknown", "joint": None, "probability": 0.1},
+                        {"effect": "coulomb", "joint": [2], "probability": 0.4}]}
+    said = ("These logs cannot tell which it is: friction of some kind (70 %), most likely "
+            "coulomb at b (40 %).")
+    assert sentence(told, ("a", "b")) == said
+    assert "coulomb, stribeck or spring" in sentence({**told, "families": {"load": 0.4}}, "ab")
+
+
+def test_what_is_sure_is_told_beside_the_unknown():
+    told = {"verdict": "unexplained", "closed_percent": {"value": 70.0, "unseen_data": True},
+            "effects": [
+        {"effect": "unknown", "joint": None, "probability": 0.9},
+        {"effect": "actuator_lag", "joint": [1], "probability": 0.97},
+        {"effect": "coulomb", "joint": [1], "probability": 0.03}]}
+    assert sentence(told, ("a",)).endswith(
+        "removes 70 % of the reducible gap. Beside it the model lacks actuator lag at a (97 %).")
+
+
+def test_what_is_sure_is_no_look_alike():
+    def row(name, probability):
+        return {"effect": name, "joint": [1], "probability": probability}
+
+    told = {"verdict": "effect", "set_90": ["time_delay", "coulomb", "stribeck"],
+            "effects": [row("time_delay", 0.96), row("coulomb", 0.6), row("stribeck", 0.3)],
+            "next_experiment": {"best": {"experiment": "chirp"}, "menu": [
+                {"experiment": "chirp", "expected_set_size": 2.0, "least_distance": 1e-20}]}}
+    section = confusion_section(told)
+    assert "tell coulomb and stribeck apart" in section.sentences[0]
+    assert "No run" in section.sentences[0] and len(section.tables) == 1
+    told["next_experiment"]["menu"][0]["least_distance"] = 40.0
+    section = confusion_section(told)
+    assert "No run" not in section.sentences[0] and len(section.tables) == 2

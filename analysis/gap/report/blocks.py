@@ -14,7 +14,8 @@ def block_shares(diagnosis):
     """Share of the gap that each block of the loop is expected to cause.
 
     Each hypothesis gives the share of chi^2 beyond the noise that it removes to the blocks where
-    its causes act, weighted with its probability; what no hypothesis removes has no block.
+    its causes act, weighted with its probability; what no hypothesis removes has no block.  Goals
+    are late before the controller has them.
 
     Parameters
     ----------
@@ -35,6 +36,9 @@ def block_shares(diagnosis):
         for member in members:
             block = OF_PORT[member.cause.pieces[0].port]
             shares[block] += standing.probability * removed / len(members)
+    for cause in diagnosis.paths:
+        shares = {block: (1.0 - cause.share) * share for block, share in shares.items()}
+        shares["controller"] += cause.share
     if diagnosis.check.misdescribed or diagnosis.check.coarse:
         guilty = "controller" if diagnosis.check.misdescribed else "encoder"
         shares = {block: (1.0 - CERTAIN) * share for block, share in shares.items()}

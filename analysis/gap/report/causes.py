@@ -6,7 +6,11 @@ from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
 SHOWN = 8
+NO_RUN = " No run that was tried in simulation would tell them apart: with these numbers their "  \
+    "models move alike."
 MARKS = ((0.5, "good"), (0.05, "unsure"))
+SURE = 0.9  # a cause that is there, whatever else is: it stands for no other
+TELLS = 1.0  # chi^2 between two causes, below which a run tells nothing
 
 
 def causes_section(diagnosis, answer, units):
@@ -38,17 +42,18 @@ def _signature(name):
 
 def confusion_section(answer):
     """What this log cannot tell apart, and the run that could."""
-    remaining = [name for name in answer["set_90"] if name in LIBRARY]
+    sure = {row["effect"] for row in answer["effects"] if row["probability"] >= SURE}
+    remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
     pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
     rows = tuple((f"{called(one)} or {called(other)}", _experiment(one, other))
                  for one, other in pairs)
     if not rows:
         return Section("Causes that look alike", (_single(answer),), points=_look_alikes(answer))
-    return Section(
-        "Causes that look alike",
-        (f"This log cannot tell {listed(map(called, remaining))} apart: together they hold nine "
-         "tenths of the probability.",),
-        tables=(Table(("which", "what separates them"), rows), *_menu(answer)))
+    menu = tuple(_menu(answer))
+    text = (f"This log cannot tell {listed(map(called, remaining))} apart: nine tenths of the "
+            "probability are shared among them and what is sure.")
+    return Section("Causes that look alike", (text if menu else text + NO_RUN,),
+                   tables=(Table(("which", "what separates them"), rows), *menu))
 
 
 def _single(answer):
@@ -73,7 +78,8 @@ def _experiment(one, other):
 def _menu(answer):
     """Table of the experiments that were simulated with every remaining cause."""
     advice = answer["next_experiment"]
-    if not advice or not advice.get("menu"):
+    if not advice or max((row["least_distance"] for row in advice.get("menu") or ()),
+                         default=0.0) < TELLS:
         return
     best = advice["best"]["experiment"]
     yield Table(

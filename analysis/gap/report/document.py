@@ -1,13 +1,17 @@
 """A diagnosis as a document: the answer first, then what it stands on."""
 
+from clie_blocks.analysis.gap.observer import loose
 from clie_blocks.analysis.gap.report import checks, where_sections
 from clie_blocks.analysis.gap.report.causes import causes_section, confusion_section
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
+from clie_blocks.analysis.gap.report.paths import paths_section
 from clie_blocks.analysis.gap.report.plots import motions
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
 from clie_blocks.analysis.gap.report.words import (
     at_joints,
     called,
+    family_of,
+    likely_family,
     listed,
     number,
     percent,
@@ -48,6 +52,7 @@ def document(diagnosis, answer, records, name):
         causes_section(diagnosis, answer, units),
         where_sections.map_section(answer["where"], joints, units),
         confusion_section(answer),
+        paths_section(diagnosis, units),
         parameters_section(diagnosis, answer, units),
         simulator_section(diagnosis, answer, records),
         repeatable_section(diagnosis, answer, units),
@@ -88,14 +93,33 @@ def sentence(answer, joints):
     if answer["verdict"] == "unexplained":
         nearest = "" if closed["value"] is None else (
             f"; the nearest removes {number(closed['value'])} % of the reducible gap")
-        return f"Something is there that no effect of the library explains{nearest}."
+        return f"Something is there that no effect of the library explains{nearest}." + _beside(
+            answer, joints)
     if unsure:
-        return ("These logs cannot tell which it is: "
-                f"{listed(map(called, answer['set_90']), 'or')}{bought}.")
-    leading = _leading(answer)
-    names = listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
-                   f"({percent(row['probability'])})" for row in leading)
-    return f"The model lacks {names}{bought}."
+        return f"These logs cannot tell which it is: {_undecided(answer, joints)}{bought}."
+    return f"The model lacks {_named(_leading(answer), joints)}{bought}."
+
+
+def _named(rows, joints):
+    return listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
+                  f"({percent(row['probability'])})" for row in rows)
+
+
+def _beside(answer, joints):
+    """Causes that are sure though something else is there, too."""
+    sure = [row for row in answer["effects"]
+            if row["probability"] >= LIKELY and row["effect"] not in ("none", "unknown")]
+    return f" Beside it the model lacks {_named(sure, joints)}." if sure else ""
+
+
+def _undecided(answer, joints):
+    """What is left where no name is likely: the family that is, or all names."""
+    likely = likely_family(answer, LIKELY)
+    if not likely:
+        return listed(map(called, answer["set_90"]), "or")
+    family, probability, row = likely
+    return (f"{family_of(family)} ({percent(probability)}), most likely {called(row['effect'])}"
+            f"{at_joints(row['joint'], joints)} ({percent(row['probability'])})")
 
 
 def _leading(answer):
@@ -120,11 +144,11 @@ def facts(answer, units):
 def far_section(diagnosis, answer, units):
     """How far the gap shrinks, with the predicted motions overlaid."""
     logs = {"held-out logs": "a log that was not used for fitting",
-            "blocks left out of the fit": "blocks of the only log, each predicted by a model that "
-            "was refitted without it (blocked cross-validation)"}.get(
+            "blocks left out of the fit": "blocks of the logs, or whole logs where they are "
+            "short, each predicted by a model refitted without it (cross-validation)"}.get(
         answer["closed_percent"]["judged_on"],
         "the log that was also fitted, since there is no other: give a second one")
-    text = (f"Both models are simulated in closed loop from reference and excitation alone, on "
+    text = (f"Both models are simulated {_driven(diagnosis)}, on "
             f"{logs}. The gap is the RMS of measured less predicted position over all joints: "
             f"{size(answer['gap_before'], units['q'])} refitted without a cause, "
             f"{size(answer['gap_after'], units['q'])} with it; sensor noise alone leaves "
@@ -134,6 +158,15 @@ def far_section(diagnosis, answer, units):
                       "Above: measured position and both predictions. Below: what each of them "
                       "misses, and one standard deviation of what sensor noise alone leaves.")
     return Section("How far the gap shrinks", (text,), pictures=(picture,))
+
+
+def _driven(diagnosis):
+    """What a model gets."""
+    if not loose(diagnosis.problem.law):
+        return "in closed loop from reference and excitation alone"
+    if diagnosis.problem.held_out:
+        return "from the commands alone, for nothing holds this machine"
+    return "from the commands, led along the measured motion by an observer"
 
 
 def _theorem_2(predicted):

@@ -14,6 +14,7 @@ from clie_blocks.analysis.report.document import Section, Table
 from clie_blocks.effects import LIBRARY
 
 LEAST = 0.05  # probability from which a cause's numbers are shown
+OBSERVED = ("dead_time",)  # comes of delay, lag and friction together: no simulator takes it
 ABSENT = 1e6  # a limit or an onset beyond it is never reached
 JOINT_NAMES = {"inertia": ("joint armature", "<inertial>", "armature"),
                "damping": ("joint damping", "<dynamics damping>", "viscousFriction"),
@@ -41,6 +42,8 @@ def _effect_rows(effect, joints, units):
     names = (simulator_names(effect["effect"]) if effect["effect"] in LIBRARY
              else ("none",) * 3)
     for name, entry in effect.get("parameters", {}).items():
+        if name in OBSERVED:
+            continue
         value = np.atleast_1d(np.asarray(entry["value"], float))
         bounds = _bounds(entry.get("interval"), value)
         for where, one, low, high in _entries(value, bounds, effect["joint"], joints):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from clie_blocks.analysis.gap.observer import let_go
 from clie_blocks.analysis.gap.report.words import called
 from clie_blocks.analysis.gap.shrinkage import judging_logs
 
@@ -22,7 +23,7 @@ def motions(diagnosis, units):
     problem = diagnosis.problem
     j = judging_logs(problem)[0]
     log = problem.logs[j]
-    before, after = (at.error(j, dithered=False)
+    before, after = (let_go(at, problem).error(j, dithered=False)
                      for at in (diagnosis.base.hypothesis, diagnosis.model.hypothesis))
     keep = slice(None, None, max(1, len(log) // POINTS))
     time = problem.period * np.arange(len(log))[keep]

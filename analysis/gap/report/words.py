@@ -4,11 +4,44 @@ import numpy as np
 
 CALLED = {"none": "no effect", "unknown": "something outside the library",
           "parametric": "wrong numbers in a right model"}
+OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
+             "environment": "something from outside"}
 
 
 def called(name):
     """Name of an effect for a reader: ``actuator_lag`` is 'actuator lag'."""
     return CALLED.get(name, name.replace("_", " "))
+
+
+def family_of(family):
+    """A family of effects for a reader, where it is not known which of them it is."""
+    return OF_FAMILY.get(family, f"something in the {family}")
+
+
+def likely_family(answer, least):
+    """Likeliest family of effects with its probability and the row of its likeliest effect.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+    least : float
+        Probability that it must have.
+
+    Returns
+    -------
+    tuple or None
+        Family, probability, row; None where no family is likely.
+
+    """
+    from clie_blocks.effects import LIBRARY
+
+    family, probability = next(iter(answer.get("families", {}).items()), (None, 0.0))
+    if probability < least:
+        return None
+    return family, probability, next(
+        row for row in answer["effects"]
+        if row["effect"] in LIBRARY and LIBRARY[row["effect"]].family == family)
 
 
 def number(value, digits=3):
