@@ -185,9 +185,8 @@ def _doubted(weights, scores, table, c):
     if len(weights) < 2 or weights.max() <= surest:
         return weights
     leading = np.arange(len(weights)) == np.argmax(weights)
-    others = np.where(leading, 0.0, _odds(scores / c.blunt))
-    moved = (weights.max() - surest) * others / others.sum()
-    return np.where(leading, surest, weights + moved)
+    others = (weights.max() - surest) * _odds(np.where(leading, -np.inf, scores))
+    return np.where(leading, surest, weights + others)
 
 
 def _odds(scores):

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed
+from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path
 from clie_blocks.analysis.gap.json_answer import answer
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.preparation import even, prepared
-from clie_blocks.analysis.gap.report.checks import saturated_share
+from clie_blocks.analysis.gap.report.checks import checks_section, saturated_share
+from clie_blocks.analysis.gap.report.words import units_of
 from clie_blocks.analysis.gap.torque_path import torque_paths
 from clie_blocks.analysis.gap.torque_table import corrected_error
 from clie_blocks.analysis.records import Record, Robot, read_records
@@ -72,11 +73,18 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     said = told("BAM, P 800, whole library", found)
     print("  samples at the limit", saturated_share(found))
     assert saturated_share(found)[0] > 0.1
-    assert {"load_dependent_friction", "actuator_saturation"} <= set(said["set_90"])
-    assert DRY & members(found) and said["closed_percent"]["unseen_data"]
+    flagged = " ".join(checks_section(found, units_of(records)).points)
+    assert "stands at its limit for up to 16 % of the time" in flagged
+    assert "load_dependent_friction" in said["set_90"] and "coulomb" not in said["set_90"]
+    leading = found.ranking[0]
+    assert set(leading.names) - {"actuator_saturation", "payload"} == {"load_dependent_friction"}
+    assert leading.probability > 0.5 and said["verdict"] == "effect"
+    assert "load_dependent_friction" in members(found) and said["closed_percent"]["unseen_data"]
     plain = min(row.excess for row in found.ranking if "coulomb" in row.names)
     grows = min(row.excess for row in found.ranking if "load_dependent_friction" in row.names)
     assert grows < 0.75 * plain
+    alone = {row.names: row.excess for row in found.ranking}
+    assert alone["load_dependent_friction",] < 0.2 * alone["coulomb",]
     assert said["gap_after"] < 0.3 * said["gap_before"]
 
 
@@ -117,7 +125,7 @@ def reaction(path, goal=0.2, period=0.02):
     return period - np.linspace(0.0, 0.02, 81)[np.flatnonzero(np.array(late) > 0.05 * goal)[-1]]
 
 
-def test_so101_by_the_diagnosis_sticks_and_is_coarse(shared):
+def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
     records = read_records(shared / "data" / "sage_so101")
     robot, ready = prepared(*one_joint(named(
         records, "prbs_excitation", "multisine", "step_response"), 0))
@@ -126,9 +134,22 @@ def test_so101_by_the_diagnosis_sticks_and_is_coarse(shared):
     (read,) = {record.decisions[-1] for record in ready}
     print(" ", read)
     assert "the dead time is 60 ms" in read and "goals act 2" in read
-    assert found.check.step[0] == pytest.approx(1.534e-3, rel=0.01)
-    assert set(cause_names(found)[:2]) == {"coulomb", "asymmetric_coulomb"}
-    assert said["gap_after"] < 0.5 * said["gap_before"]
+    names = [row["effect"] for row in said["effects"]]
+    delay, step = said["effects"][0], said["effects"][names.index("encoder_quantization")]
+    print("  delay", delay, "\n  left", found.paths[0].left)
+    assert found.verdict == "effect" and names[0] == "time_delay" == said["set_90"][0]
+    assert delay["probability"] > 0.9 and delay["joint"] == [1]
+    assert delay["parameters"]["dead_time"]["value"][0] == pytest.approx(0.06, abs=1e-3)
+    (low,), (high,) = delay["parameters"]["time"]["interval"]
+    assert 0.015 < low < delay["parameters"]["time"]["value"][0] < high < 0.03
+    left = {name: rms[0] for name, rms in found.paths[0].left.items()}
+    assert left["both"] < 0.5 * min(left[name] for name in ("lag", "setpoint_delay", "coulomb"))
+    assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
+    assert cause_names(found)[:2] == ["coulomb", "asymmetric_coulomb"]  # what is left beside it
+    assert said["families"]["friction"] > 0.8
+    level = found.model.hypothesis.values["coulomb.level"][0]
+    assert level == pytest.approx(goal_path(ready[0], 0, ("delay", "level")).level, rel=0.1)
+    assert said["gap_after"] < 0.4 * said["gap_before"]
 
 
 def cause_names(found):
@@ -163,8 +184,15 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
     assert all("the measured torque is" in record.decisions[-1] for record in ready)
     found = diagnose(robot, ready, exclude=LOOSE)
     said = told("DFKI, design C.1", found)
-    assert DRY & members(found)
-    assert said["gap_after"] < 0.5 * said["gap_before"]
+    print("  ", said["effects"][:3])
+    assert cause_names(found)[0] == "coulomb" and members(found) == {"coulomb"}
+    assert said["gap_after"] < 0.35 * said["gap_before"] and said["gap_after"] < 0.083  # open loop
+    rows = {row["effect"]: row for row in said["effects"]}
+    late, weak = rows["actuator_lag"], rows["torque_gain_error"]
+    assert said["effects"][:2] == [late, weak] and late["joint"] == [1, 2]
+    low, high = late["parameters"]["time"]["interval"]
+    assert 0.004 < low[0] < 0.012 < high[0] < 0.02 and 0.025 < low[1] < high[1] < 0.045
+    assert weak["joint"] == [1] and weak["parameters"]["error"]["interval"][1][0] < 0.0
 
 
 def test_a_log_that_says_nothing_of_its_drive_is_refused_in_words(shared):

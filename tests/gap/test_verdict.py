@@ -107,6 +107,15 @@ def test_how_much_less_surely_is_a_number_of_the_calibration(doubt):
     assert far[0].probability == pytest.approx(1.0 - doubt, abs=1e-3)
 
 
+def test_what_the_leading_cause_gives_away_goes_to_its_nearest_rival():
+    rows = ("presliding", 2e3, 1), ("stribeck", 4e3, 1), ("spring", 4e4, 1)
+    sure, unsure = (weigh(1e6, *rows, doubt=doubt, lapse=0.0) for doubt in (0.0, 0.3))
+    gained = {row.names[0]: row.probability - next(
+        other.probability for other in sure if other.names == row.names) for row in unsure}
+    assert gained["stribeck"] == pytest.approx(-gained["presliding"], rel=1e-3) and (
+        gained["stribeck"] > 0.2)
+
+
 def test_stored_numbers_of_another_schema_are_refused(tmp_path):
     kept = json.loads(STORED.read_text())
     assert set(LEARNED) <= set(kept["numbers"]) and learned() == Calibration(**kept["numbers"])
