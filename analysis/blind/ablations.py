@@ -44,13 +44,12 @@ def replaced(module, name, function):
         setattr(module, name, own)
 
 
-def unwhitened(problem, k, sensitivity, own=noises.noise):
+def unwhitened(problem, k, responses, own=noises.noise):
     """Noise of joint k with errors weighed by their size alone, whatever their frequency."""
-    found = own(problem, k, sensitivity)
-    return _weighing(found, problem, np.ones(1), sensitivity)
+    return _weighing(own(problem, k, responses), problem, np.ones(1), responses[k])
 
 
-def as_torques(problem, k, sensitivity, own=noises.noise):
+def as_torques(problem, k, responses, own=noises.noise):
     """Noise of joint k with errors turned back into torques and low-passed: no sensitivity.
 
     The error of the closed loop is S times the error of the equation of motion.  Its inverse,
@@ -65,17 +64,13 @@ def as_torques(problem, k, sensitivity, own=noises.noise):
               + (nominal.damping[k] + law.kd[k]) * np.array([1.0, 0.0, -1.0]) / (2 * h)
               + law.kp[k] * np.array([0.0, 1.0, 0.0]))
     low = firwin(TAPS, min(CORNER, 0.4 / h), fs=1.0 / h)
-    return _weighing(own(problem, k, sensitivity), problem, np.convolve(torque, low), sensitivity)
+    return _weighing(own(problem, k, responses), problem, np.convolve(torque, low), responses[k])
 
 
-def _weighing(noise, problem, shape, sensitivity):
+def _weighing(noise, problem, shape, response):
     """The same noise with another filter in the place of the whitening one, of variance one."""
-    from scipy.signal import lfilter
-
-    impulse = np.zeros(noises.LENGTH)
-    impulse[0] = noise.sigma
     width = noises.decimation(problem.period)
-    seen = np.convolve(lfilter(*sensitivity, impulse), np.full(width, 1.0 / width))
+    seen = np.convolve(noise.sigma * response, np.full(width, 1.0 / width))
     apart = np.zeros((len(shape) - 1) * width + 1)
     apart[::width] = shape
     return dataclasses.replace(

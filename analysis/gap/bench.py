@@ -12,7 +12,11 @@ import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED
 from clie_blocks.analysis.gap.noise import decimated, decimation, noise, white
-from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
+from clie_blocks.analysis.gap.sensitivity import (
+    noise_responses,
+    sensor_sensitivity,
+    torque_sensitivity,
+)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -77,7 +81,7 @@ class Bench:
 def bench_of(problem, base):
     """Return the bench for a base hypothesis: noises, and responses to an unknown start."""
     inertia, damping = base.values["inertia"], base.values["damping"]
-    noises = tuple(noise(problem, k, sensor_sensitivity(problem.law, k, inertia[k], damping[k]))
+    noises = tuple(noise(problem, k, noise_responses(problem, k, inertia, damping))
                    for k in range(problem.n))
     response = functools.partial(_free_response, problem, inertia, damping)
     free = [[_orthonormal(white(decimated(response(k, len(log)), problem.period),

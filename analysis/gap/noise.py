@@ -13,7 +13,6 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
 ORDER = 20
-LENGTH = 4000
 RATE = 100.0  # Hz, rate at which errors are judged
 BLOCK = 16  # samples that are whitened by one product
 
@@ -64,7 +63,7 @@ def sensor_noise(problem, k):
     return max(float(np.median(found)) / np.sqrt(1.0 - 2 * corner / rate), quantum, 1e-9)
 
 
-def noise(problem, k, sensitivity):
+def noise(problem, k, responses):
     """Noise of joint k in the closed loop.
 
     Parameters
@@ -73,26 +72,28 @@ def noise(problem, k, sensitivity):
         The logs.
     k : int
         Joint.
-    sensitivity : tuple of ndarray
-        S0(z) as numerator and denominator, see `sensitivity.sensor_sensitivity`.
+    responses : list of ndarray
+        Error of joint k after a unit impulse on each sensor, see `sensitivity.noise_responses`.
 
     """
     from scipy.linalg import solve_toeplitz
-    from scipy.signal import lfilter
 
-    sigma = sensor_noise(problem, k)
-    impulse = np.zeros(LENGTH)
-    impulse[0] = 1.0
-    response = sigma * lfilter(*sensitivity, impulse)
+    sigma = [sensor_noise(problem, j) for j in range(problem.n)]
+    responses = [size * response for size, response in zip(sigma, responses)]
     width = decimation(problem.period)
-    averaged = np.convolve(response, np.full(width, 1.0 / width))
-    covariance = np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
-                           for lag in range(0, (ORDER + 1) * width, width)])
+    covariance = sum(_covariance(response, width) for response in responses)
     covariance[0] *= 1.0 + 1e-9
     predictor = solve_toeplitz(covariance[:-1], covariance[1:])
     left = covariance[0] - predictor @ covariance[1:]
-    return Noise(sigma=sigma, floor=float(np.sqrt(response @ response)),
+    return Noise(sigma=sigma[k], floor=float(np.linalg.norm(responses)),
                  whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(left))
+
+
+def _covariance(response, width):
+    """Covariance of the decimated response to white noise, by lag."""
+    averaged = np.convolve(response, np.full(width, 1.0 / width))
+    return np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
+                     for lag in range(0, (ORDER + 1) * width, width)])
 
 
 def white(x, whitener):

@@ -9,6 +9,11 @@ C = kp + kd F,
 
 import numpy as np
 
+from clie_blocks.analysis.gap.links import mass_matrix
+
+LENGTH = 4000  # samples of an impulse response
+SPARSE = 50  # samples of a log between two poses
+
 
 def plant(inertia, damping, period):
     """Pulse transfer function of inertia ddq + damping dq = u with held u: ``numerator, a``."""
@@ -45,6 +50,31 @@ def sensor_sensitivity(law, k, inertia, damping):
         return law.sensor[k]
     _, sensor, denominator = loop_polynomials(law, k, inertia, damping)
     return sensor, denominator
+
+
+def noise_responses(problem, k, inertia, damping):
+    """Error of joint k after a unit impulse on the sensor of each joint, n arrays of LENGTH.
+
+    A joint that follows the noise of its own sensor pushes the others by the mass that they
+    share: its mean square over the logs is taken, to first order.
+    """
+    from scipy.signal import lfilter
+
+    law, impulse, found = problem.law, np.eye(1, LENGTH)[0], []
+    for j, shared in enumerate(_shared_mass(problem, k)):
+        own = lfilter(*sensor_sensitivity(law, j, inertia[j], damping[j]), impulse)
+        if j != k:
+            pull = shared * np.diff(own - impulse, 2, prepend=(0.0, 0.0)) / problem.period**2
+            own = lfilter(*torque_sensitivity(law, k, inertia[k], damping[k]), pull)
+        found.append(own)
+    return found
+
+
+def _shared_mass(problem, k):
+    """RMS over the logs of the mass that joint k shares with each joint, motor side."""
+    q = np.concatenate([log.q[::SPARSE] for log in problem.logs])
+    row = mass_matrix(problem.chain, q)[k]
+    return np.array([np.sqrt(np.mean(np.square(m))) for m in row]) / problem.gear_ratio[k]
 
 
 def slowed(b, a, width):

@@ -59,13 +59,12 @@ def test_other_weighing_keeps_healthy_errors_at_size_one():
     rng = np.random.default_rng(0)
     from scipy.signal import lfilter
 
-    from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
+    from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity
 
-    k = 0
-    sensitivity = sensor_sensitivity(asked.law, k, asked.nominal.inertia[k],
-                                     asked.nominal.damping[k])
+    k, joints = 0, (asked.nominal.inertia, asked.nominal.damping)
+    sensitivity = sensor_sensitivity(asked.law, k, *(numbers[k] for numbers in joints))
     for weigh in (ablations.unwhitened, ablations.as_torques):
-        noise = weigh(asked, k, sensitivity)
+        noise = weigh(asked, k, noise_responses(asked, k, *joints))
         error = lfilter(*sensitivity, noise.sigma * rng.standard_normal(400_000))
         seen = noises.white(noises.decimated(error, asked.period), noise.whitener)
         assert np.std(seen) == pytest.approx(1.0, rel=0.05)

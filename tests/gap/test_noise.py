@@ -6,14 +6,14 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.noise import decimated, noise, sensor_noise, white
-from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
+from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity
 
 
 def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
     problem = healthy
-    inertia, damping = problem.nominal.inertia[0], problem.nominal.damping[0]
-    sensitivity = sensor_sensitivity(problem.law, 0, inertia, damping)
-    found = noise(problem, 0, sensitivity)
+    inertia, damping = problem.nominal.inertia, problem.nominal.damping
+    sensitivity = sensor_sensitivity(problem.law, 0, inertia[0], damping[0])
+    found = noise(problem, 0, noise_responses(problem, 0, inertia, damping))
     drawn = found.sigma * np.random.default_rng(1).standard_normal(400_000)
     left = white(decimated(lfilter(*sensitivity, drawn), problem.period), found.whitener)
     assert np.mean(left**2) == pytest.approx(1.0, rel=0.03)
