@@ -10,7 +10,9 @@ OF_GOALS = (
     "whole to the first log and judged on the others. A delay and dry friction hide each other: "
     "without friction in the model the delay cannot be seen, and without the delay friction "
     "takes its place. The dead time is what a reader of the log sees: from the last reading under "
-    "an old goal to the first one beyond 5 % of a step, with lag, friction and the clock.")
+    "an old goal to the first one beyond 5 % of a step, with lag, friction and the clock. The "
+    "models of the motion hold each position error for one sample, which acts like the delay; a "
+    "simulator whose servo holds nothing needs the delay itself.")
 OF_TORQUES = (
     "The measured torque is compared with the commanded one, without a model of the robot. The "
     "motion was not asked, and the models of the motion do not hold it.")
