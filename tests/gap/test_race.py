@@ -1,0 +1,51 @@
+"""Which candidates a race begins: those that may come near the best fit."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap.candidates import Candidate
+from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
+from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.causes.load import SPRING
+
+SAMPLES = 1000.0
+
+
+def fitted(left, *causes):
+    """A fit of one joint and one log that leaves an excess per sample."""
+    members = [SimpleNamespace(cause=cause) for cause in causes]
+    problem = SimpleNamespace(fit=(None,))
+    return SimpleNamespace(hypothesis=SimpleNamespace(members=members, problem=problem),
+                           samples=np.array([[SAMPLES]]), cost=(1.0 + left) * SAMPLES)
+
+
+def candidate(left, *causes):
+    """A candidate that promises to leave an excess beside a fit that leaves 100."""
+    members = tuple(SimpleNamespace(cause=cause) for cause in causes)
+    return Candidate(members, (100.0 - left) * SAMPLES, fitted(100.0, *causes[:-1]))
+
+
+def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
+    assert pipeline._promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("left, competes", [(5.0, True), (19.0, True), (21.0, False)])
+def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
+    best = fitted(2.0, SPRING, ACTUATOR_LAG)
+    assert pipeline._competes(candidate(left, SPRING, COULOMB), best) == competes
+
+
+def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
+    best = fitted(0.0, SPRING, ACTUATOR_LAG)
+    assert pipeline._competes(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
+    assert not pipeline._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
+
+
+def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
+    best = fitted(0.0, SPRING)
+    for after in (None, fitted(100.0, COULOMB)):
+        alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)
+        assert pipeline._competes(alike, best)
