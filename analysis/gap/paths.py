@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.verdict import LIKELY, UNKNOWN, weighed
 
 CERTAIN = 0.97  # what two logged signals establish without a model between them
 MADE_OF_STEPS = 0.7  # share of the sensor's noise that its steps make
+FELT = 0.01  # error of a gain that is one
 HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
               "both": ("coulomb", "time_delay")}
 
@@ -120,6 +121,8 @@ def _of_no_law(record):
 def _late_goals(records, noises, calibration):
     """The delay of a servo's goals, where the odds are for one."""
     joints = tuple(int(k) for k in np.flatnonzero(np.ptp(records[0].qd, axis=0) > 0))
+    if not joints:
+        return ()
     found = [goal_path.paths(records[0], k) for k in joints]
     unseen = records[1:] or records
     left = {name: np.array([_missed(unseen, k, of[name]) for k, of in zip(joints, found)])
@@ -211,7 +214,7 @@ def _late_torques(records):
         if path.late - path.half_widths["late"] > records[0].sample_time:
             found["actuator_lag" if path.lag > path.delay else "time_delay"].append(
                 (k, path.late, path.half_widths["late"]))
-        if abs(path.gain - 1.0) > path.half_widths["gain"]:
+        if abs(path.gain - 1.0) > max(path.half_widths["gain"], FELT):
             found["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))
     for effect, rows in found.items():
         if rows:

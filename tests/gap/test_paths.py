@@ -58,6 +58,11 @@ def test_a_servo_that_only_sticks_is_not_late():
     assert path_causes(servo_logs(0.0, 0.01), bench(), check(), learned()) == ()
 
 
+def test_goals_that_rest_tell_nothing():
+    logs = [record.replace(qd=0 * record.qd, u=-record.q) for record in servo_logs(0.0, 0.01)]
+    assert path_causes(logs, bench(), check(), learned()) == ()
+
+
 def test_steps_that_make_the_noise_are_named_unless_stated():
     logs = servo_logs(0.0, 0.01)
     (cause,) = path_causes(logs, bench(), check(STEP), learned())
@@ -95,6 +100,7 @@ def test_a_late_and_weak_drive_is_told_with_intervals():
 
 def test_a_drive_that_gives_what_is_asked_is_no_cause():
     assert path_causes(torque_logs(1.0, 0.0), None, None, learned()) == ()
+    assert path_causes(torque_logs(1.0, 0.0, noise=0.0), None, None, learned()) == ()
 
 
 @pytest.mark.parametrize("left, late", [
