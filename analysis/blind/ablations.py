@@ -14,7 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap import bench as benches
 from clie_blocks.analysis.gap import noise as noises
-from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap import pipeline, race
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.output import to_json
 
@@ -107,8 +107,8 @@ def _with_noise(noise):
 
 def _unpolished(robot, records):
     """Numbers stay as the regression left them; one simulation judges each hypothesis."""
-    with (replaced(pipeline, "fit", lambda start, bench, steps: fit(start, bench, 0)),
-          replaced(pipeline, "settled", lambda found, bench: found),
+    with (replaced(race, "fit", lambda start, bench, steps: fit(start, bench, 0)),
+          replaced(race, "settled", lambda found, bench: found),
           replaced(pipeline, "second_look", lambda *_: None)):
         return diagnosed(robot, records)
 

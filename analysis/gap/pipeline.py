@@ -3,8 +3,6 @@
 import dataclasses
 import time
 
-import numpy as np
-
 from clie_blocks.analysis.gap.any_loop import loop_problem, trusted
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.beside_simulator import beside_simulator, lacking
@@ -13,7 +11,7 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.controller_check import controller_check
 from clie_blocks.analysis.gap.controller_gains import beyond_the_library
 from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
-from clie_blocks.analysis.gap.fit import diverged, fit
+from clie_blocks.analysis.gap.fit import diverged
 from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.observer import held, let_go
@@ -21,27 +19,21 @@ from clie_blocks.analysis.gap.paths import path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
+from clie_blocks.analysis.gap.race import ENOUGH, QUIET, race
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.second_look import in_the_loop, second_look
-from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.shrinkage import shrinkage
 from clie_blocks.analysis.gap.siblings import siblings
-from clie_blocks.analysis.gap.start import started
 from clie_blocks.analysis.gap.torque_table import torque_table
 from clie_blocks.analysis.gap.verdict import learned, verdict, weighed
 from clie_blocks.analysis.gap.where import where
 from clie_blocks.errors import ClieError, nearest
 
 LEADERS = 8
-FAR = 10.0  # times the excess of the best: what stays so far behind it is not fitted further
-FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
-STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where it still moves
-QUIET = 0.1  # excess per sample of a robot that nothing ails
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
 ROUNDS = 3  # of look-alikes of the best, which may be one of them
 HOPELESS = 0.3  # share of the excess that pairs may leave for a third cause to be looked for
-ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -292,54 +284,6 @@ def _with_another(found, bench, first, causes):
     """Candidates that add to a fit one of the causes that explain most of what it leaves."""
     left = rescreened(found, bench, first)
     return list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
-
-
-def race(bench, base, candidates, finalists):
-    """Fit candidates for a few steps, then the best of them, and the favourites, to the end."""
-    begun = _begun(bench, base, candidates)
-    order = sorted(begun, key=lambda f: f.total)
-    last = [f for f in order[:finalists] if excess(f) < FAR * max(excess(order[0]), ENOUGH)]
-    last += [f for f in begun[:FAVOURITES] if f not in last]
-    done = sorted((fit(f.hypothesis, bench, STEPS) for f in last), key=lambda f: f.total)
-    done[:1] = [fit(f.hypothesis, bench, PATIENCE) if _moving(f) else f for f in done[:1]]
-    return [settled(f, bench) for f in done] + [f for f in order if f not in last]
-
-
-def _begun(bench, base, candidates):
-    """First steps of the candidates that compete, those that promise most first."""
-    begun = []
-    for candidate in sorted(candidates, key=_promised):
-        if not begun or _competes(candidate, min(begun, key=_learned)):
-            begun.append(fit(started(candidate, bench, base), bench, 2))
-    return begun
-
-
-def _competes(candidate, best):
-    """Whether a candidate may come near the best fit: as promised, or with a cause of that one."""
-    shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    return shared or _promised(candidate) < FAR * max(_learned(best), QUIET)
-
-
-def _promised(candidate):
-    """Excess that a candidate promises to leave beside the fit that it extends.
-
-    What a further cause promises beside a fit is nearly what it does.  Beside the nominal model,
-    which a large effect has bent, it promises too little, and look-alikes promise nothing.
-    """
-    if candidate.after is None or candidate.score == 0.0:
-        return -np.inf
-    return _learned(candidate.after, candidate.score)
-
-
-def _learned(found, gain=0.0):
-    """Excess of a fit on the logs that it learned from, after a gain."""
-    samples = found.samples[:len(found.hypothesis.problem.fit)]
-    return (found.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
-
-
-def _moving(found):
-    """Whether the fit of a finalist ended for want of steps, away from the floor."""
-    return found.iterations == STEPS and excess(found) > QUIET
 
 
 def _distinct(candidates):

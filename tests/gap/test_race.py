@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap import race
 from clie_blocks.analysis.gap.candidates import Candidate
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
@@ -29,23 +29,23 @@ def candidate(left, *causes):
 
 
 def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
-    assert pipeline._promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
+    assert race._promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("left, competes", [(5.0, True), (19.0, True), (21.0, False)])
 def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
-    assert pipeline._competes(candidate(left, SPRING, COULOMB), best) == competes
+    assert race._competes(candidate(left, SPRING, COULOMB), best) == competes
 
 
 def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     best = fitted(0.0, SPRING, ACTUATOR_LAG)
-    assert pipeline._competes(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
-    assert not pipeline._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
+    assert race._competes(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
+    assert not race._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
 
 
 def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
         alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)
-        assert pipeline._competes(alike, best)
+        assert race._competes(alike, best)
