@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.paths import path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
-from clie_blocks.analysis.gap.race import ENOUGH, QUIET, race
+from clie_blocks.analysis.gap.race import ENOUGH, QUIET, promised, race
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.second_look import in_the_loop, second_look
 from clie_blocks.analysis.gap.shrinkage import shrinkage
@@ -33,7 +33,7 @@ LEADERS = 8
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
 ROUNDS = 3  # of look-alikes of the best, which may be one of them
-HOPELESS = 0.3  # share of the excess that pairs may leave for a third cause to be looked for
+HOPELESS = 0.3  # share that a pair may leave of all, or a third cause of that, to be looked for
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -260,11 +260,13 @@ def explore(bench, base, causes=CAUSES, small=0.0):
         chosen += _with_another(found, bench, first, causes)
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
-    if (min(map(excess, fits)) < enough or excess(best) > HOPELESS * excess(base)
-            or len(best.hypothesis.members) >= MOST_CAUSES):
+    if min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES:
         return fits
-    fits = fits + race(bench, base, _with_another(found, bench, best, causes), 2)
-    return _completed(bench, base, fits, causes)
+    thirds = _with_another(found, bench, best, causes)
+    least = min(map(promised, thirds), default=excess(best))
+    if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
+        return fits
+    return _completed(bench, base, fits + race(bench, base, thirds, 2), causes)
 
 
 def _completed(bench, base, fits, causes):

@@ -28,7 +28,7 @@ def race(bench, base, candidates, finalists):
 def _begun(bench, base, candidates):
     """First steps of the candidates that compete, those that promise most first."""
     begun = []
-    for candidate in sorted(candidates, key=_promised):
+    for candidate in sorted(candidates, key=promised):
         if not begun or _competes(candidate, min(begun, key=_learned)):
             begun.append(fit(started(candidate, bench, base), bench, 2))
     return begun
@@ -37,10 +37,10 @@ def _begun(bench, base, candidates):
 def _competes(candidate, best):
     """Whether a candidate may come near the best fit: as promised, or with a cause of that one."""
     shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    return shared or _promised(candidate) < FAR * max(_learned(best), QUIET)
+    return shared or promised(candidate) < FAR * max(_learned(best), QUIET)
 
 
-def _promised(candidate):
+def promised(candidate):
     """Excess that a candidate promises to leave beside the fit that it extends.
 
     What a further cause promises beside a fit is nearly what it does.  Beside the nominal model,

@@ -29,7 +29,7 @@ def candidate(left, *causes):
 
 
 def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
-    assert race._promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
+    assert race.promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("left, competes", [(5.0, True), (19.0, True), (21.0, False)])
