@@ -59,8 +59,7 @@ def sentence(name, answer):
     if "error" in answer:
         return f"{name}: not diagnosed"
     likely = [row for row in answer["effects"] if row["probability"] >= LIKELY]
-    causes = [f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%})"
-              for row in likely if row["effect"] != "unknown"]
+    causes = [_stated(answer, row) for row in likely if row["effect"] != "unknown"]
     if answer["verdict"] == "not_identifiable":
         causes = [_undecided(answer, LIKELY)]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
@@ -74,6 +73,15 @@ def sentence(name, answer):
         f"{table['percent']:.0f} % of what that leaves")
     return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
             + rest)
+
+
+def _stated(answer, row):
+    """An effect with joints and probability, and that of its family where only this is sure."""
+    from clie_blocks.analysis.gap.report.words import kin
+
+    family = kin(answer, row)
+    kind = f"; {family[0]} {family[1]:.0%}" if family else ""
+    return f"{row['effect']}{_where(row['joint'])} ({row['probability']:.0%}{kind})"
 
 
 def _undecided(answer, least):

@@ -57,6 +57,10 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
         {"effect": "coulomb", "joint": [1], "probability": 0.4}]}
     assert "not_identifiable: friction of some kind (70%), most likely coulomb at joint 1 (40%);" \
         in sentence("arm", {**told, **unsure, **family})
+    one_of_many = {"families": {"friction": 0.95}, "effects": [
+        {"effect": "coulomb", "joint": [1], "probability": 0.6}]}
+    assert "effect: coulomb at joint 1 (60%; friction of some kind 95%);" in sentence(
+        "arm", {**told, **one_of_many})
     fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
     assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
     rest = {"beside": ["coulomb"], "percent": 31.5}

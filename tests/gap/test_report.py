@@ -130,6 +130,11 @@ def test_sentence_names_cause_joint_and_gain():
     assert sentence(told, ("shoulder", "elbow")) == (
         "The model lacks coulomb at elbow (93 %); with it the model loses 96.4 % of its "
         "reducible gap on unseen data.")
+    sure = {**told, "families": {"friction": 0.97}}
+    assert sentence(sure, ("shoulder", "elbow")) == sentence(told, ("shoulder", "elbow"))
+    sure["effects"] = [{"effect": "coulomb", "joint": [2], "probability": 0.5}]
+    assert "coulomb at elbow (50 %; friction of some kind 97 %); with it" in sentence(
+        sure, ("shoulder", "elbow"))
     left = sentence({**told, "verdict": "unexplained"}, ("shoulder", "elbow"))
     assert "no effect" in left and "nearest removes 96.4 %" in left
     assert "noise" in sentence({**told, "verdict": "none"}, ())

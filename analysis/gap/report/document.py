@@ -11,6 +11,7 @@ from clie_blocks.analysis.gap.report.words import (
     at_joints,
     called,
     family_of,
+    kin,
     likely_family,
     listed,
     number,
@@ -97,19 +98,25 @@ def sentence(answer, joints):
             answer, joints)
     if unsure:
         return f"These logs cannot tell which it is: {_undecided(answer, joints)}{bought}."
-    return f"The model lacks {_named(_leading(answer), joints)}{bought}."
+    return f"The model lacks {_named(_leading(answer), joints, answer)}{bought}."
 
 
-def _named(rows, joints):
+def _named(rows, joints, answer):
     return listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
-                  f"({percent(row['probability'])})" for row in rows)
+                  f"({percent(row['probability'])}{_of_its_kind(answer, row)})" for row in rows)
+
+
+def _of_its_kind(answer, row):
+    """How sure the family of an effect is, where the effect itself is not."""
+    family = kin(answer, row)
+    return f"; {family[0]} {percent(family[1])}" if family else ""
 
 
 def _beside(answer, joints):
     """Causes that are sure though something else is there, too."""
     sure = [row for row in answer["effects"]
             if row["probability"] >= LIKELY and row["effect"] not in ("none", "unknown")]
-    return f" Beside it the model lacks {_named(sure, joints)}." if sure else ""
+    return f" Beside it the model lacks {_named(sure, joints, answer)}." if sure else ""
 
 
 def _undecided(answer, joints):

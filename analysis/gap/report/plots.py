@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.observer import let_go
-from clie_blocks.analysis.gap.report.words import called
+from clie_blocks.analysis.gap.report.words import called, scale
 from clie_blocks.analysis.gap.shrinkage import judging_logs
 
 POINTS = 900  # per curve, enough for a page and small as SVG
@@ -36,12 +36,13 @@ def motions(diagnosis, units):
         above.plot(time, q, color=MEASURED, lw=1.6, label="measured")
         above.plot(time, q - before[keep, k], color=BEFORE, lw=0.9, label="model before")
         above.plot(time, q - after[keep, k], color=AFTER, lw=0.9, ls="--", label="corrected")
-        floor = diagnosis.bench.noises[k].floor
+        factor, unit = scale(np.abs(before[keep, k]).max(), units["q"])
+        floor = factor * diagnosis.bench.noises[k].floor
         below.axhspan(-floor, floor, color="#d8dee6", lw=0, label="noise")
-        below.plot(time, before[keep, k], color=BEFORE, lw=0.8, label="missed before")
-        below.plot(time, after[keep, k], color=AFTER, lw=0.8, label="missed after")
+        below.plot(time, factor * before[keep, k], color=BEFORE, lw=0.8, label="missed before")
+        below.plot(time, factor * after[keep, k], color=AFTER, lw=0.8, label="missed after")
         above.set_ylabel(plain(f"{problem.joints[k]} [{units['q']}]"))
-        below.set_ylabel(f"missed [{units['q']}]")
+        below.set_ylabel(f"missed [{unit}]")
         for ax in (above, below):
             ax.grid(alpha=0.3)
             ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=8)

@@ -6,6 +6,7 @@ CALLED = {"none": "no effect", "unknown": "something outside the library",
           "parametric": "wrong numbers in a right model"}
 OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "something from outside"}
+SURE = 0.9  # probability from which on no more is said
 
 
 def called(name):
@@ -44,6 +45,28 @@ def likely_family(answer, least):
         if row["effect"] in LIBRARY and LIBRARY[row["effect"]].family == family)
 
 
+def kin(answer, row):
+    """Family of an effect that is not sure, and its probability, where the family is sure.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+    row : dict
+        The effect's, from the answer.
+
+    Returns
+    -------
+    tuple or None
+        What the family is called, probability.
+
+    """
+    likely = likely_family(answer, SURE)
+    if likely is None or likely[2] is not row or row["probability"] >= SURE:
+        return None
+    return family_of(likely[0]), likely[1]
+
+
 def number(value, digits=3):
     """A number with as many digits as carry meaning; a dash where there is none."""
     if value is None or not np.isfinite(value):
@@ -62,10 +85,16 @@ def percent(share):
 
 def size(value, unit):
     """A small length or angle with the prefix that it is read in."""
-    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "u")):
-        if abs(value) * factor >= 1.0 or prefix == "u":
-            return f"{value * factor:.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"
+    factor, prefixed = scale(value, unit)
+    return f"{value * factor:.3g} {prefixed}"
+
+
+def scale(value, unit):
+    """Factor and unit, with its prefix, in which values of a size are read."""
+    for factor, prefix in ((1.0, ""), (1e3, "m")):
+        if abs(value) * factor >= 1.0:
+            return factor, prefix + unit
+    return 1e6, f"u{unit}"
 
 
 def listed(words, last="and"):
