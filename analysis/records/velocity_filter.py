@@ -37,8 +37,8 @@ def velocity_filter(kind, step, corners=None):
     gain = (1 - p1) * (1 - p2) / step
     if kind == "zoh":
         high, low = corners
-        half = (low - high) * step / 2
-        gain = high * low * step * np.sqrt(p1 * p2) * (np.sinh(half) / half if half else 1.0)
+        apart = abs(low - high) * step
+        gain = high * low * step * max(p1, p2) * (-np.expm1(-apart) / apart if apart else 1.0)
     after = {"tustin": [0.5, 0.5], "backward": [1.0, 0.0], "matched": [1.0, 0.0]}.get(
         kind, [0.0, 1.0])
     return gain * np.convolve([1.0, -1.0], after), np.poly([p1, p2])

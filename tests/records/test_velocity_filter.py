@@ -44,3 +44,12 @@ def test_a_settled_filter_has_forgotten_its_start(name):
 def test_an_unstable_discretisation_is_not_offered():
     assert discretisations(STEP, CORNERS) == DISCRETISATIONS
     assert "forward" not in discretisations(10 * STEP, CORNERS)
+
+
+@pytest.mark.parametrize("corners", [(200.0, 300.0), (200.0, 1e7), (1e7, 200.0), (1e7, 1e7)])
+def test_zero_order_hold_keeps_the_step_response_however_far_apart_the_corners(corners):
+    b, a = velocity_filter("zoh", STEP, corners)
+    (high, low), t = corners, STEP * np.arange(5)
+    exact = 0.0 * t if high == low else high * low / (low - high) * (
+        np.exp(-high * t) - np.exp(-low * t))
+    np.testing.assert_allclose(signal.lfilter(b, a, np.ones(5)), exact, rtol=1e-9, atol=1e-9)
