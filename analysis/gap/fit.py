@@ -15,9 +15,10 @@ from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
 from clie_blocks.analysis.gap.step import DAMPING, change, step
 
 CONVERGED = 1e-3
-FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
+FUTILE = 0.1  # of the gain that ends a fit, or of the cost: less foreseen is not tried
 TRIES = 4
 LIGHT = 1e-6  # damping: a heavier one crawls where a cause and the joint model are alike
+COARSE, FINE = 0.05, 5e-4  # of a number's size: steps of its slope, and where these lead nowhere
 CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
 
 
@@ -96,15 +97,15 @@ class Tangent:
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
-def linearised(at, bench):
+def linearised(at, bench, width=COARSE):
     """Return the `Tangent` of a hypothesis; a second question costs nothing."""
-    if at not in bench.tangents:
-        bench.tangents[at] = _tangent(at, bench)
+    if at not in bench.tangents or width < COARSE:
+        bench.tangents[at] = _tangent(at, bench, width)
     return bench.tangents[at]
 
 
-def _tangent(at, bench):
-    groups = [[(i, *_difference(at, at.open[i])) for i in group] for group in _groups(at)]
+def _tangent(at, bench, width):
+    groups = [[(i, *_difference(at, at.open[i], width)) for i in group] for group in _groups(at)]
     sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
                          for group in groups)]
     runs = [part for j in range(len(at.problem.fit))
@@ -133,6 +134,9 @@ def _acts(at, entry, log, joint):
 def fit(start, bench, iterations=6):
     """Fit a hypothesis to the fit logs, then judge it on all logs.
 
+    Where slopes promise much that no step keeps, they are taken anew over a hundredth of the
+    step: along a flat valley, of numbers that are nearly alike, curvature hides what differs.
+
     Parameters
     ----------
     start : Hypothesis
@@ -143,16 +147,17 @@ def fit(start, bench, iterations=6):
         Most steps.
 
     """
-    at, damping, kept = start, LIGHT, 0
+    at, damping, kept, width = start, LIGHT, 0, COARSE
     for _ in range(iterations):
-        before, found = linearised(at, bench), _better(at, bench, damping)
-        if found is None:
-            break
-        at, damping = found
-        kept += 1
+        before, found = linearised(at, bench, width), _better(at, bench, damping)
+        if found is not None:
+            at, damping = found
+            kept += 1
         after = linearised(at, bench)
-        if before.cost - after.cost < _little(after):
-            break
+        if found is None or before.cost - after.cost < _little(after):
+            if width < COARSE or _foreseen(at, after) < FUTILE * after.cost:
+                break
+            damping, width = LIGHT, FINE
     return _judged(at, bench, kept)
 
 
@@ -251,10 +256,10 @@ def _groups(at):
     return groups.values()
 
 
-def _difference(at, entry):
+def _difference(at, entry, width):
     """Value a small step away, inside the bounds, and the step in units of the entry's size."""
     here = at.get(entry)
-    step = 0.05 * (entry.size if entry.phase else max(entry.size, 0.2 * abs(here)))
+    step = width * (entry.size if entry.phase else max(entry.size, 0.2 * abs(here)))
     if here + step > entry.upper:
         step = -step
     return here + step, step / entry.size
