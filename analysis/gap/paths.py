@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap import goal_path, torque_path
 from clie_blocks.analysis.gap.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict import LIKELY, UNKNOWN, weighed
 
-CERTAIN = 0.97  # what two logged signals establish without a model between them
+CERTAIN = 0.97  # what two logged signals, or the replay of the law, establish without a model
 MADE_OF_STEPS = 0.7  # share of the sensor's noise that its steps make
 FELT = 0.01  # error of a gain that is one
 HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),

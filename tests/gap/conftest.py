@@ -2,6 +2,7 @@
 
 import functools
 
+import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.own_robots import cases
@@ -79,3 +80,26 @@ def in_a_folder(made, at):
 def write_trial():
     """Function that writes a simulated robot and its logs into a new folder."""
     return in_a_folder
+
+
+@pytest.fixture(scope="module")
+def engine_arm(tmp_path_factory):
+    """Function that runs a drawn arm in MuJoCo: robot as its file says, and two records."""
+    pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+    from clie_blocks.analysis.blind.folder import robot_text
+    from clie_blocks.analysis.blind.loop import run
+    from clie_blocks.analysis.blind.motion import Motion, draw_motions
+    from clie_blocks.analysis.records import Record, read_robot
+
+    def simulated(rng, body, truth, rows):
+        motions = [Motion(m.excitation, m.start, m.q_d[:rows], m.pe[:rows])
+                   for m in draw_motions(rng, body)[:2]]
+        runs = run(body, [truth] * 2, motions, [body.sigma * rng.standard_normal(m.q_d.shape)
+                                                for m in motions])
+        file = tmp_path_factory.mktemp("arm") / "robot.toml"
+        file.write_text(robot_text(body, motions))
+        return read_robot(file), [
+            Record(time=body.period * np.arange(len(q)), q=q, u=u, qd=m.q_d, pe=m.pe,
+                   source=f"log-{j + 1}") for j, (m, (q, u)) in enumerate(zip(motions, runs))]
+
+    return simulated

@@ -7,9 +7,6 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.folder import robot_text  # noqa: E402
-from clie_blocks.analysis.blind.loop import run  # noqa: E402
-from clie_blocks.analysis.blind.motion import Motion, draw_motions  # noqa: E402
 from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
 from clie_blocks.analysis.gap.causes import CAUSES, drive, sensor  # noqa: E402
@@ -18,26 +15,17 @@ from clie_blocks.analysis.gap.fit import fit  # noqa: E402
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis  # noqa: E402
 from clie_blocks.analysis.gap.problem import problem  # noqa: E402
 from clie_blocks.analysis.gap.screen import screen  # noqa: E402
-from clie_blocks.analysis.records import Record, read_robot  # noqa: E402
 
 ROWS, LATE = 6000, 4.3e-3
 
 
 @pytest.fixture(scope="module")
-def late(tmp_path_factory):
+def late(engine_arm):
     """Problem of an arm of two, gears 1.8 and 29, whose first encoder is late; noise as drawn."""
     rng = np.random.default_rng(40)
     body = draw_robot(rng, "arm", True)
     truth = {**draw_truth(rng, body), "late": np.array([LATE, 0.0])}
-    motions = [Motion(m.excitation, m.start, m.q_d[:ROWS], m.pe[:ROWS])
-               for m in draw_motions(rng, body)[:2]]
-    runs = run(body, [truth] * 2, motions, [body.sigma * rng.standard_normal(m.q_d.shape)
-                                            for m in motions])
-    file = tmp_path_factory.mktemp("arm") / "robot.toml"
-    file.write_text(robot_text(body, motions))
-    records = [Record(time=body.period * np.arange(ROWS), q=q, u=u, qd=m.q_d, pe=m.pe,
-                      source=f"log-{j + 1}") for j, (m, (q, u)) in enumerate(zip(motions, runs))]
-    return problem(read_robot(file), records, [])
+    return problem(*engine_arm(rng, body, truth, ROWS), [])
 
 
 def delayed(asked, cause, joints, time):

@@ -5,34 +5,21 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.folder import robot_text  # noqa: E402
-from clie_blocks.analysis.blind.loop import run  # noqa: E402
-from clie_blocks.analysis.blind.motion import Motion, draw_motions  # noqa: E402
 from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap import sensitivity  # noqa: E402
 from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
 from clie_blocks.analysis.gap.problem import problem  # noqa: E402
 from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity  # noqa: E402
-from clie_blocks.analysis.records import Record, read_robot  # noqa: E402
 
 ROWS = 10_000
 
 
 @pytest.fixture(scope="module")
-def healthy_arm(tmp_path_factory):
+def healthy_arm(engine_arm):
     """Problem of a sound arm of two with gears of 1.7 and 1.7, run by the engine."""
     rng = np.random.default_rng(126)
     body = draw_robot(rng, "arm", True)
-    truth = draw_truth(rng, body)
-    motions = [Motion(m.excitation, m.start, m.q_d[:ROWS], m.pe[:ROWS])
-               for m in draw_motions(rng, body)[:2]]
-    runs = run(body, [truth] * 2, motions, [body.sigma * rng.standard_normal(m.q_d.shape)
-                                            for m in motions])
-    file = tmp_path_factory.mktemp("arm") / "robot.toml"
-    file.write_text(robot_text(body, motions))
-    return problem(read_robot(file), [
-        Record(time=body.period * np.arange(len(q)), q=q, u=u, qd=m.q_d, pe=m.pe,
-               source=f"log-{j + 1}") for j, (m, (q, u)) in enumerate(zip(motions, runs))], [])
+    return problem(*engine_arm(rng, body, draw_truth(rng, body), ROWS), [])
 
 
 def left(asked):

@@ -3,11 +3,11 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.paths import CERTAIN
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
            "transmission": "gear", "sensor": "encoder"}
 BLOCKS = ("controller", "drive", "gear", "joint", "links", "encoder")
-CERTAIN = 0.97  # what the replay of the law establishes
 
 
 def block_shares(diagnosis):
