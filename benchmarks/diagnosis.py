@@ -10,6 +10,7 @@ import argparse
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -54,8 +55,6 @@ class Stopwatch:
 
 def diagnose(folder, share=1.0):
     """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
-    import resource
-
     from clie_blocks.analysis.gap import pipeline
     from clie_blocks.analysis.gap.causes import CAUSES
 
@@ -67,8 +66,19 @@ def diagnose(folder, share=1.0):
     robot, records = watch.watched("reading", arm.read)(folder)
     found = pipeline.diagnose(robot, records, effects=names[::round(1 / share)])
     return {"start-up": started, "stages": watch.seconds, "seconds": time.process_time(),
-            "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+            "memory": peak_memory(),
             "answer": " + ".join(found.ranking[0].names)}
+
+
+def peak_memory():
+    """Return the most memory this process ever held [MB], where the system tells.
+
+    Not ``ru_maxrss``: that one a new process takes over from the one that started it.
+
+    """
+    status = Path("/proc/self/status")
+    said = re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
+    return int(said[1]) / 1024 if said else float("nan")
 
 
 def apart(folder, share=1.0, cache=None):
