@@ -229,7 +229,7 @@ print(len(record), re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="peak memory is read from /proc")
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
 def test_two_gigabytes_stream_within_one(tmp_path):
     rng = np.random.default_rng(2)
     block = "".join(f"{row}\n" for row in (",".join(f"{x:.8f}" for x in line)
