@@ -12,7 +12,7 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
-from clie_blocks.analysis.gap.step import DAMPING, change, step
+from clie_blocks.analysis.gap.step import DAMPING, change, spread, step
 
 CONVERGED = 1e-3
 FUTILE = 0.1  # of the gain that ends a fit, or of the cost: less foreseen is not tried
@@ -37,7 +37,9 @@ class Fit:
     stray : ndarray, shape (open,)
         Distances from the datasheet [sigma].
     covariance : ndarray, shape (open, open)
-        Of the open numbers, from the Jacobian.
+        Of the open numbers, from the Jacobian: what the logs and the datasheet's bounds tell.
+    spread : ndarray, shape (open,)
+        Standard deviation of the open numbers, see `spread` in `step`: what is told to the user.
     iterations : int
         Steps that were kept.
 
@@ -48,6 +50,7 @@ class Fit:
     samples: np.ndarray
     stray: np.ndarray
     covariance: np.ndarray
+    spread: np.ndarray
     iterations: int
 
     @property
@@ -90,21 +93,38 @@ class Tangent:
         """Sum of squares."""
         return float(self.residual @ self.residual)
 
+    @property
+    def slopes(self):
+        """Columns of the logs, without the datasheet."""
+        return self.columns[:len(self.residual) - self.columns.shape[1]]
+
     @functools.cached_property
     def normal(self):
         """Matrix and right-hand side of the normal equations, without the datasheet."""
-        columns = self.columns[:len(self.residual) - self.columns.shape[1]]
+        columns = self.slopes
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
 def linearised(at, bench, width=COARSE):
     """Return the `Tangent` of a hypothesis; a second question costs nothing."""
     if at not in bench.tangents or width < COARSE:
-        bench.tangents[at] = _tangent(at, bench, width)
+        bench.tangents[at] = sloped(at, bench, width)
     return bench.tangents[at]
 
 
-def _tangent(at, bench, width):
+def sloped(at, bench, width):
+    """Return a `Tangent` whose slopes are taken over some share of each number's size.
+
+    Parameters
+    ----------
+    at : Hypothesis
+        Where.
+    bench : Bench
+        Whitening.
+    width : float
+        Share of the size; negative for slopes to the other side.
+
+    """
     groups = [[(i, *_difference(at, at.open[i], width)) for i in group] for group in _groups(at)]
     sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
                          for group in groups)]
@@ -239,7 +259,9 @@ def _judged(at, bench, kept):
     samples = np.reshape([float(len(part)) for part in parts], (logs, n))
     covariance = np.linalg.pinv(here.columns.T @ here.columns, hermitian=True)
     scale = np.array([entry.size for entry in at.open])
-    return Fit(at, chi2, samples, at.stray(), covariance * np.outer(scale, scale), kept)
+    misfit = chi2.sum() / samples.sum()
+    return Fit(at, chi2, samples, at.stray(), covariance * np.outer(scale, scale),
+               spread(at.open, here.normal[0], misfit), kept)
 
 
 def diverged(found):
@@ -260,7 +282,7 @@ def _difference(at, entry, width):
     """Value a small step away, inside the bounds, and the step in units of the entry's size."""
     here = at.get(entry)
     step = width * (entry.size if entry.phase else max(entry.size, 0.2 * abs(here)))
-    if here + step > entry.upper:
+    if not entry.lower <= here + step <= entry.upper:
         step = -step
     return here + step, step / entry.size
 

@@ -1,4 +1,4 @@
-"""One step of a fit: damped Gauss-Newton that knows what the datasheet allows."""
+"""One step of a fit, and the doubt that is left: both know what the datasheet allows."""
 
 import numpy as np
 
@@ -7,9 +7,11 @@ from clie_blocks.analysis.gap.hypothesis import SOFTNESS
 DAMPING = 1e-4
 FACTOR = 2.5  # by which a step may change a time or a range
 BOUNDS = 4  # rounds of finding which bounds of the datasheet a step ends beyond
+TINY = 1e-9
+ANYWHERE = 3.0  # inverse variance, in tolerances, of what lies anywhere within its tolerance
 
 
-def step(at, here, damping=DAMPING, keys=None):
+def step(at, here, damping=DAMPING, keys=None, within=0.0):
     """Hypothesis after a damped Gauss-Newton step, of all open numbers or of some keys only.
 
     Parameters
@@ -22,12 +24,14 @@ def step(at, here, damping=DAMPING, keys=None):
         Levenberg's, relative to the squares of the columns.
     keys : collection of str, optional
         Numbers that may move.
+    within : float
+        What draws a number to its stated value inside its tolerance, see `change`.
 
     """
     used = [i for i, entry in enumerate(at.open) if keys is None or entry.key in keys]
     gram, right = here.normal
     delta = change([at.open[i] for i in used], at, gram[np.ix_(used, used)], right[used],
-                    damping)
+                   damping, within)
     moves = []
     for entry, moved in zip((at.open[i] for i in used), delta):
         here = at.get(entry)
@@ -44,18 +48,20 @@ def _is_scale(entry):
     return entry.key.partition(".")[2] in ("time", "range")
 
 
-def change(entries, at, gram, right, damping=DAMPING):
+def change(entries, at, gram, right, damping=DAMPING, within=0.0):
     """Change of each number, over its size, that is best with the datasheet's bounds.
 
-    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it.
+    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
+    costs `within` times its squared distance from the stated value, in tolerances.
     """
     size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
     centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
                                 for entry in entries]).T
     side = np.sign(at.stray()[[at.open.index(entry) for entry in entries]])
     for _ in range(BOUNDS):
-        slope = np.abs(side) * size / allowed / SOFTNESS
-        beyond = ((here - centre) / allowed - side) / SOFTNESS
+        weight = np.where(side == 0.0, np.sqrt(within), 1.0 / SOFTNESS)
+        slope = weight * size / allowed
+        beyond = weight * ((here - centre) / allowed - side)
         normal = gram + np.diag(slope**2)
         scale = np.sqrt(np.diag(normal)) + 1e-12
         normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
@@ -66,3 +72,23 @@ def change(entries, at, gram, right, damping=DAMPING):
             break
         side = ended
     return delta
+
+
+def spread(entries, gram, misfit):
+    """Standard deviation of each number, whatever the others are.
+
+    Parameters
+    ----------
+    entries : sequence of Open
+        The numbers.
+    gram : ndarray
+        Of the columns of the logs, per size of each number.
+    misfit : float
+        chi^2 per sample, by which the logs tell less than their noise would allow.
+
+    """
+    size, allowed = np.array([(entry.size, entry.tolerance or np.inf) for entry in entries]).T
+    known = gram / max(misfit, 1.0) + ANYWHERE * np.diag((size / allowed)**2)
+    scale = np.sqrt(np.diag(known)) + TINY
+    inverse = np.linalg.inv(known / np.outer(scale, scale) + TINY * np.eye(len(scale)))
+    return np.sqrt(np.diag(inverse)) / scale * size

@@ -1,0 +1,77 @@
+"""The end of a fit: home to the datasheet, as far as the logs leave it open.
+
+Where the logs tell two numbers only together, as a gain of the drive and the inertia, a fit ends
+anywhere in the stretch that the tolerances allow.  What lies anywhere within its tolerance has a
+mean, the stated value, and a variance, so that one more step ends where the numbers are expected.
+What the logs tell, it leaves.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.gap.fit import COARSE, Tangent, linearised, sloped
+from clie_blocks.analysis.gap.step import ANYWHERE, TINY, spread, step
+
+WAYS = 2.0 ** -np.arange(8)  # shares of the step that are tried side by side
+
+
+def homed(found, bench):
+    """Return a fit with its numbers where logs and datasheet expect them, and with their spread.
+
+    Parameters
+    ----------
+    found : Fit
+        A fit that has ended.
+    bench : Bench
+        Whitening.
+
+    """
+    at, misfit = found.hypothesis, max(found.chi2.sum() / found.samples.sum(), 1.0)
+    here = _central(at, bench, misfit)
+    doubt = spread(at.open, here.normal[0], 1.0)
+    goal = step(at, here, TINY, within=ANYWHERE)
+    tried = [_between(at, goal, way) for way in WAYS]
+    chi2 = _chi2(tried, bench)
+    rated = [_rated(one, each, misfit) for one, each in zip(tried, chi2)]
+    best = int(np.argmin(rated))
+    if rated[best] >= _rated(at, found.chi2, misfit):
+        return dataclasses.replace(found, spread=doubt)
+    return dataclasses.replace(found, hypothesis=tried[best], chi2=chi2[best],
+                               stray=tried[best].stray(), spread=doubt)
+
+
+def _central(at, bench, misfit):
+    """Tangent by central differences, as little sure as the model is good.
+
+    A slope to one side holds half the curvature, and passes it for a difference between numbers
+    that are alike.
+    """
+    ahead, behind = linearised(at, bench), sloped(at, bench, -COARSE)
+    rows = np.where(np.arange(len(ahead.residual)) < len(ahead.slopes), 1 / np.sqrt(misfit), 1.0)
+    return Tangent(ahead.parts, rows * ahead.residual,
+                   rows[:, None] * (ahead.columns + behind.columns) / 2)
+
+
+def _between(at, goal, way):
+    """Hypothesis part of the way to another one."""
+    return at.with_values(at.moved([
+        (entry, (1.0 - way) * at.get(entry) + way * goal.get(entry)) for entry in at.open]))
+
+
+def _chi2(tried, bench):
+    """chi^2 of each log and joint, for some variants of a hypothesis."""
+    at = tried[0]
+    runs = [[(part**2).sum(axis=1) for part in bench.residuals(
+        at.positions(j, [one.values for one in tried]), j)]
+        for j in range(len(at.problem.logs))]
+    return np.moveaxis(np.array(runs), -1, 0)
+
+
+def _rated(at, chi2, misfit):
+    """What logs and datasheet have against a model, the smaller the better."""
+    within = [min(abs(at.get(entry) - entry.centre) / entry.tolerance, 1.0)
+              for entry in at.open if entry.tolerance]
+    stray = at.stray()
+    return (chi2[:len(at.problem.fit)].sum() / misfit + stray @ stray
+            + ANYWHERE * np.dot(within, within))
