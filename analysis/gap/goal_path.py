@@ -187,9 +187,9 @@ def explained(fitted, judged, k):
     return {name: (path, missed(path, judged, k)) for name, path in paths(fitted, k).items()}
 
 
-def paths(record, k):
+def paths(record, k, ways=tuple(EXPLAINED_BY)):
     """Path of one joint by what the servo is said to have beside its lag, see `explained`."""
-    return {name: goal_path(record, k, causes) for name, causes in EXPLAINED_BY.items()}
+    return {name: goal_path(record, k, EXPLAINED_BY[name]) for name in ways}
 
 
 def missed(path, record, k):

@@ -5,7 +5,7 @@ import numpy as np
 from clie_blocks.analysis.gap import evidence
 from clie_blocks.analysis.gap.bound import predicted_radius
 from clie_blocks.analysis.gap.observer import let_go
-from clie_blocks.analysis.gap.paths import CERTAIN
+from clie_blocks.analysis.gap.paths import established_by
 from clie_blocks.analysis.gap.report.blocks import block_shares
 from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
 from clie_blocks.effects import LIBRARY
@@ -64,19 +64,8 @@ def _theorem_2(diagnosis):
 
 def established(diagnosis):
     """Causes that the way of a command shows, and those that the controller check establishes."""
-    check, found = diagnosis.check, [cause.as_dict() for cause in diagnosis.paths]
-    if check.wrong:
-        at = list(check.wrong)
-        found.append({"effect": "velocity_filter_mismatch", "joint": [k + 1 for k in at],
-                      "probability": CERTAIN, "parameters": {
-                          "highpass": {"value": check.corners[0, at], "unit": "rad/s"},
-                          "lowpass": {"value": check.corners[1, at], "unit": "rad/s"}}})
-    if check.coarse:
-        at = list(check.coarse)
-        found.append({"effect": "encoder_quantization", "joint": [k + 1 for k in at],
-                      "probability": CERTAIN, "parameters": {
-                          "step": {"value": check.step[at], "unit": "rad"}}})
-    return found
+    by_check = established_by(diagnosis.check, getattr(diagnosis, "left_out", ()))
+    return [cause.as_dict() for cause in (*diagnosis.paths, *by_check)]
 
 
 def _families(ranking, given):
@@ -114,7 +103,7 @@ def _made_unlikely(diagnosis):
 
     A wrong controller may be all that is unknown; a late goal or torque does not say so.
     """
-    if diagnosis.check.wrong or diagnosis.check.coarse:
+    if established_by(diagnosis.check, getattr(diagnosis, "left_out", ())):
         return NONE, UNKNOWN
     return (NONE,) if diagnosis.paths else ()
 
@@ -153,14 +142,12 @@ def _of_member(member, fit):
 
 
 def intervals(fit):
-    """Half widths of 95 % intervals of the fitted numbers, widened by the misfit, by key."""
-    misfit = np.sqrt(max(fit.chi2.sum() / fit.samples.sum(), 1.0))
+    """Half widths of 95 % intervals of the fitted numbers, by key."""
     found = {}
-    for i, entry in enumerate(fit.hypothesis.open):
+    for entry, spread in zip(fit.hypothesis.open, fit.spread):
         half = found.setdefault(entry.key, np.full_like(fit.hypothesis.values[entry.key], np.nan))
-        width = 1.96 * misfit * np.sqrt(max(fit.covariance[i, i], 0.0))
         where = slice(None) if entry.joint is None else entry.joint
-        half[where if entry.log is None else (entry.log, where)] = width
+        half[where if entry.log is None else (entry.log, where)] = 1.96 * spread
     return found
 
 

@@ -20,6 +20,7 @@ MADE_OF_STEPS = 0.7  # share of the sensor's noise that its steps make
 FELT = 0.01  # error of a gain that is one
 HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
               "both": ("coulomb", "time_delay")}
+LATE = ("setpoint_delay", "both")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ class PathCause:
                 "probability": self.probability, "parameters": self.parameters}
 
 
-def path_causes(records, bench, check, calibration):
+def path_causes(records, bench, check, calibration, left_out=frozenset()):
     """Causes on the way of the command; none where the law is stated and its command logged.
 
     Parameters
@@ -70,6 +71,8 @@ def path_causes(records, bench, check, calibration):
         Steps of the logged positions.
     calibration : Calibration
         Numbers of the odds.
+    left_out : set of str
+        Effects that are known not to be there: none is named, none explains a motion.
 
     Returns
     -------
@@ -77,12 +80,39 @@ def path_causes(records, bench, check, calibration):
         Surest first.
 
     """
+    found = ()
     if all(driven_by_goal(record) for record in records):
-        return (*_late_goals(records, bench.noises, calibration),
-                *_coarse_positions(bench, check))
-    if all(driven_by_torque(record) for record in records):
-        return tuple(_late_torques(records))
-    return ()
+        found = (*_late_goals(records, bench.noises, calibration, left_out),
+                 *_coarse_positions(bench, check))
+    elif all(driven_by_torque(record) for record in records):
+        found = _late_torques(records, left_out)
+    return tuple(cause for cause in found if cause.effect not in left_out)
+
+
+def established_by(check, left_out=frozenset()):
+    """Causes that the check of the controller establishes.
+
+    Parameters
+    ----------
+    check : ControllerCheck
+        Its result.
+    left_out : set of str
+        Effects that are not to be named.
+
+    Returns
+    -------
+    tuple of PathCause
+        The filter that ran, and the steps that the encoder makes.
+
+    """
+    found = (
+        ("velocity_filter_mismatch", tuple(check.wrong),
+         lambda at: {"highpass": _entry(check.corners[0, at], "rad/s"),
+                     "lowpass": _entry(check.corners[1, at], "rad/s")}),
+        ("encoder_quantization", tuple(check.coarse),
+         lambda at: {"step": _entry(check.step[at], "rad")}))
+    return tuple(PathCause(effect, joints, CERTAIN, numbers(list(joints)))
+                 for effect, joints, numbers in found if joints and effect not in left_out)
 
 
 def with_paths(said, paths):
@@ -118,21 +148,23 @@ def _of_no_law(record):
                 and not np.any(law.kd))
 
 
-def _late_goals(records, noises, calibration):
+def _late_goals(records, noises, calibration, left_out):
     """The delay of a servo's goals, where the odds are for one."""
+    ways = ["lag", *(way for way, names in HYPOTHESES.items() if left_out.isdisjoint(names))]
     joints = tuple(int(k) for k in np.flatnonzero(np.ptp(records[0].qd, axis=0) > 0))
-    if not joints:
+    late_ways = [way for way in ways if way in LATE]
+    if not joints or not late_ways:
         return ()
-    found = [goal_path.paths(records[0], k) for k in joints]
+    found = [goal_path.paths(records[0], k, ways) for k in joints]
     unseen = records[1:] or records
     left = {name: np.array([_missed(unseen, k, of[name]) for k, of in zip(joints, found)])
-            for name in goal_path.EXPLAINED_BY}
+            for name in ways}
     sigma = np.array([noises[k].sigma for k in joints])
     excess = {name: float(np.sum(rms**2 / sigma**2 - 1.0)) for name, rms in left.items()}
     likely = needed(excess, calibration)
     if likely < LIKELY:
         return ()
-    best = min(("setpoint_delay", "both"), key=excess.get)
+    best = min(late_ways, key=excess.get)
     times = {"time": _times(of[best] for of in found)}
     late = [goal_path.dead_times(records[0], k) for k in joints]
     if all(times_of.size for times_of in late):
@@ -152,12 +184,14 @@ def needed(excess, calibration):
     Parameters
     ----------
     excess : dict
-        chi^2 beyond the noise, per sample of one joint, by name of `goal_path.EXPLAINED_BY`.
+        chi^2 beyond the noise, per sample of one joint, by name of `goal_path.EXPLAINED_BY`;
+        what lacks is no explanation.
     calibration : Calibration
         Numbers of the odds.
 
     """
-    rows = [Row(names, excess[way], float(len(names))) for way, names in HYPOTHESES.items()]
+    rows = [Row(names, excess[way], float(len(names))) for way, names in HYPOTHESES.items()
+            if way in excess]
     told = [standing for standing in weighed(Table(excess["lag"], 0.0, 0, (), rows), calibration)
             if standing.names != (UNKNOWN,)]
     late = sum(standing.probability for standing in told if "time_delay" in standing.names)
@@ -166,8 +200,9 @@ def needed(excess, calibration):
 
 def _share(excess):
     """Share of the gap that the delay closes, on average before and after the dry friction."""
-    alone, beside = (excess["lag"] - excess["setpoint_delay"], excess["coulomb"] - excess["both"])
-    return float(np.clip((alone + beside) / 2.0 / excess["lag"], 0.0, 1.0))
+    gained = [excess[without] - excess[late] for without, late in (
+        ("lag", "setpoint_delay"), ("coulomb", "both")) if late in excess]
+    return float(np.clip(np.mean(gained) / excess["lag"], 0.0, 1.0))
 
 
 def _times(paths):
@@ -204,15 +239,16 @@ def _coarse_positions(bench, check):
                         {"step": _entry(check.step[at], "rad")})
 
 
-def _late_torques(records):
+def _late_torques(records, left_out):
     """Lag or delay, and gain, of the drives whose torque is measured."""
+    either = [name for name in ("actuator_lag", "time_delay") if name not in left_out]
     driven = [torque_path.pooled(records, k) for k in range(records[0].n)]
     found = {"actuator_lag": [], "time_delay": [], "torque_gain_error": []}
     for k, path in enumerate(driven):
         if path is None:
             continue
-        if path.late - path.half_widths["late"] > records[0].sample_time:
-            found["actuator_lag" if path.lag > path.delay else "time_delay"].append(
+        if either and path.late - path.half_widths["late"] > records[0].sample_time:
+            found[either[0] if path.lag > path.delay else either[-1]].append(
                 (k, path.late, path.half_widths["late"]))
         if abs(path.gain - 1.0) > max(path.half_widths["gain"], FELT):
             found["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))

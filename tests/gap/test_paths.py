@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.goal_path import followed
-from clie_blocks.analysis.gap.paths import PathCause, needed, path_causes, with_paths
+from clie_blocks.analysis.gap.paths import (
+    PathCause,
+    established_by,
+    needed,
+    path_causes,
+    with_paths,
+)
 from clie_blocks.analysis.gap.preparation import prepared
 from clie_blocks.analysis.gap.torque_path import delivered
 from clie_blocks.analysis.gap.verdict import learned
@@ -117,3 +123,33 @@ def test_what_the_path_shows_is_an_effect_though_the_motion_does_not_ask_for_one
     assert with_paths("none", found) == with_paths("not_identifiable", found) == "effect"
     assert with_paths("unexplained", found) == "unexplained"
     assert with_paths("none", ()) == "none"
+
+
+def test_what_is_left_out_is_not_named_and_explains_nothing():
+    logs = servo_logs(0.03, 0.01)
+    assert path_causes(logs, bench(), check(), learned(), {"time_delay"}) == ()
+    (cause,) = path_causes(logs, bench(), check(), learned(), {"coulomb"})
+    assert cause.effect == "time_delay" and set(cause.left) == {"lag", "setpoint_delay"}
+    assert path_causes(servo_logs(0.0, 0.01), bench(), check(STEP), learned(),
+                       {"encoder_quantization"}) == ()
+
+
+def test_a_late_torque_goes_to_the_cause_that_is_not_left_out():
+    logs, lag = torque_logs(0.8, 0.02), {"actuator_lag"}
+    late, weak = path_causes(logs, None, None, learned(), lag)
+    assert (late.effect, weak.effect) == ("time_delay", "torque_gain_error")
+    assert late.parameters["time"]["value"][0] == pytest.approx(0.02, abs=1e-3)
+    (weak,) = path_causes(logs, None, None, learned(), lag | {"time_delay"})
+    assert weak.parameters["error"]["value"][0] == pytest.approx(-0.2, abs=0.01)
+    (late,) = path_causes(logs, None, None, learned(), {"torque_gain_error"})
+    assert late.effect == "actuator_lag"
+
+
+def test_the_check_establishes_only_what_is_not_left_out():
+    found = SimpleNamespace(wrong=(0,), coarse=(0,), step=np.array([STEP]),
+                            corners=np.array([[200.0], [300.0]]))
+    assert [cause.effect for cause in established_by(found)] == [
+        "velocity_filter_mismatch", "encoder_quantization"]
+    assert established_by(found)[0].as_dict()["parameters"]["lowpass"]["value"] == [300.0]
+    assert [cause.effect for cause in established_by(found, {"encoder_quantization"})] == [
+        "velocity_filter_mismatch"]
