@@ -11,7 +11,7 @@ import weakref
 import numpy as np
 
 from clie_blocks.analysis.gap.hypothesis import DIVERGED
-from clie_blocks.analysis.gap.noise import decimated, decimation, noise, white
+from clie_blocks.analysis.gap.noise import decimated, noise, white
 from clie_blocks.analysis.gap.sensitivity import (
     noise_responses,
     sensor_sensitivity,
@@ -53,16 +53,23 @@ class Bench:
                 for k in range(self.problem.n)]
 
     def residuals(self, runs, j):
-        """Residuals of each joint for positions (sets, n, N) simulated in log j, a row per set."""
-        log, (sets, n, _) = self.problem.logs[j], runs.shape
-        width = decimation(self.problem.period)
-        rows = len(log) // width
-        means = (runs[..., :rows * width].reshape(sets, n, rows, width)
-                 @ np.full(width, 1.0 / width))
+        """Residuals of each joint for runs in log j, a row per set.
+
+        Parameters
+        ----------
+        runs : ndarray, shape (sets, n, N)
+            Simulated positions, sample by sample or as `Simulator.means` averages them.
+        j : int
+            Log.
+
+        """
+        measured = decimated(self.problem.logs[j].q, self.problem.period)
+        means = runs
+        if runs.shape[-1] > len(measured):
+            means = np.moveaxis(decimated(np.moveaxis(runs, -1, 0), self.problem.period), 0, -1)
         sound = np.abs(means).max(axis=(1, 2)) < DIVERGED
-        measured = decimated(log.q, self.problem.period)
         found = []
-        for k in range(n):
+        for k in range(self.problem.n):
             error = np.where(sound, measured[:, k, None] - means[:, k].T, 0.0)
             left = self.projected(white(error, self.noises[k].whitener), j, k)
             found.append(np.where(sound, left, self._runaway(j, k)[:, None]).T)

@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.controller_check import controller_check
 from clie_blocks.analysis.gap.controller_gains import beyond_the_library
 from clie_blocks.analysis.gap.evidence import STRAYED, evidence, excess
 from clie_blocks.analysis.gap.fit import diverged
+from clie_blocks.analysis.gap.homing import homed
 from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.observer import held, let_go
@@ -127,7 +128,8 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         asked = state_problem(robot, records, held_out)
         check = controller_check(asked)
     else:
-        asked = loop_problem(loop, robot if isinstance(robot, list) else [robot], held_out)
+        logs = list(robot) if isinstance(robot, (list, tuple)) else [robot]
+        asked = loop_problem(loop, logs, held_out)
         check, causes = trusted(asked, causes), tuple(filter(asked.law.reaches, causes))
     ran = check.mended(asked)
     if simulated:
@@ -161,9 +163,9 @@ def _ranked(look, check, calibration):
         ranking = beyond_the_library(ranking)
     model = _leading(ranking, base)
     if model is not base:
-        slim = pruned(model, bench, excess(base))
-        ranking = [dataclasses.replace(s, fit=slim) if s.fit is model else s for s in ranking]
-        model = slim
+        home = homed(pruned(model, bench, excess(base)), bench)
+        ranking = [dataclasses.replace(s, fit=home) if s.fit is model else s for s in ranking]
+        model = home
     return ranking, model, table
 
 

@@ -34,6 +34,16 @@ def test_residuals_of_many_sets_are_those_of_each_error(fitted):
         assert np.ptp(found[k][1]) == 0.0 < found[k][1][0]  # a runaway is a constant
 
 
+def test_means_are_those_of_the_positions(fitted):
+    at, period = fitted[1].hypothesis, fitted[1].hypothesis.problem.period
+    wild = {**at.values, "damping": -40.0 * at.values["inertia"]}
+    sets = [at.of_log(0, values) for values in (at.values, wild)]
+    means = at.simulator.means(at.problem.logs[0], sets, decimation(period))
+    expected = decimated(at.positions(0, [at.values])[0].T, period).T
+    np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)
+    assert not np.abs(means[1]).max() < 100.0  # a runaway, in numbers or out of them
+
+
 def test_columns_are_slopes_of_the_residual(fitted):
     bench, at = fitted[0], fitted[1].hypothesis
     here = linearised(at, bench)
