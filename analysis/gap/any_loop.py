@@ -9,9 +9,15 @@ from clie_blocks.analysis.gap.controller_check import ControllerCheck
 from clie_blocks.analysis.gap.links import planar_chain
 from clie_blocks.analysis.gap.loop_ports import checked, loop_ports
 from clie_blocks.analysis.gap.loop_simulator import MOST_SUBSTEPS, REACH, LoopSimulator, reachable
+from clie_blocks.analysis.gap.loop_soundness import (
+    answering,
+    check_poles,
+    check_records,
+    check_run,
+)
 from clie_blocks.analysis.gap.loop_step import GLANCE
 from clie_blocks.analysis.gap.problem import Nominal, Problem, as_log
-from clie_blocks.errors import ClieError, RecordError
+from clie_blocks.errors import ClieError
 from clie_blocks.signals import ports
 
 BAND = (0.3, 20.0)  # rad/s, in which inertia and damping are read from the linearised loop
@@ -112,28 +118,33 @@ def loop_problem(loop, records, held_out=None):
     Raises
     ------
     ClieError
-        If the loop lacks a port, or its sample time is not that of the logs.
+        If the loop lacks a port, fails, or its sample time is not that of the logs.
+    DivergedError
+        If the loop is unstable.
     RecordError
-        If a record has another number of joints.
+        If a record has another number of joints, or another sample time.
+    NotIdentifiableError
+        If a log is too short.
 
     """
     from clie_blocks.analysis.records import Robot
 
-    loop, first = checked(loop), records[0]
+    loop = checked(loop)
     found = loop_ports(loop)
-    if first.q.shape[1] != found.n:
-        raise RecordError(f"{first.source} has {first.q.shape[1]} joints and the loop "
-                          f"{loop.name!r} has {found.n}")
+    check_records(records, found.n, loop.name)
+    first = records[0]
     held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
     robot = Robot(n=found.n, joints=first.joints)
     chain = planar_chain(robot, np.zeros(found.n))
-    law = _law(loop, found, first.sample_time, first.q[0], chain)
+    law = _law(loop, found, first, chain)
     logs = [as_log(record, robot, k) for k, record in enumerate(records)]
     torque = np.sqrt(np.mean(np.concatenate([log.u for log in logs]) ** 2, axis=0))
     nominal = Nominal(
         law.inertia, law.damping, np.zeros(found.n), TOLERANCE["inertia"] * law.inertia,
         TOLERANCE["damping"] * np.maximum(law.damping, 0.1 * law.inertia),
         TOLERANCE["load"] * torque + 1e-12)
+    check_run(law, logs[0], {"inertia": law.inertia, "damping": law.damping,
+                             "load": nominal.load})
     one = np.ones(found.n)
     return Problem(
         fit=tuple(log for k, log in enumerate(logs) if k not in held_out),
@@ -154,22 +165,29 @@ def trusted(asked, causes):
     if not law.ports.has_sensor:
         said.append("an input 'sensor' that adds to the measured position would bring "
                     "encoder_eccentricity into reach")
+    still = [log.name for log in asked.logs if not np.ptp(log.q_d)]
+    if still:
+        said.append(f"the reference of {', '.join(still)} rests or was not logged: the loop is "
+                    "asked to stay where it begins")
     zero = np.zeros(n)
     return ControllerCheck(zero, zero + np.inf, (), np.full((2, n), np.nan), (), zero, law,
                            tuple(said))
 
 
-def _law(loop, found, period, start, chain):
+def _law(loop, found, record, chain):
     from scipy.signal import cont2discrete, ss2tf
 
+    period = record.sample_time
     if loop.dt and loop.dt is not True and abs(loop.dt - period) > 1e-6 * period:
         raise ClieError(f"{loop.name} runs every {loop.dt:g} s and the log every {period:g} s; "
                         "build the loop for the sample time of the log")
-    a, b, c, d = _linearised(loop, found, start)
+    a, b, c, d = _linearised(loop, found, record.q[0])
+    poles = np.linalg.eigvals(a)
+    check_poles(loop, poles, period, len(record) * period, MOST_SUBSTEPS)
     inertia, damping = np.transpose([_joint(a, b[:, k], c[[k, found.n + k]], d[
         [k, found.n + k], k], period if loop.dt else 0.0, found) for k in range(found.n)])
     if not loop.dt:
-        speed = np.abs(np.linalg.eigvals(a)).max(initial=1.0)
+        speed = np.abs(poles).max(initial=1.0)
         substeps = int(np.clip(np.ceil(period * speed / REACH), 1, MOST_SUBSTEPS))
         a, b, c, d, _ = cont2discrete((a, b, c, d), period)
     else:
@@ -193,8 +211,11 @@ def _linearised(loop, found, start):
     shown = [k for name in ("q", "u") for k, label in enumerate(loop.output_labels)
              if label.partition("[")[0] == name]
 
+    answer = answering(loop)
+
     def both(x, u):
-        return np.append(loop.dynamics(0.0, x, u), np.asarray(loop.output(0.0, x, u))[shown])
+        moved, outputs = answer(x, u)
+        return np.append(moved, outputs[shown])
 
     columns = [(both(x + dx, u + du) - both(x - dx, u - du)) / (2 * NUDGE)
                for dx, du in [*((NUDGE * e, 0.0) for e in np.eye(len(x))),
@@ -210,6 +231,9 @@ def _joint(a, b, c, d, period, found):
     moved, commanded = np.transpose([c @ np.linalg.solve(point * np.eye(len(a)) - a, b) + d
                                      for point in points])
     sensor = commanded if found.torque == "pe" else 1.0 + commanded
+    if not moved.all():
+        raise ClieError("the loop has a torque port that moves no joint; connect it to the input "
+                        "of the plant, beside the motor's torque")
     inverse = sensor / moved * np.exp(-0.5j * grid * period)  # a held torque acts half a step late
     shape = np.stack([-grid**2, np.ones_like(grid)], axis=1) / grid[:, None]
     inertia = np.linalg.lstsq(shape, inverse.real / grid, rcond=None)[0][0]
@@ -233,14 +257,12 @@ def _at_rest(loop, found, start):
     from scipy.optimize import least_squares
 
     u, reach = _inputs(loop, start), 1.0 if loop.dt else GLANCE
-    at = ports(loop.output_labels)["q"]
-
-    def shown(x):
-        return np.asarray(loop.output(0.0, x, u))[at]
+    at, answer = ports(loop.output_labels)["q"], answering(loop)
 
     def moves(x):
-        rate = np.asarray(loop.dynamics(0.0, x, u)) - (x if loop.dt else 0.0)
-        q = shown(x)
-        return np.concatenate((q - start, (shown(x + reach * rate) - q) / reach, AFTER * rate))
+        moved, outputs = answer(x, u)
+        rate, q = moved - (x if loop.dt else 0.0), outputs[at]
+        later = answer(x + reach * rate, u)[1][at]
+        return np.concatenate((q - start, (later - q) / reach, AFTER * rate))
 
     return least_squares(moves, np.zeros(loop.nstates), xtol=1e-14, ftol=1e-14, gtol=1e-14).x

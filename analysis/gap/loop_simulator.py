@@ -176,6 +176,12 @@ class LoopSimulator:
                                   log=self.program.outputs[:self.law.ports.n])
         return done.outputs[:, :, :len(log)]
 
+    def means(self, log, sets, width):
+        """Positions for many sets, averaged over `width` neighbouring samples."""
+        runs = self.positions(log, sets)
+        rows = runs.shape[-1] // width
+        return runs[..., :rows * width].reshape(*runs.shape[:2], rows, width).mean(axis=-1)
+
     def _numbers(self, values):
         """Parameters of the causes and the joints; those of the loop stay as they are."""
         return {key: values[key] for key in (*MODEL, *self._cause_keys)}
