@@ -13,7 +13,8 @@ import numpy as np
 from clie_blocks.analysis.gap.fit import COARSE, Tangent, linearised, sloped
 from clie_blocks.analysis.gap.step import ANYWHERE, TINY, spread, step
 
-WAYS = 2.0 ** -np.arange(8)  # shares of the step that are tried side by side
+WAYS = 2.0 ** -np.arange(7)  # shares of the step that are tried side by side
+ROUNDS, NOTABLE = 3, 10.0  # steps; chi^2 beyond chance that one must gain for another to follow
 
 
 def homed(found, bench):
@@ -27,18 +28,25 @@ def homed(found, bench):
         Whitening.
 
     """
+    for _ in range(ROUNDS):
+        found, gained = _nearer(found, bench)
+        if gained < NOTABLE:
+            break
+    return found
+
+
+def _nearer(found, bench):
+    """Fit after a step home, and what the step gained."""
     at, misfit = found.hypothesis, max(found.chi2.sum() / found.samples.sum(), 1.0)
     here = _central(at, bench, misfit)
-    doubt = spread(at.open, here.normal[0], 1.0)
     goal = step(at, here, TINY, within=ANYWHERE)
-    tried = [_between(at, goal, way) for way in WAYS]
+    tried = [at, *(_between(at, goal, way) for way in WAYS)]
     chi2 = _chi2(tried, bench)
     rated = [_rated(one, each, misfit) for one, each in zip(tried, chi2)]
     best = int(np.argmin(rated))
-    if rated[best] >= _rated(at, found.chi2, misfit):
-        return dataclasses.replace(found, spread=doubt)
-    return dataclasses.replace(found, hypothesis=tried[best], chi2=chi2[best],
-                               stray=tried[best].stray(), spread=doubt)
+    return dataclasses.replace(
+        found, hypothesis=tried[best], chi2=chi2[best], stray=tried[best].stray(),
+        spread=spread(at.open, here.normal[0], 1.0)), rated[0] - rated[best]
 
 
 def _central(at, bench, misfit):
@@ -70,8 +78,8 @@ def _chi2(tried, bench):
 
 def _rated(at, chi2, misfit):
     """What logs and datasheet have against a model, the smaller the better."""
-    within = [min(abs(at.get(entry) - entry.centre) / entry.tolerance, 1.0)
-              for entry in at.open if entry.tolerance]
+    away = np.abs([(at.get(entry) - entry.centre) / entry.tolerance
+                   for entry in at.open if entry.tolerance])
     stray = at.stray()
     return (chi2[:len(at.problem.fit)].sum() / misfit + stray @ stray
-            + ANYWHERE * np.dot(within, within))
+            + ANYWHERE * np.where(away < 1.0, away**2, 2.0 * away - 1.0).sum())

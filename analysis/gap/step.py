@@ -52,7 +52,8 @@ def change(entries, at, gram, right, damping=DAMPING, within=0.0):
     """Change of each number, over its size, that is best with the datasheet's bounds.
 
     What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
-    costs `within` times its squared distance from the stated value, in tolerances.
+    costs `within` times its squared distance from the stated value, in tolerances, and from the
+    bound on that cost grows no faster.
     """
     size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
     centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
@@ -61,7 +62,8 @@ def change(entries, at, gram, right, damping=DAMPING, within=0.0):
     for _ in range(BOUNDS):
         weight = np.where(side == 0.0, np.sqrt(within), 1.0 / SOFTNESS)
         slope = weight * size / allowed
-        beyond = weight * ((here - centre) / allowed - side)
+        bound = side * (1.0 - within * SOFTNESS**2)
+        beyond = weight * ((here - centre) / allowed - bound)
         normal = gram + np.diag(slope**2)
         scale = np.sqrt(np.diag(normal)) + 1e-12
         normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
