@@ -129,7 +129,7 @@ def sloped(at, bench, width):
     sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
                          for group in groups)]
     runs = [part for j in range(len(at.problem.fit))
-            for part in bench.residuals(at.positions(j, sets), j)]
+            for part in bench.residuals(at.means(j, sets), j)]
     parts, stray = [run[0] for run in runs], at.stray()
     residual = np.concatenate([*parts, stray])
     columns, last = np.zeros((len(residual), len(at.open))), 0
@@ -218,7 +218,7 @@ def _costs(proposals, bench):
     at = proposals[0]
     costs = [proposal.stray() @ proposal.stray() for proposal in proposals]
     for j in range(len(at.problem.fit)):
-        for part in bench.residuals(at.positions(j, [each.values for each in proposals]), j):
+        for part in bench.residuals(at.means(j, [each.values for each in proposals]), j):
             costs = costs + (part**2).sum(axis=1)
     return costs
 
@@ -253,7 +253,7 @@ def _judged(at, bench, kept):
     """Fit of a hypothesis as it stands."""
     here, n, logs = linearised(at, bench), at.problem.n, len(at.problem.logs)
     held_out = [part[0] for j in range(len(at.problem.fit), logs)
-                for part in bench.residuals(at.positions(j, [at.values]), j)]
+                for part in bench.residuals(at.means(j, [at.values]), j)]
     parts = [*here.parts, *held_out]
     chi2 = np.reshape([part @ part for part in parts], (logs, n))
     samples = np.reshape([float(len(part)) for part in parts], (logs, n))

@@ -71,7 +71,7 @@ def _chi2(tried, bench):
     """chi^2 of each log and joint, for some variants of a hypothesis."""
     at = tried[0]
     runs = [[(part**2).sum(axis=1) for part in bench.residuals(
-        at.positions(j, [one.values for one in tried]), j)]
+        at.means(j, [one.values for one in tried]), j)]
         for j in range(len(at.problem.logs))]
     return np.moveaxis(np.array(runs), -1, 0)
 

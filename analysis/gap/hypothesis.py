@@ -7,6 +7,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.closed_loop import constants, simulator, structure
+from clie_blocks.analysis.gap.noise import decimation
 
 DIVERGED = 1e2  # rad: the error of a model that leaves every bound
 SOFTNESS = 0.25  # how far, in tolerances, a joint may stray beyond its datasheet at one sigma
@@ -132,6 +133,12 @@ class Hypothesis:
         """Positions in log j for many sets of values, shape (sets, n, N) [rad]."""
         return self.simulator.positions(self.problem.logs[j],
                                         [self.of_log(j, values) for values in sets])
+
+    def means(self, j, sets):
+        """Positions in log j averaged as errors are, for many sets of values [rad]."""
+        return self.simulator.means(self.problem.logs[j],
+                                    [self.of_log(j, values) for values in sets],
+                                    decimation(self.problem.period))
 
     def error(self, j, dithered=True):
         """Measured less simulated position in log j, shape (N, n) [rad]."""
