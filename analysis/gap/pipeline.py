@@ -20,7 +20,7 @@ from clie_blocks.analysis.gap.paths import path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
-from clie_blocks.analysis.gap.race import ENOUGH, QUIET, promised, race
+from clie_blocks.analysis.gap.race import ENOUGH, QUIET, believed, promised, promising, race
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.second_look import in_the_loop, second_look
 from clie_blocks.analysis.gap.shrinkage import shrinkage
@@ -34,6 +34,7 @@ LEADERS = 8
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 MOST_CAUSES = 3  # at once
 ROUNDS = 3  # of look-alikes of the best, which may be one of them
+SMALL = 2e-4  # share of the excess that a right model may leave, as the calibration has learned it
 HOPELESS = 0.3  # share that a pair may leave of all, or a third cause of that, to be looked for
 
 
@@ -169,7 +170,7 @@ def _ranked(look, check, calibration):
     return ranking, model, table
 
 
-def examined(asked, causes=CAUSES, small=0.0):
+def examined(asked, causes=CAUSES, small=SMALL):
     """Fit the nominal model and all hypotheses worth it.
 
     Parameters
@@ -197,7 +198,7 @@ def examined(asked, causes=CAUSES, small=0.0):
         bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
-    kept = [row.fit for row in evidence(base, fits, (), bench).rows]
+    kept = [row.fit for row in evidence(base, fits, (), bench).rows if not row.bump]
     return bench, base, evidence(base, fits, _free(base, kept, bench), bench)
 
 
@@ -231,7 +232,7 @@ def _free(base, fits, bench):
     return structured(base, bench), structured(best, bench)
 
 
-def explore(bench, base, causes=CAUSES, small=0.0):
+def explore(bench, base, causes=CAUSES, small=SMALL):
     """Fit the leading single causes, then pairs and triples while much is left.
 
     Parameters
@@ -243,7 +244,8 @@ def explore(bench, base, causes=CAUSES, small=0.0):
     causes : sequence of Cause
         What to look for.
     small : float
-        Share of the excess below which, too, no second cause is looked for.
+        Share of the excess below which, too, no second cause is looked for: none could outweigh
+        what it costs.
 
     Returns
     -------
@@ -252,17 +254,19 @@ def explore(bench, base, causes=CAUSES, small=0.0):
 
     """
     found = screen(bench, base, causes)
-    fits = race(bench, base, singles(found, bench, base, causes)[:LEADERS], LEADERS // 2)
-    fits = _completed(bench, base, fits, causes)
+    alone = singles(found, bench, base, causes)[:LEADERS]
+    fits = _completed(bench, base, race(bench, base, alone, LEADERS // 2), causes)
     enough = max(ENOUGH, small * excess(base))
     if min(map(excess, fits)) < enough or len(causes) == 1:
         return fits
-    chosen = pairs(found)[:LEADERS // 2]
-    for first in sorted(fits, key=lambda f: f.total)[:3]:
+    chosen = believed(pairs(found)[:LEADERS // 2], alone, fits, base)
+    firsts = sorted(fits, key=lambda f: f.total)[:3]
+    for first in firsts:
         chosen += _with_another(found, bench, first, causes)
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
-    if min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES:
+    if (min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES
+            or best in firsts):
         return fits
     thirds = _with_another(found, bench, best, causes)
     least = min(map(promised, thirds), default=excess(best))
@@ -287,7 +291,8 @@ def _completed(bench, base, fits, causes):
 def _with_another(found, bench, first, causes):
     """Candidates that add to a fit one of the causes that explain most of what it leaves."""
     left = rescreened(found, bench, first)
-    return list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
+    return [one for one in list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
+            if promising(one)]
 
 
 def _distinct(candidates):

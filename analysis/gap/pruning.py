@@ -26,7 +26,8 @@ def pruned(found, bench, nothing):
 
     """
     if found not in bench.freed:
-        bench.freed[found] = _freed(found, bench, nothing)
+        freed = _freed(found, bench, nothing)
+        bench.freed[found] = bench.freed[freed] = freed
     return bench.freed[found]
 
 

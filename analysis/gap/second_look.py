@@ -98,7 +98,7 @@ def restarted(found, bench):
             ("contact", contact + 0.0 * at.values[f"{BACKLASH.block}.contact"]))}})
         for wider in WIDER for contact in FLANKS]
     costs = sum((part**2).sum(axis=1) for j in range(len(at.problem.fit))
-                for part in bench.residuals(at.positions(j, [s.values for s in starts]), j))
+                for part in bench.residuals(at.means(j, [s.values for s in starts]), j))
     again = [fit(starts[i], bench) for i in np.argsort(costs)[:RESTARTS]]
     return min([found, *again], key=lambda one: one.total)
 

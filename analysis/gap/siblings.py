@@ -87,7 +87,7 @@ def _cost(candidate, bench):
     at = hypothesis(bench.problem, candidate.members, candidate.after.hypothesis)
     return at.stray() @ at.stray() + sum(
         (part**2).sum() for j in range(len(bench.problem.fit))
-        for part in bench.residuals(at.positions(j, [at.values]), j))
+        for part in bench.residuals(at.means(j, [at.values]), j))
 
 
 def _keys(members):

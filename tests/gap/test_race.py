@@ -44,6 +44,56 @@ def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     assert not race._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
 
 
+@pytest.mark.parametrize("left, promising", [(79.0, True), (81.0, False)])
+def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, promising):
+    assert race.promising(candidate(left, SPRING, COULOMB)) == promising
+
+
+def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
+    done = fitted(-0.1, SPRING)
+    more = Candidate((SimpleNamespace(cause=COULOMB),), 0.2 * SAMPLES, done)
+    assert not race.promising(more)
+
+
+def beside_nominal(left, *causes):
+    """A candidate that promises to leave an excess beside a nominal model that leaves 100."""
+    return Candidate(tuple(SimpleNamespace(cause=cause) for cause in causes),
+                     (100.0 - left) * SAMPLES)
+
+
+def test_a_pair_must_promise_more_than_the_best_single_cause_has_reached():
+    alone = [beside_nominal(40.0, SPRING), beside_nominal(60.0, COULOMB)]
+    pairs = [beside_nominal(5.0, SPRING, COULOMB), beside_nominal(35.0, SPRING, TIME_DELAY)]
+    kept = race.believed(pairs, alone, [fitted(30.0, SPRING)], fitted(100.0))
+    assert kept == pairs[:1]
+
+
+def test_where_a_fit_does_far_better_than_promised_no_promise_is_believed():
+    alone = [beside_nominal(40.0, SPRING)]
+    pairs = [beside_nominal(35.0, SPRING, TIME_DELAY)]
+    assert race.believed(pairs, alone, [fitted(10.0, SPRING)], fitted(100.0)) == pairs
+
+
+def begun(monkeypatch, start):
+    """How many steps a look-alike of a fit that leaves 1 takes from a start that leaves much."""
+    steps = []
+
+    def fit(at, bench, iterations):
+        steps.append(iterations)
+        return fitted(start, COULOMB)
+
+    monkeypatch.setattr(race, "fit", fit)
+    monkeypatch.setattr(race, "started", lambda *_: None)
+    alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, fitted(1.0, SPRING))
+    race._first_steps(alike, None, fitted(100.0))
+    return steps[-1]
+
+
+def test_a_look_alike_that_starts_far_behind_its_leader_is_left_there(monkeypatch):
+    assert begun(monkeypatch, 50.0) == 0
+    assert begun(monkeypatch, 5.0) > 0
+
+
 def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
