@@ -20,7 +20,15 @@ from clie_blocks.analysis.gap.paths import path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
-from clie_blocks.analysis.gap.race import ENOUGH, QUIET, believed, promised, promising, race
+from clie_blocks.analysis.gap.race import (
+    ENOUGH,
+    QUIET,
+    believed,
+    promised,
+    promising,
+    race,
+    reach,
+)
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.second_look import in_the_loop, second_look
 from clie_blocks.analysis.gap.shrinkage import shrinkage
@@ -277,7 +285,8 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
 
 def _completed(bench, base, fits, causes):
     """Fits whose leaders are freed from idle joints, with the look-alikes of the best."""
-    leaders = sorted(fits, key=excess)[:2]
+    leaders = [one for one in sorted(fits, key=excess)[:2]
+               if excess(one) < reach(min(map(excess, fits)), excess(base))]
     freed = [pruned(one, bench, excess(base)) for one in leaders]
     fits = [one for one in fits if one not in leaders] + freed
     tried = []

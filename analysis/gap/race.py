@@ -12,7 +12,7 @@ LITTLE = 0.05  # share of the excess of the nominal model, below which a look-al
 FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
 STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where it still moves
 WORTH = 0.8  # share of what a fit leaves that another cause beside it may leave, to be begun
-BENT = 0.5  # times the promise of all causes alone: a fit below it says that promises mean nothing
+BENT = 0.5  # times the best promise of a cause alone: a fit below says that promises mean nothing
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
 
@@ -23,8 +23,8 @@ def race(bench, base, candidates, finalists):
     order = sorted(begun, key=lambda f: f.total)
     leaders = [one.after for one in candidates if _alike(one)]
     within = min(map(excess, order[:1] + leaders), default=0.0)
-    reach = _reach(within, excess(base) if leaders else 0.0)
-    last = [f for f in order[:finalists] if excess(f) < reach]
+    far = reach(within, excess(base) if leaders else 0.0)
+    last = [f for f in order[:finalists] if excess(f) < far]
     last += [f for f in begun[:0 if leaders else FAVOURITES] if f not in last]
     done = sorted((fit(f.hypothesis, bench, STEPS) for f in last), key=lambda f: f.total)
     done[:1] = [fit(f.hypothesis, bench, PATIENCE) if _moving(f) else f for f in done[:1]]
@@ -36,10 +36,16 @@ def _alike(candidate):
     return candidate.after is not None and candidate.score == 0.0
 
 
-def _reach(best, nothing):
+def reach(best, nothing):
     """Excess beyond which nothing is fitted further: far behind the best, and much of all.
 
     What a part of a fit leaves says what the rest of it removes, so little is told exactly.
+
+    Parameters
+    ----------
+    best, nothing : float
+        Excess of the best fit, and of the refitted nominal model.
+
     """
     return max(FAR * max(best, ENOUGH), LITTLE * nothing)
 
@@ -58,7 +64,7 @@ def _first_steps(candidate, bench, base):
     start = started(candidate, bench, base)
     if _alike(candidate):
         plain = fit(start, bench, 0)
-        if _learned(plain) > _reach(_learned(candidate.after), _learned(base)):
+        if _learned(plain) > reach(_learned(candidate.after), _learned(base)):
             return plain
     return fit(start, bench, 2)
 
@@ -92,20 +98,24 @@ def promising(candidate):
 def believed(pairs, alone, fits, base):
     """Return the pairs that promise more than what the best single cause has reached.
 
+    Where that does far better than any had promised, the nominal model is too bent for promises.
+    Then all are returned but those that hold its cause: what another one adds, its own fit tells.
+
     Parameters
     ----------
     pairs, alone : list of Candidate
         Two causes, and one, beside the nominal model.
     fits : list of Fit
-        What the single causes have come to; where the best does far better than any of them had
-        promised, the nominal model is too bent for promises, and all pairs are returned.
+        What the single causes have come to.
     base : Fit
         The refitted nominal model.
 
     """
-    reached = min(map(_learned, fits))
+    best = min(fits, key=_learned)
+    reached = _learned(best)
     if reached < BENT * min(_learned(base, one.score) for one in alone):
-        return pairs
+        leading = {member.cause for member in best.hypothesis.members}
+        return [pair for pair in pairs if leading.isdisjoint(m.cause for m in pair.members)]
     return [pair for pair in pairs if _learned(base, pair.score) < reached]
 
 

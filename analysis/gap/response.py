@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.closed_loop import WIDE
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
+from clie_blocks.analysis.gap.noise import decimated
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State
 
@@ -44,13 +45,13 @@ def responses(centre, motion, cause, sets):
     Returns
     -------
     iterable of list of ndarray
-        For each set, one change (N, n) per fit log; made as they are asked for, since all of them
-        are gigabytes on an arm of many joints.
+        For each set, one change per fit log, `decimated`; made as they are asked for, since all
+        of them are gigabytes on an arm of many joints.
 
     """
     if all(piece.port in FILTERED and not piece.states for piece in cause.pieces):
-        return ([_filtered(centre, s, cause, _of_log(values, j)) for j, s in enumerate(motion)]
-                for values in sets)
+        return ([decimated(_filtered(centre, s, cause, _of_log(values, j)), centre.problem.period)
+                 for j, s in enumerate(motion)] for values in sets)
     return _simulated(centre, motion, cause, sets)
 
 
@@ -62,12 +63,12 @@ def _simulated(centre, motion, cause, sets):
     joints = tuple(range(centre.problem.n))
     trials = [hypothesis(centre.problem, (*centre.members, Member(cause, joints, values, values)),
                          centre) for values in sets]
+    before = [decimated(s.q, centre.problem.period) for s in motion]
     for first in range(0, len(trials), WIDE):
         group = trials[first:first + WIDE]
-        runs = [group[0].positions(j, [trial.values for trial in group])
-                for j in range(len(motion))]
+        runs = [group[0].means(j, [trial.values for trial in group]) for j in range(len(motion))]
         for i in range(len(group)):
-            yield [_bounded(run[i].T - s.q) for run, s in zip(runs, motion)]
+            yield [_bounded(run[i].T - q) for run, q in zip(runs, before)]
 
 
 def _bounded(change):

@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Scene
 from clie_blocks.analysis.gap.fit import tangent
 from clie_blocks.analysis.gap.hypothesis import Member
-from clie_blocks.analysis.gap.noise import decimated, white
+from clie_blocks.analysis.gap.noise import white
 from clie_blocks.analysis.gap.response import base_motion, responses
 
 
@@ -150,12 +150,8 @@ def _active(probe):
 
 
 def _stacked(bench, errors, k):
-    return np.concatenate([bench.projected(_white(bench, error[:, k], k), j, k)
+    return np.concatenate([bench.projected(white(error[:, k], bench.noises[k].whitener), j, k)
                            for j, error in enumerate(errors)])
-
-
-def _white(bench, error, k):
-    return white(decimated(error, bench.problem.period), bench.noises[k].whitener)
 
 
 def rescreened(found, bench, after):

@@ -21,13 +21,13 @@ def fitted(healthy):
 @pytest.fixture
 def simulated(monkeypatch):
     """Logs that were simulated."""
-    logs, plain = [], Simulator.positions
+    logs, plain = [], Simulator._side_by_side
 
-    def counted(self, log, sets, dithered=True):
+    def counted(self, log, *asked):
         logs.append(log)
-        return plain(self, log, sets, dithered)
+        return plain(self, log, *asked)
 
-    monkeypatch.setattr(Simulator, "positions", counted)
+    monkeypatch.setattr(Simulator, "_side_by_side", counted)
     return logs
 
 
