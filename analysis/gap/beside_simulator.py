@@ -14,13 +14,16 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap import integrator
 from clie_blocks.analysis.gap.baseline import noisy
 from clie_blocks.analysis.gap.bench import bench_of
 from clie_blocks.analysis.gap.evidence import excess
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.integrator import integrating
 from clie_blocks.analysis.gap.noise import sensor_noise
 from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.simulator_log import check_motion, commanded
 from clie_blocks.analysis.gap.verdict import weighed
 from clie_blocks.errors import RecordError
 
@@ -28,6 +31,7 @@ SAME = 1e-3  # largest difference of two references, over their range, that roun
 # Relative changes that count as none; of the load, over the RMS torque.
 SAME_NUMBER = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
 HELD = 0.05  # the same, of the numbers of an effect that the simulator holds
+SAME_START = 10.0  # times the noise of the sensor
 LOW = 5.0  # Hz, above which an error beside the simulator is noise, if it is as small as noise
 MORE = 1.1  # times the noise of the sensor: more than noise
 APART = ("joint_elasticity", "backlash")
@@ -58,21 +62,23 @@ def beside_simulator(asked, robot, records, causes, calibration):
 
     """
     check_clock(asked, records)
+    records = [commanded(record, asked.law) for record in records]
     simulated = dataclasses.replace(problem(robot, records, held_out=[]), law=asked.law)
     for log in simulated.fit:
-        check_used(log, asked.logs)
-    best = identified(as_quiet_as(simulated, asked), causes, calibration)
+        check_motion(log, asked.logs[check_used(log, asked.logs)], asked.joints)
+    best = identified(integrating(as_quiet_as(simulated, asked)), causes, calibration)
     model, doubt = best.hypothesis, doubts(best)
     match = [matching(log, simulated.fit) for log in asked.logs]
     logs = [log if j is None else dataclasses.replace(
-        log, q=log.q - model.error(j), start=simulated.fit[j].start)
+        log, q=log.q - model.error(j), start=begun_at(log, simulated.fit[j], asked))
         for log, j in zip(asked.logs, match)]
     known = {member.name for member in asked.inside}
     inside = tuple(_held(model, member, match, doubt) for member in model.members
                    if member.name not in known)
     beside = dataclasses.replace(asked, nominal=_nominal(asked, model, doubt),
                                  inside=(*asked.inside, *inside), quiet=True)
-    return with_positions(lively(silent(beside)), logs), said(model, asked.joints)
+    return (with_positions(lively(silent(beside)), logs),
+            (*said(model, asked.joints), *integrator.told(model), *read(records)))
 
 
 def lively(given):
@@ -94,6 +100,13 @@ def loudness(given):
     """Largest noise that the logs carry, over that of the sensor."""
     return max(np.std(log.dither[:, k]) / sensor_noise(given, k)
                for log in given.logs for k in range(given.n))
+
+
+def begun_at(log, simulated, asked):
+    """Start of the simulator where it is the robot's but for noise, else the robot's own."""
+    noise = np.array([sensor_noise(asked, k) for k in range(asked.n)])
+    return np.where(np.abs(simulated.start - log.start) < SAME_START * noise, simulated.start,
+                    log.start)
 
 
 def with_positions(given, logs):
@@ -162,7 +175,7 @@ def distance(log, other):
 
 
 def check_used(log, robots):
-    """Refuse a simulator's log that belongs to no log of the robot.
+    """Place of the robot's log of the same experiment.
 
     Raises
     ------
@@ -170,8 +183,9 @@ def check_used(log, robots):
         Says whether its length or its reference differs, and what to do.
 
     """
-    if matching(log, robots) is not None:
-        return
+    found = matching(log, robots)
+    if found is not None:
+        return found
     lengths = sorted({len(other) for other in robots})
     if len(log) not in lengths:
         raise RecordError(
@@ -183,7 +197,7 @@ def check_used(log, robots):
     raise RecordError(
         f"{log.name}: the simulator ran another experiment; its reference or excitation differs "
         f"from that of {nearest.name} by {distance(log, nearest):.1%} of its range. Feed the "
-        "simulator with qd and pe of the robot's log")
+        "simulator with qd and pe of the robot's log, and log both; what lacks counts as at rest")
 
 
 def check_clock(asked, records):
@@ -201,6 +215,11 @@ def check_clock(asked, records):
                 f"{record.source}: the simulator logs every {record.sample_time:g} s, the robot "
                 f"every {asked.period:g} s; log both at the period of the controller, or bring "
                 "one to the clock of the other with clie_blocks.analysis.records.resample")
+
+
+def read(records):
+    """Decisions of the reader of a simulator's logs, each once."""
+    return tuple(dict.fromkeys(line for record in records for line in record.decisions))
 
 
 def said(model, joints):

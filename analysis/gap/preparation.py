@@ -48,6 +48,7 @@ def prepared(robot, records):
 
     """
     _check_one_robot(robot, records)
+    _check_samples(records)
     records = [even(record) for record in records]
     robot, records = _form(robot, records)(robot, records)
     return with_damping(robot), records
@@ -62,6 +63,21 @@ def _check_one_robot(robot, records):
                 f"{records[0].source} and {record.source} are of different robots or gains, and a "
                 "diagnosis is of one: choose the logs of one robot with one set of gains, from "
                 "Python with diagnose(*prepared(robot, records))")
+
+
+def _check_samples(records):
+    for record in records:
+        if len(record) < 2:
+            raise RecordError(f"{record.source} holds {len(record)} sample, and a motion has "
+                              "many: log 20 s at the period of the controller")
+        for key in ("q", "u", "qd", "pe", "tau"):
+            signal = getattr(record, key)
+            if signal is not None and not np.isfinite(signal).all():
+                lost = ~np.isfinite(signal).all(axis=1)
+                raise RecordError(
+                    f"{record.source}: {key} is no number in {lost.sum()} of {len(record)} "
+                    f"samples, first at {record.time[np.argmax(lost)]:.6g} s; a simulation beside "
+                    "the log needs every sample: cut the log there, or fill short gaps")
 
 
 def _form(robot, records):

@@ -128,10 +128,11 @@ def read(trial):
 def read_beside(trial, simulated):
     """Robot, records and logs of a simulator, in the form of eq. (11)."""
     from clie_blocks.analysis.gap.preparation import prepared
+    from clie_blocks.analysis.gap.simulator_log import completed
     from clie_blocks.analysis.records import read_record
 
     robot, records = _as_logged(trial)
-    also = [read_record(path, robot) for path in simulated]
+    also = [completed(read_record(path, robot), j, records) for j, path in enumerate(simulated)]
     robot, every = prepared(robot, [*records, *also])
     return robot, every[:len(records)], every[len(records):]
 

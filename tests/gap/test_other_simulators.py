@@ -1,0 +1,194 @@
+"""Simulators of others beside a robot: long steps, own starts and clocks, columns that lack."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap.main import main
+from clie_blocks.analysis.gap.simulator_log import commanded, completed
+from clie_blocks.analysis.records import Record, read_robot, write_record
+from clie_blocks.errors import RecordError
+from clie_blocks.output import guarded
+
+INERTIA, DAMPING, KP, KD, PERIOD, NOISE = 0.05, 0.2, 8.0, 0.6, 1e-3, 2e-5
+TIME = PERIOD * np.arange(6000)
+DRAG, DRY = 0.1, 0.05
+ROBOT = f"""name = "axis"
+joints = 1
+[motor]
+gear_ratio = [1.0]
+inertia_kgm2 = [{INERTIA}]
+viscous_friction_nms = [{DAMPING}]
+inertia_tolerance = 0.01
+viscous_friction_tolerance = 0.15
+torque_offset_tolerance_nm = [0.02]
+[controller]
+Kp = [{KP}]
+Kd = [{KD}]
+velocity_filter = "difference"
+sample_time_s = {PERIOD}
+[encoder]
+resolution_rad = 1e-6
+"""
+
+
+def fine(q, dq, torque, drag, dry):
+    """The robot: twenty midpoint steps per sample, with dry friction that holds."""
+    h = PERIOD / 20
+    for _ in range(20):
+        free = dq + h * (torque - DAMPING * dq - drag * dq * abs(dq)) / INERTIA
+        held = h * dry / INERTIA
+        after = 0.0 if abs(free) <= held else free - math.copysign(held, free)
+        q, dq = q + h * (dq + after) / 2, after
+    return q, dq
+
+
+def semi_implicit(q, dq, torque, drag, dry):
+    """One step per sample, as game engines do it."""
+    dq += PERIOD * (torque - DAMPING * dq - drag * dq * abs(dq)) / INERTIA
+    return q + PERIOD * dq, dq
+
+
+def explicit(q, dq, torque, drag, dry):
+    """Euler's method as it stands in a textbook."""
+    rate = (torque - DAMPING * dq - drag * dq * abs(dq)) / INERTIA
+    return q + PERIOD * dq, dq + PERIOD * rate
+
+
+def implicit(q, dq, torque, drag, dry):
+    """One step per sample, implicit in the friction."""
+    dq = (dq + PERIOD * torque / INERTIA) / (1 + PERIOD * (DAMPING + drag * abs(dq)) / INERTIA)
+    return q + PERIOD * dq, dq
+
+
+def run(j, step=fine, drag=0.0, dry=0.0, noise=0.0, start=0.0):
+    """Log of experiment j under the sampled law."""
+    tones = np.array([0.21, 0.57, 1.3, 2.9, 4.7]) * (1.0, 1.17)[j]
+    q_d = 0.7 * np.sin(2 * np.pi * 0.13 * (1 + j / 4) * TIME)
+    pe = 0.3 * np.sin(2 * np.pi * np.outer(TIME, tones) + 3.0 * j).sum(axis=1)
+    errors = noise * np.random.default_rng(j).standard_normal(len(TIME))
+    q, dq, last, rows = start, 0.0, None, []
+    for wanted, pushed, error in zip(q_d.tolist(), pe.tolist(), errors.tolist()):
+        seen = q + error
+        last = seen if last is None else last
+        u = KP * (wanted - seen) - KD * (seen - last) / PERIOD + pushed
+        rows.append((seen, u))
+        last = seen
+        q, dq = step(q, dq, u, drag, dry)
+    found = np.array(rows)
+    return Record(time=TIME, q=found[:, :1], u=found[:, 1:], qd=q_d[:, None], pe=pe[:, None],
+                  source=f"log-{j + 1}")
+
+
+def logs(*given, **more):
+    return [run(j, *given, **more) for j in range(2)]
+
+
+@pytest.fixture(scope="module")
+def dragged():
+    """The robot: with drag of the air that no simulator here has."""
+    return logs(drag=DRAG, noise=NOISE)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    at = tmp_path_factory.mktemp("axis") / "robot.toml"
+    at.write_text(ROBOT)
+    return at
+
+
+@pytest.mark.parametrize("step, told", [(semi_implicit, "ahead, 0.5"), (implicit, "ahead, 0.5"),
+                                        (explicit, "behind, 0.5")])
+def test_what_differs_is_named_and_not_the_integrator(dragged, file, step, told):
+    found = diagnose(read_robot(file), dragged, simulated=logs(step))
+    assert found.ranking[0].names == ("quadratic_drag",) and found.ranking[0].probability > 0.9
+    assert found.shrinkage.after < 1.05 * found.shrinkage.floor
+    assert any(told in said for said in answer(found)["decisions"])
+
+
+@pytest.mark.parametrize("step", [semi_implicit, implicit, explicit, fine])
+def test_long_steps_alone_are_no_difference(file, step):
+    found = diagnose(read_robot(file), logs(noise=NOISE), simulated=logs(step))
+    assert found.verdict == "none"
+    said = " ".join(answer(found)["decisions"])
+    assert ("integrator" in said) == (step is not fine)
+
+
+def test_dry_friction_that_a_coarse_simulator_lacks_is_named(file):
+    found = diagnose(read_robot(file), logs(dry=DRY, noise=NOISE), simulated=logs(semi_implicit))
+    assert found.ranking[0].names == ("coulomb",)
+    assert found.model.hypothesis.values["coulomb.level"][0] == pytest.approx(DRY, rel=0.03)
+
+
+def test_a_clock_with_another_origin_changes_nothing_and_another_start_is_the_robots(
+        dragged, file):
+    simulated = [record.replace(time=record.time + 100.0)
+                 for record in logs(semi_implicit, start=0.05)]
+    found = diagnose(read_robot(file), dragged, simulated=simulated)
+    assert found.ranking[0].names == ("quadratic_drag",)
+    assert found.shrinkage.after < 2.0 * found.shrinkage.floor < 0.1 * found.shrinkage.before
+
+
+@pytest.mark.parametrize("factor, words", [(180 / np.pi, "degrees in the place of rad"),
+                                           (0.0, "moves 0 times as far")])
+def test_a_simulator_that_moves_otherwise_altogether_is_refused(dragged, file, factor, words):
+    simulated = [record.replace(q=factor * record.q) for record in logs(semi_implicit)]
+    with pytest.raises(RecordError, match=words):
+        diagnose(read_robot(file), dragged, simulated=simulated)
+
+
+def test_columns_that_lack_are_filled_in(dragged):
+    bare = dragged[1].replace(qd=None, pe=None, u=None)
+    whole = completed(bare, 1, dragged)
+    np.testing.assert_array_equal(whole.pe, dragged[1].pe)
+    assert "no qd and no pe: taken from log-2" in whole.decisions[-1]
+    assert completed(bare, 2, dragged) is bare and completed(dragged[0], 0, dragged) is dragged[0]
+
+
+def test_the_command_of_a_simulator_is_worked_out(dragged, file):
+    from clie_blocks.analysis.records.control_law import control_law
+
+    law = control_law(read_robot(file).controller, PERIOD)
+    found = commanded(dragged[0].replace(u=None), law)
+    np.testing.assert_allclose(found.u, dragged[0].u, atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def written(dragged, file):
+    """Paths of the robot's logs, and the folder in which they lie."""
+    for record in dragged:
+        write_record(record, file.parent / f"{record.source}.csv")
+    return [str(file.parent / f"log-{j + 1}.csv") for j in range(2)], file.parent
+
+
+def test_a_table_of_time_and_position_is_enough(written, capsys):
+    paths, folder = written
+    simulated = []
+    for record in logs(semi_implicit):
+        simulated.append(str(folder / f"sim-{record.source}.csv"))
+        np.savetxt(simulated[-1], np.column_stack([record.time, record.q]), delimiter=",",
+                   header="time,q1", comments="")
+    out = folder / "answer.json"
+    assert main([*paths, "--robot", str(folder / "robot.toml"), "--json", str(out),
+                 "--simulated", *simulated]) == 0
+    said = json.loads(out.read_text())
+    assert said["effects"][0]["effect"] == "quadratic_drag"
+    told = " ".join(said["decisions"])
+    assert "no qd and no pe: taken from" in told and "no command: worked out" in told
+
+
+@pytest.mark.parametrize("text, words", [
+    ("", ""), ("time,q1\n", ""), ("time,q1\n0,0\n", "1 sample"),
+    ("time,q1\n" + "".join(f"{0.001 * i},nan\n" for i in range(6000)),
+     "q is no number in 6000 of 6000 samples"),
+    ("when,what\n" + "".join(f"{0.001 * i},0.1\n" for i in range(6000)), "")])
+def test_hostile_tables_are_refused_in_words(written, tmp_path, capsys, text, words):
+    paths, folder = written
+    (tmp_path / "sim.csv").write_text(text)
+    code = guarded(main, [*paths, "--robot", str(folder / "robot.toml"), "--simulated",
+                          str(tmp_path / "sim.csv")])
+    told = capsys.readouterr().err
+    assert code == 3 and "sim.csv" in told and words in told and "Traceback" not in told
