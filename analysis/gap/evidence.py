@@ -31,6 +31,8 @@ class Row:
         Numbers that it spends beyond the joint model, see `numbers_of`.
     strayed : int
         Numbers of its joint model beyond the datasheet; 0 where they are no more than noise.
+    bump : bool
+        Whether its torque ripple shows as no more than a bump over the travel, see `seen`.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -40,6 +42,7 @@ class Row:
     excess: float
     numbers: float
     strayed: int = 0
+    bump: bool = False
     fit: object = None
 
 
@@ -60,7 +63,7 @@ class Table:
         not fitted to: beside the refitted nominal model, and beside the best hypothesis; empty
         where it was not asked.
     rows : list of Row
-        The best variant of each set of causes.
+        The best variant of each set of causes, apart where its ripple is a bump.
     base : Fit or None
         The refitted nominal model, if it is at hand.
 
@@ -78,7 +81,7 @@ def to_json(table):
     """Table as plain types, without the fits."""
     return {"nothing": table.nothing, "stray": table.stray, "strayed": table.strayed,
             "free": list(table.free),
-            "rows": [[list(row.names), row.excess, row.numbers, row.strayed]
+            "rows": [[list(row.names), row.excess, row.numbers, row.strayed, row.bump]
                      for row in table.rows]}
 
 
@@ -169,11 +172,13 @@ def evidence(base, fits, free=(), bench=None):
     best = {}
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        if len(set(names)) == len(names) and seen(fit) and (
-                names not in best or fit.total < best[names].total):
-            best[names] = fit
-    rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), fit)
-            for names, fit in best.items() if simpler(fit) not in best and not repeats(fit)]
+        kind = names, not seen(fit)
+        if len(set(names)) == len(names) and (
+                kind not in best or fit.total < best[kind].total):
+            best[kind] = fit
+    rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), bump, fit)
+            for (names, bump), fit in best.items()
+            if (simpler(fit), bump) not in best and not repeats(fit)]
     return Table(left(base),
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
                  strayed(base), tuple(free), rows, base)

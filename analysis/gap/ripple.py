@@ -2,7 +2,8 @@
 
 What a torque exp(i N q) would explain is its product with the error sent back through the filters
 of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every order.
-A sine of which the travel shows less than a wave is no ripple: it is any bump over the pose.
+A sine of which the travel shows less than a wave may be any bump over the pose: the verdict asks
+more of it.
 """
 
 import numpy as np

@@ -6,6 +6,7 @@ import pytest
 from clie_blocks.analysis.gap import own_robots
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
+from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.ripple import ripples
 from clie_blocks.analysis.gap.search import residuals
@@ -23,3 +24,19 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     assert drop[k] > 0.5 * (base.chi2[:2, k].sum() - base.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
     assert ripples(bench, base, residuals(bench, base), ()) == []
+
+
+@pytest.mark.parametrize("waves, said", [(0.5, "torque_ripple"), (0.1, "spring")])
+def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, said, monkeypatch):
+    travel = 0.43  # rad, of the joint
+    monkeypatch.setitem(own_robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
+        ripple=2e-3 * joint["kp"], order=2 * np.pi * waves / travel))
+    made, = own_robots.cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
+    k = made.causes["torque_ripple"] - 1
+    places = np.concatenate([record.q[:, k] for record in made.records[:2]])
+    assert np.ptp(places) == pytest.approx(travel, rel=0.05)
+    found = diagnose(made.robot, made.records, effects=("torque_ripple", "spring", "coulomb"))
+    ripple = next(row for row in found.evidence.rows if row.names == ("torque_ripple",))
+    assert ripple.bump
+    assert ripple.excess < 0.5 < 50.0 < found.evidence.nothing
+    assert found.ranking[0].names == (said,)

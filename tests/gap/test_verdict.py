@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.calibrate import LEARNED
@@ -50,6 +51,35 @@ def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_someth
     assert verdict(weigh(100.0, *rows)) == "effect"
     assert verdict(weigh(100.0, *rows, free=(90.0, 7.9))) == "effect"
     assert verdict(weigh(100.0, *rows, free=(0.3, 7.9))) == "unexplained"
+
+
+BUMP = ("torque_ripple", 0.02, 3, 0, True)
+
+
+def test_a_ripple_of_less_than_a_wave_leads_only_where_no_other_bump_would_fit_as_well():
+    assert verdict(weigh(1000.0, BUMP, ("spring", 300.0, 1))) == "effect"
+    rough = ("torque_ripple", 5.0, 3, 0, True)
+    assert verdict(weigh(1000.0, rough, ("spring", 300.0, 1))) == "unexplained"
+    assert verdict(weigh(1000.0, ("torque_ripple", 5.0, 3), ("spring", 300.0, 1))) == "effect"
+    slight = weigh(16.0, BUMP, ("spring", 9.0, 1))
+    assert set(set_90(slight)) == {"unknown", "torque_ripple"}
+    assert marginals(weigh(1000.0, BUMP, ("spring", 0.02, 1)))["spring"] > 0.95
+
+
+def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on():
+    place = np.linspace(-1.0, 1.0, 2001)
+    stop = np.maximum(place, 0.0)
+
+    def left(order, *others):
+        columns = np.stack([np.ones_like(place), np.sin(order * place), np.cos(order * place),
+                            *others], axis=1)
+        return np.sum((stop - columns @ np.linalg.lstsq(columns, stop)[0]) ** 2)
+
+    whole = np.sum((stop - stop.mean()) ** 2)
+    orders = np.linspace(0.1, np.pi, 40)  # up to one wave
+    least = min(left(order, place) for order in orders) / whole
+    assert learned().alike == Calibration().alike == pytest.approx(least, rel=0.1)
+    assert min(left(order) for order in orders) / whole == pytest.approx(0.012, rel=0.05)
 
 
 def test_a_free_torque_beside_no_cause_competes_with_the_likeliest_not_with_the_longest_list():
