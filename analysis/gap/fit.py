@@ -15,10 +15,12 @@ from clie_blocks.analysis.gap.hypothesis import DIVERGED, SOFTNESS
 from clie_blocks.analysis.gap.step import DAMPING, change, spread, step
 
 CONVERGED = 1e-3
-FUTILE = 0.1  # of the gain that ends a fit, or of the cost: less foreseen is not tried
+FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
 TRIES = 4
 LIGHT = 1e-6  # damping: a heavier one crawls where a cause and the joint model are alike
-COARSE, FINE = 0.05, 5e-4  # of a number's size: steps of its slope, and where these lead nowhere
+ASIDE = 5e-3  # of a number's size: wider, curvature hides the slope of a flat valley, and a fit
+# crawls; narrower, the instants at which friction holds and teeth meet hide it
+ASTRAY = 1.0  # squared sigmas beyond the datasheet from which on a fit looks twice
 CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
 
 
@@ -105,14 +107,14 @@ class Tangent:
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
-def linearised(at, bench, width=COARSE):
+def linearised(at, bench):
     """Return the `Tangent` of a hypothesis; a second question costs nothing."""
-    if at not in bench.tangents or width < COARSE:
-        bench.tangents[at] = sloped(at, bench, width)
+    if at not in bench.tangents:
+        bench.tangents[at] = sloped(at, bench)
     return bench.tangents[at]
 
 
-def sloped(at, bench, width):
+def sloped(at, bench, width=ASIDE):
     """Return a `Tangent` whose slopes are taken over some share of each number's size.
 
     Parameters
@@ -147,6 +149,16 @@ def sloped(at, bench, width):
     return Tangent(parts, residual, columns)
 
 
+def both_sides(at, bench):
+    """Return the `Tangent` of a hypothesis by central differences.
+
+    A slope to one side holds half the curvature, and passes it for a difference between numbers
+    that are alike.
+    """
+    ahead, behind = linearised(at, bench), sloped(at, bench, -ASIDE)
+    return dataclasses.replace(ahead, columns=(ahead.columns + behind.columns) / 2)
+
+
 def _acts(at, entry, log, joint):
     return entry.log in (None, log) and (at.coupled or entry.joint in (None, joint))
 
@@ -154,8 +166,8 @@ def _acts(at, entry, log, joint):
 def fit(start, bench, iterations=6):
     """Fit a hypothesis to the fit logs, then judge it on all logs.
 
-    Where slopes promise much that no step keeps, they are taken anew over a hundredth of the
-    step: along a flat valley, of numbers that are nearly alike, curvature hides what differs.
+    Where a fit ends beyond the datasheet it goes on with slopes taken to both sides: along a flat
+    valley, the curvature in a slope to one side outweighs what draws it home.
 
     Parameters
     ----------
@@ -167,17 +179,20 @@ def fit(start, bench, iterations=6):
         Most steps.
 
     """
-    at, damping, kept, width = start, LIGHT, 0, COARSE
+    at, damping, kept, turned = start, LIGHT, 0, False
+    here = linearised(at, bench)
     for _ in range(iterations):
-        before, found = linearised(at, bench, width), _better(at, bench, damping)
+        found = _better(at, here, bench, damping)
         if found is not None:
             at, damping = found
             kept += 1
         after = linearised(at, bench)
-        if found is None or before.cost - after.cost < _little(after):
-            if width < COARSE or _foreseen(at, after) < FUTILE * after.cost:
-                break
-            damping, width = LIGHT, FINE
+        ended = found is None or here.cost - after.cost < _little(after)
+        if ended and (turned or at.stray() @ at.stray() < ASTRAY):
+            break
+        here = after
+        if ended:
+            here, damping, turned = both_sides(at, bench), LIGHT, True
     return _judged(at, bench, kept)
 
 
@@ -186,12 +201,11 @@ def _little(here):
     return CONVERGED * len(here.residual) + 1e-4 * here.cost
 
 
-def _better(at, bench, damping):
+def _better(at, here, bench, damping):
     """Step that improves: ``hypothesis, next damping``; None if there is none worth it.
 
     If the first step fails, many more cautious ones are simulated side by side.
     """
-    here = linearised(at, bench)
     if _foreseen(at, here) < FUTILE * _little(here):
         return None
     first = step(at, here, damping)

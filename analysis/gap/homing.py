@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fit import COARSE, Tangent, linearised, sloped
+from clie_blocks.analysis.gap.fit import Tangent, both_sides
 from clie_blocks.analysis.gap.step import ANYWHERE, TINY, spread, step
 
 WAYS = 2.0 ** -np.arange(7)  # shares of the step that are tried side by side
@@ -38,7 +38,7 @@ def homed(found, bench):
 def _nearer(found, bench):
     """Fit after a step home, and what the step gained."""
     at, misfit = found.hypothesis, max(found.chi2.sum() / found.samples.sum(), 1.0)
-    here = _central(at, bench, misfit)
+    here = _doubted(both_sides(at, bench), misfit)
     goal = step(at, here, TINY, within=ANYWHERE)
     tried = [at, *(_between(at, goal, way) for way in WAYS)]
     chi2 = _chi2(tried, bench)
@@ -49,16 +49,10 @@ def _nearer(found, bench):
         spread=spread(at.open, here.normal[0], 1.0)), rated[0] - rated[best]
 
 
-def _central(at, bench, misfit):
-    """Tangent by central differences, as little sure as the model is good.
-
-    A slope to one side holds half the curvature, and passes it for a difference between numbers
-    that are alike.
-    """
-    ahead, behind = linearised(at, bench), sloped(at, bench, -COARSE)
-    rows = np.where(np.arange(len(ahead.residual)) < len(ahead.slopes), 1 / np.sqrt(misfit), 1.0)
-    return Tangent(ahead.parts, rows * ahead.residual,
-                   rows[:, None] * (ahead.columns + behind.columns) / 2)
+def _doubted(here, misfit):
+    """Tangent that is as little sure as the model is good."""
+    rows = np.where(np.arange(len(here.residual)) < len(here.slopes), 1 / np.sqrt(misfit), 1.0)
+    return Tangent(here.parts, rows * here.residual, rows[:, None] * here.columns)
 
 
 def _between(at, goal, way):
