@@ -46,6 +46,7 @@ def answer(diagnosis, records=()):
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
         "where": {**diagnosis.where, "block": block_shares(diagnosis)},
         "next_experiment": advice and advice.as_dict(),
+        "controller_as_stated": not diagnosis.check.misdescribed,
         "decisions": list(diagnosis.check.decisions),
         "log_decisions": list(dict.fromkeys(
             said for record in records for said in record.decisions)),

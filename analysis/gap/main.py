@@ -54,6 +54,7 @@ def main(argv=None):
 
 def sentence(name, answer):
     """One line for a reader: verdict, joints, probability, and what it buys."""
+    from clie_blocks.analysis.gap.report.words import wrong_numbers
     from clie_blocks.analysis.gap.verdict import LIKELY
 
     if "error" in answer:
@@ -63,8 +64,11 @@ def sentence(name, answer):
     if answer["verdict"] == "not_identifiable":
         causes = [_undecided(answer, LIKELY)]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
-    bought = "" if closed is None or answer["verdict"] == "none" else (
-        f"; closes {round(closed)} % of the reducible gap on "
+    if answer["verdict"] == "parametric":
+        causes = wrong_numbers(answer, _numbered(answer)) or causes
+    closes = "the nearest closes" if answer["verdict"] == "unexplained" else "closes"
+    bought = "" if closed is None or answer["verdict"] in ("none", "parametric") else (
+        f"; {closes} {round(closed)} % of the reducible gap on "
         + ("unseen data" if unseen else "the data that it was fitted to"))
     table = answer.get("repeatable")
     rest = "" if table is None else (
@@ -73,6 +77,10 @@ def sentence(name, answer):
         f"{table['percent']:.0f} % of what that leaves")
     return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
             + rest)
+
+
+def _numbered(answer):
+    return [f"joint {k + 1}" for k in range(len(answer.get("noise", ())))]
 
 
 def _stated(answer, row):

@@ -63,6 +63,11 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
         "arm", {**told, **one_of_many})
     fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
     assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
+    assert "; the nearest closes 96 %" in sentence("arm", {**told, "verdict": "unexplained"})
+    wrong = {"verdict": "parametric", "noise": [{}], "joint_model": {"inertia": {
+        "value": [0.05], "stated": [0.04], "tolerance": [4e-4], "unit": "kg m^2"}}}
+    assert sentence("arm", {**told, **wrong}) == (
+        "arm: parametric: inertia at joint 1 0.05 kg m^2, stated 0.04")
     rest = {"beside": ["coulomb"], "percent": 31.5}
     assert sentence("arm", {**told, "repeatable": rest}).endswith(
         "unseen data; a torque table over place and speed beside coulomb removes 32 % of what "

@@ -20,6 +20,7 @@ from clie_blocks.analysis.gap.report.causes import confusion_section
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
+from clie_blocks.analysis.gap.report.where_sections import block_section
 from clie_blocks.analysis.gap.report.words import (
     listed,
     local_unit,
@@ -249,6 +250,49 @@ def test_a_family_is_named_where_no_effect_is_likely():
             "coulomb at b (40 %).")
     assert sentence(told, ("a", "b")) == said
     assert "coulomb, stribeck or spring" in sentence({**told, "families": {"load": 0.4}}, "ab")
+
+
+def test_no_family_is_named_where_an_effect_of_another_is_as_likely():
+    told = {"verdict": "not_identifiable", "set_90": ["torque_gain_error", "payload"],
+            "closed_percent": {"value": None}, "families": {"load": 0.502, "drive": 0.498},
+            "effects": [{"effect": "torque_gain_error", "joint": [1], "probability": 0.498},
+                        {"effect": "payload", "joint": [1], "probability": 0.496}]}
+    assert sentence(told, ("a",)) == (
+        "These logs cannot tell which it is: torque gain error or payload.")
+
+
+def test_wrong_numbers_are_named_with_what_is_stated():
+    told = {"verdict": "parametric", "closed_percent": {"value": 0.0, "unseen_data": True},
+            "joint_model": {
+                "inertia": {"value": [0.02, 0.05], "stated": [0.02, 0.04], "unit": "kg m^2",
+                            "tolerance": [1e-4, 4e-4]},
+                "damping": {"value": [0.2, 0.21], "stated": [0.1, 0.2], "unit": "N m s/rad",
+                            "tolerance": [0.015, 0.03]}}}
+    assert sentence(told, ("a", "b")) == (
+        "The model is right but its numbers are not: inertia at b 0.05 kg m^2, stated 0.04; "
+        "damping at a 0.2 N m s/rad, stated 0.1.")
+    nothing = {**told, "joint_model": {}}
+    assert sentence(nothing, ("a", "b")) == "The model is right but its numbers are not."
+
+
+def test_a_law_that_did_not_run_is_no_nearest_effect():
+    told = {"verdict": "unexplained", "closed_percent": {"value": 99.0, "unseen_data": True},
+            "controller_as_stated": False, "effects": []}
+    assert "its controller is not the stated one, and the law that ran removes 99 %" in sentence(
+        told, ("a",))
+
+
+def test_wrong_numbers_are_the_joints_and_no_gap_has_no_block(diagnosed):
+    found, _ = diagnosed
+    for name, expected in (("parametric", "joint"), ("none", None)):
+        alone = dataclasses.replace(
+            found, ranking=[dataclasses.replace(found.ranking[0], names=(name,), fit=found.base,
+                                                probability=1.0)])
+        shares = {row["block"]: row["share"] for row in block_shares(alone)}
+        assert sum(shares.values()) == pytest.approx(1.0 if expected else 0.0)
+        assert expected is None or shares[expected] == 1.0
+        section = block_section(block_shares(alone))
+        assert ("no gap to be shared out" in section.sentences[0]) == (expected is None)
 
 
 def test_what_is_sure_is_told_beside_the_unknown():

@@ -4,6 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.evidence import excess
 from clie_blocks.analysis.gap.paths import CERTAIN
+from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, marginals
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
            "transmission": "gear", "sensor": "encoder"}
@@ -14,8 +15,9 @@ def block_shares(diagnosis):
     """Share of the gap that each block of the loop is expected to cause.
 
     Each hypothesis gives the share of chi^2 beyond the noise that it removes to the blocks where
-    its causes act, weighted with its probability; what no hypothesis removes has no block.  Goals
-    are late before the controller has them.
+    its causes act, weighted with its probability; what no hypothesis removes has no block.  Wrong
+    numbers are the joint's, and where there is no gap nothing is shared out.  Goals are late
+    before the controller has them.
 
     Parameters
     ----------
@@ -30,6 +32,8 @@ def block_shares(diagnosis):
     """
     shares = dict.fromkeys(BLOCKS, 0.0)
     whole = max(excess(diagnosis.base), 1e-9)
+    told = marginals(diagnosis.ranking)
+    shares["joint"], sound = told.get(PARAMETRIC, 0.0), told.get(NONE, 0.0)
     for standing in diagnosis.ranking:
         members = standing.fit.hypothesis.members if standing.fit is not None else ()
         removed = np.clip(1.0 - max(standing.excess, 0.0) / whole, 0.0, 1.0)
@@ -43,7 +47,7 @@ def block_shares(diagnosis):
         guilty = "controller" if diagnosis.check.misdescribed else "encoder"
         shares = {block: (1.0 - CERTAIN) * share for block, share in shares.items()}
         shares[guilty] += CERTAIN
-    left = {"block": "unassigned", "share": max(0.0, 1.0 - sum(shares.values()))}
+    left = {"block": "unassigned", "share": max(0.0, 1.0 - sound - sum(shares.values()))}
     rows = [{"block": block, "share": float(share)} for block, share in shares.items()]
     return [*sorted(rows, key=lambda row: -row["share"]), left]
 

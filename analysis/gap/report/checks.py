@@ -1,8 +1,11 @@
 """What the diagnosis stands on: checks of the log, and every decision that was taken."""
 
+from pathlib import Path
+
 import numpy as np
 
 from clie_blocks.analysis.gap.report.words import listed, number, percent, size
+from clie_blocks.analysis.gap.shrinkage import HELD_OUT
 from clie_blocks.analysis.report.document import Section, Table
 
 AT_LIMIT = 0.999
@@ -56,8 +59,9 @@ def _remarks(diagnosis, limited):
     if check.coarse:
         coarse = listed(joints[k] for k in check.coarse)
         yield f"The encoder of {coarse} is coarser than stated."
-    unseen = ", ".join(log.name for log in diagnosis.problem.held_out)
-    yield f"Judged on {unseen or diagnosis.shrinkage.judged_on}."
+    unseen = ", ".join(Path(log.name).name for log in diagnosis.problem.held_out)
+    judged = diagnosis.shrinkage.judged_on
+    yield f"Judged on {unseen if judged == HELD_OUT else judged}."
     yield f"The diagnosis took {number(diagnosis.seconds)} s."
 
 

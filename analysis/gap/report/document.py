@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.report.words import (
     percent,
     size,
     units_of,
+    wrong_numbers,
 )
 from clie_blocks.analysis.gap.verdict import LIKELY
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Picture, Section
@@ -90,10 +91,13 @@ def sentence(answer, joints):
     if answer["verdict"] == "none":
         return "The model agrees with the robot down to the noise of its sensors."
     if answer["verdict"] == "parametric":
-        return f"The model is right but its numbers are not{bought}."
+        wrong = "; ".join(wrong_numbers(answer, joints))
+        return "The model is right but its numbers are not" + (f": {wrong}." if wrong else ".")
     if answer["verdict"] == "unexplained":
+        by = "the nearest" if answer.get("controller_as_stated", True) else (
+            "its controller is not the stated one, and the law that ran")
         nearest = "" if closed["value"] is None else (
-            f"; the nearest removes {number(closed['value'])} % of the reducible gap")
+            f"; {by} removes {number(closed['value'])} % of the reducible gap")
         return f"Something is there that no effect of the library explains{nearest}." + _beside(
             answer, joints)
     if unsure:

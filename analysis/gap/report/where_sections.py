@@ -5,20 +5,25 @@ from clie_blocks.analysis.gap.report.plots import where_map
 from clie_blocks.analysis.gap.report.words import number, percent, size
 from clie_blocks.analysis.report.document import Picture, Section, Table
 
+TITLE = "Where in the diagram"
 RANKED = 12
+LEAST = 0.1  # of the gap that has a block
 EVEN = 0.25  # share of a quarter if the gap were spread evenly
 
 
 def block_section(blocks):
     """The loop, each block coloured by its share of the gap."""
+    if sum(row["share"] for row in blocks) < LEAST:
+        return Section(TITLE, ("There is no gap to be shared out: the model agrees with the robot "
+                               "down to the noise.",))
     table = Table(("share of the gap", "block"),
                   tuple((percent(row["share"]), row["block"]) for row in blocks))
     picture = Picture("diagram", coloured_loop(blocks),
                       "The loop of one joint, coloured by the share of the gap that each block "
                       "is expected to cause.")
-    return Section("Where in the diagram", (
+    return Section(TITLE, (
         "Each cause gives the share of the gap that it removes to its block, weighted with its "
-        "probability.",), tables=(table,), pictures=(picture,))
+        "probability; wrong numbers are the joint's.",), tables=(table,), pictures=(picture,))
 
 
 def map_section(where, joints, units):

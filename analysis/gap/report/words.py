@@ -6,6 +6,7 @@ CALLED = {"none": "no effect", "unknown": "something outside the library",
           "parametric": "wrong numbers in a right model"}
 OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "something from outside"}
+MOST_TOLD = 3  # wrong numbers in a sentence
 SURE = 0.9  # probability from which on no more is said
 
 
@@ -32,17 +33,28 @@ def likely_family(answer, least):
     Returns
     -------
     tuple or None
-        Family, probability, row; None where no family is likely.
+        Family, probability, row; None where no family is likely, or an effect of another family
+        is as likely.
 
     """
+    found, rows = _first_family(answer, least), _of_library(answer)
+    return found if found and found[2] is rows[0] else None
+
+
+def _first_family(answer, least):
     from clie_blocks.effects import LIBRARY
 
     family, probability = next(iter(answer.get("families", {}).items()), (None, 0.0))
     if probability < least:
         return None
-    return family, probability, next(
-        row for row in answer["effects"]
-        if row["effect"] in LIBRARY and LIBRARY[row["effect"]].family == family)
+    return family, probability, next(row for row in _of_library(answer)
+                                     if LIBRARY[row["effect"]].family == family)
+
+
+def _of_library(answer):
+    from clie_blocks.effects import LIBRARY
+
+    return [row for row in answer["effects"] if row["effect"] in LIBRARY]
 
 
 def kin(answer, row):
@@ -61,10 +73,32 @@ def kin(answer, row):
         What the family is called, probability.
 
     """
-    likely = likely_family(answer, SURE)
+    likely = _first_family(answer, SURE)
     if likely is None or likely[2] is not row or row["probability"] >= SURE:
         return None
     return family_of(likely[0]), likely[1]
+
+
+def wrong_numbers(answer, joints):
+    """Numbers of the joint model beyond what the datasheet allows, in words, worst first.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+    joints : sequence of str
+        Names.
+
+    """
+    found = []
+    for name, entry in answer.get("joint_model", {}).items():
+        rows = zip(joints, *(entry[key] for key in ("value", "stated", "tolerance")))
+        found += [(abs(value - stated) / tolerance,
+                   f"{name} at {joint} {number(value)} {entry['unit']}, stated {number(stated)}")
+                  for joint, value, stated, tolerance in rows
+                  if abs(value - stated) > tolerance > 0.0]
+    worst = [text for _, text in sorted(found, reverse=True)]
+    return worst[:MOST_TOLD] + [f"{len(worst) - MOST_TOLD} more"] * (len(worst) > MOST_TOLD)
 
 
 def number(value, digits=3):
