@@ -131,3 +131,14 @@ def test_what_the_logs_tell_is_left():
     home = homed(found, bench)
     assert np.all(np.abs(numbers(home) - numbers(found)) < 0.05 * home.spread)
     assert home.spread == pytest.approx(np.sqrt(np.diag(found.covariance)), rel=0.1)
+
+
+@pytest.mark.parametrize("error", [-0.3, 0.5])
+def test_a_fit_reaches_the_floor_of_a_flat_valley(error):
+    """Slopes taken so widely that curvature shows in them lead along the valley, never into it."""
+    asked, = stated([truth(3)])
+    bench, found = fitted(asked)
+    home = homed(found, bench)
+    far = Member(TORQUE_GAIN_ERROR, (0,), {"error": np.array([error])}, {"error": np.array([0.3])})
+    tried = fit(hypothesis(asked, (far,)), bench, 8)
+    assert tried.cost < home.cost + 0.01 * tried.samples.sum()
