@@ -206,14 +206,15 @@ def _odds(scores):
 def _unknown(table, score, known, c):
     """What something unknown leaves, and its score: by its share, or by its structure.
 
-    A free torque shows the structure, and so does a ripple of less than a wave.
+    A free torque shows the structure, and so does a ripple of less than a wave, whatever stands
+    beside it: it is one thing, however many causes it takes to imitate it.
     """
     left = max(c.unexplained_share * table.nothing, c.unexplained_least)
     ways = [(left, score(left))]
     for row in table.rows:
         if row.bump:
             left = max(row.excess, c.alike * table.nothing)
-            ways.append((left, score(left) - c.structure - _cost(row, known, table.nothing, c)))
+            ways.append((left, score(left) - c.structure - _paid(row, c)))
     if table.free:
         cost = {row: _cost(row, known, table.nothing, c) for row in table.rows if not row.bump}
         likeliest = max(cost, key=lambda row: score(row.excess) - cost[row])
@@ -228,13 +229,18 @@ def _unknown(table, score, known, c):
 
 def _cost(row, known, nothing, c):
     """What the numbers of a hypothesis, and its causes beyond the first, cost [nats]."""
-    cost = c.price * row.numbers + c.beyond * bool(row.strayed)
+    cost = _paid(row, c)
     if len(row.names) == 1:
         return cost
     fewer = [left for names, left in known.items() if set(names) < set(row.names)]
     gained = (min(fewer, default=nothing) - row.excess) / nothing
     short = np.log(c.share / min(max(gained, 1e-6), c.share))
     return cost + c.second * (len(row.names) - 1) + c.slight * short
+
+
+def _paid(row, c):
+    """What the numbers of a hypothesis cost, and those of its joint model [nats]."""
+    return c.price * row.numbers + c.beyond * bool(row.strayed)
 
 
 def marginals(ranking):

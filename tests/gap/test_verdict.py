@@ -61,6 +61,8 @@ def test_a_ripple_of_less_than_a_wave_leads_only_where_no_other_bump_would_fit_a
     rough = ("torque_ripple", 5.0, 3, 0, True)
     assert verdict(weigh(1000.0, rough, ("spring", 300.0, 1))) == "unexplained"
     assert verdict(weigh(1000.0, ("torque_ripple", 5.0, 3), ("spring", 300.0, 1))) == "effect"
+    beside = ("spring+torque_ripple", 5.0, 4, 0, True)
+    assert weigh(4000.0, beside, ("spring", 300.0, 1))[0].names == ("unknown",)
     slight = weigh(16.0, BUMP, ("spring", 9.0, 1))
     assert set(set_90(slight)) == {"unknown", "torque_ripple"}
     assert marginals(weigh(1000.0, BUMP, ("spring", 0.02, 1)))["spring"] > 0.95
