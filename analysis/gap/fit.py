@@ -190,9 +190,9 @@ def fit(start, bench, iterations=6):
         ended = found is None or here.cost - after.cost < _little(after)
         if ended and (turned or at.stray() @ at.stray() < ASTRAY):
             break
-        here = after
         if ended:
-            here, damping, turned = both_sides(at, bench), LIGHT, True
+            damping, turned = LIGHT, True
+        here = both_sides(at, bench) if turned else after
     return _judged(at, bench, kept)
 
 
