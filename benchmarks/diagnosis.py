@@ -225,8 +225,8 @@ the diagnosis' own simulator, so they say nothing of its accuracy.
 {stages}
 
 The first run compiles the programs of the hypotheses; later runs read them from the disk.  Fits by
-simulation are most of the time: a robot that no library effect explains goes through pairs and
-triples before the diagnosis says so.
+simulation are most of the time.  Second and third causes are fitted only where they promise to
+explain a fair share of what is left, so that a robot of which no cause explains much is soon told.
 
 ## Samples, effects and memory
 

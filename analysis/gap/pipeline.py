@@ -268,15 +268,15 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
     if min(map(excess, fits)) < enough or len(causes) == 1:
         return fits
     chosen = believed(pairs(found)[:LEADERS // 2], alone, fits, base)
-    firsts = sorted(fits, key=lambda f: f.total)[:3]
+    firsts = _near(sorted(fits, key=lambda f: f.total)[:3], base)
     for first in firsts:
-        chosen += _with_another(found, bench, first, causes)
+        chosen += _with_another(found, bench, base, first, causes)
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
     if (min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES
             or best in firsts):
         return fits
-    thirds = _with_another(found, bench, best, causes)
+    thirds = _with_another(found, bench, base, best, causes)
     least = min(map(promised, thirds), default=excess(best))
     if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
         return fits
@@ -284,9 +284,9 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
 
 
 def _completed(bench, base, fits, causes):
-    """Fits whose leaders are freed from idle joints, with the look-alikes of the best."""
-    leaders = [one for one in sorted(fits, key=excess)[:2]
-               if excess(one) < reach(min(map(excess, fits)), excess(base))]
+    """Fits whose leaders, if they are good, lose idle joints, with the look-alikes of the best."""
+    good = [one for one in fits if excess(one) < HOPELESS * excess(base)]
+    leaders = _near(sorted(good, key=excess)[:2], base)
     freed = [pruned(one, bench, excess(base)) for one in leaders]
     fits = [one for one in fits if one not in leaders] + freed
     tried = []
@@ -297,11 +297,17 @@ def _completed(bench, base, fits, causes):
     return fits
 
 
-def _with_another(found, bench, first, causes):
+def _near(fits, base):
+    """Those of some fits that are not far behind the best of them."""
+    far = reach(min(map(excess, fits), default=0.0), excess(base))
+    return [one for one in fits if excess(one) < far]
+
+
+def _with_another(found, bench, base, first, causes):
     """Candidates that add to a fit one of the causes that explain most of what it leaves."""
     left = rescreened(found, bench, first)
     return [one for one in list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
-            if promising(one)]
+            if promising(one, base)]
 
 
 def _distinct(candidates):

@@ -35,16 +35,23 @@ def _freed(found, bench, nothing):
     for place, member in enumerate(found.hypothesis.members):
         if member.cause.shared or len(member.joints) == 1:
             continue
-        for k in member.joints:
-            rise = USELESS + USELESS_SHARE * nothing
-            near = excess(found) < USELESS + NEAR * nothing
-            if near and _foreseen(found, place, k) > CLEAR * rise:
-                continue
-            fewer = _without(found.hypothesis, place, k)
-            tried = None if fewer is None else fit(fewer, bench, 3)
-            if tried and excess(tried) - excess(found) < rise:
-                found = tried
+        rise = USELESS + USELESS_SHARE * nothing
+        near = excess(found) < USELESS + NEAR * nothing
+        foreseen = {k: _foreseen(found, place, k) for k in member.joints}
+        idle = [k for k in foreseen if foreseen[k] < rise]
+        if near and 1 < len(idle) < len(foreseen):
+            found = _tried(found, place, idle, bench, rise * len(idle))
+        for k in found.hypothesis.members[place].joints:
+            if not near or foreseen[k] < CLEAR * rise:
+                found = _tried(found, place, [k], bench, rise)
     return found
+
+
+def _tried(found, place, joints, bench, rise):
+    """Fit with a cause left out at some joints, if the excess rises by less; else the same."""
+    fewer = _without(found.hypothesis, place, joints)
+    tried = None if fewer is None else fit(fewer, bench, 3)
+    return tried if tried and excess(tried) - excess(found) < rise else found
 
 
 def _foreseen(found, place, k):
@@ -59,9 +66,9 @@ def _foreseen(found, place, k):
     return away @ known @ away / (found.samples.sum() / at.problem.n)
 
 
-def _without(at, place, k):
+def _without(at, place, left_out):
     member = at.members[place]
-    joints = tuple(j for j in member.joints if j != k)
+    joints = tuple(k for k in member.joints if k not in left_out)
     if not joints:
         return None
     values = dict(at.values)
@@ -69,7 +76,7 @@ def _without(at, place, k):
         key = f"{member.name}.{number.name}"
         if number.neutral is not None:
             values[key] = values[key].copy()
-            values[key][..., k] = number.neutral
+            values[key][..., list(left_out)] = number.neutral
     members = list(at.members)
     members[place] = dataclasses.replace(member, joints=joints)
     return dataclasses.replace(at, members=tuple(members), values=values)

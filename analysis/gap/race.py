@@ -8,10 +8,11 @@ from clie_blocks.analysis.gap.settling import settled
 from clie_blocks.analysis.gap.start import started
 
 FAR = 10.0  # times the excess of the best: what stays so far behind it is not fitted further
-LITTLE = 0.05  # share of the excess of the nominal model, below which a look-alike goes on
-FAVOURITES = 2  # candidates of the screening that are fitted to the end, slow starters or not
+LITTLE = 0.05  # share of an excess that its promises do not resolve
+FAVOURITES = 2  # of the screening that are fitted to the end, while much is left, slow or not
 STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where it still moves
 WORTH = 0.8  # share of what a fit leaves that another cause beside it may leave, to be begun
+MOST = 0.5  # share of the excess of the nominal model that two causes and more may leave
 BENT = 0.5  # times the best promise of a cause alone: a fit below says that promises mean nothing
 QUIET = 0.1  # excess per sample of a robot that nothing ails
 ENOUGH = 0.4  # excess per sample below which no second cause is looked for
@@ -25,7 +26,8 @@ def race(bench, base, candidates, finalists):
     within = min(map(excess, order[:1] + leaders), default=0.0)
     far = reach(within, excess(base) if leaders else 0.0)
     last = [f for f in order[:finalists] if excess(f) < far]
-    last += [f for f in begun[:0 if leaders else FAVOURITES] if f not in last]
+    slow = not leaders and within > LITTLE * excess(base)
+    last += [f for f in begun[:FAVOURITES if slow else 0] if f not in last]
     done = sorted((fit(f.hypothesis, bench, STEPS) for f in last), key=lambda f: f.total)
     done[:1] = [fit(f.hypothesis, bench, PATIENCE) if _moving(f) else f for f in done[:1]]
     return [settled(f, bench) for f in done] + [f for f in order if f not in last]
@@ -34,6 +36,12 @@ def race(bench, base, candidates, finalists):
 def _alike(candidate):
     """Whether a candidate is a look-alike of a fit, or a part of it, rather than an extension."""
     return candidate.after is not None and candidate.score == 0.0
+
+
+def _part(candidate):
+    """Whether a candidate is a fit without one of its causes."""
+    return _alike(candidate) and {member.cause for member in candidate.members} < {
+        member.cause for member in candidate.after.hypothesis.members}
 
 
 def reach(best, nothing):
@@ -60,9 +68,12 @@ def _begun(bench, base, candidates):
 
 
 def _first_steps(candidate, bench, base):
-    """Fit after two steps; as it starts, where a look-alike of the leader proves to be none."""
+    """Fit after two steps; as it starts, where a part of the leader proves to be far too little.
+
+    A part starts with the leader's numbers; where other look-alikes start says nothing.
+    """
     start = started(candidate, bench, base)
-    if _alike(candidate):
+    if _part(candidate):
         plain = fit(start, bench, 0)
         if _learned(plain) > reach(_learned(candidate.after), _learned(base)):
             return plain
@@ -70,9 +81,15 @@ def _first_steps(candidate, bench, base):
 
 
 def _competes(candidate, best):
-    """Whether a candidate may come near the best fit: as promised, or with a cause of that one."""
+    """Whether a candidate may come near the best fit: as promised, or with a cause of that one.
+
+    Promises are linear: what they leave of a large excess is blurred.
+    """
     shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    return shared or promised(candidate) < FAR * max(_learned(best), QUIET)
+    if shared or candidate.after is None:
+        return True
+    blur = LITTLE * _learned(candidate.after)
+    return promised(candidate) < FAR * max(_learned(best), QUIET) + blur
 
 
 def promised(candidate):
@@ -86,13 +103,22 @@ def promised(candidate):
     return _learned(candidate.after, candidate.score)
 
 
-def promising(candidate):
+def promising(candidate, base):
     """Whether a further cause promises to explain a fair share of what the fit before it leaves.
 
     A cause that is there promises half of it and more; many that are not there promise a little.
+    Together the causes must promise most of what there is: something unknown leaves less.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        Extends a fit.
+    base : Fit
+        The refitted nominal model.
+
     """
     left = _learned(candidate.after)
-    return left > QUIET and promised(candidate) < WORTH * left
+    return left > QUIET and promised(candidate) < min(WORTH * left, MOST * _learned(base))
 
 
 def believed(pairs, alone, fits, base):
@@ -116,7 +142,8 @@ def believed(pairs, alone, fits, base):
     if reached < BENT * min(_learned(base, one.score) for one in alone):
         leading = {member.cause for member in best.hypothesis.members}
         return [pair for pair in pairs if leading.isdisjoint(m.cause for m in pair.members)]
-    return [pair for pair in pairs if _learned(base, pair.score) < reached]
+    return [pair for pair in pairs
+            if _learned(base, pair.score) < min(reached, MOST * _learned(base))]
 
 
 def _learned(found, gain=0.0):

@@ -12,7 +12,8 @@ from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAU
 from clie_blocks.analysis.gap.fit import diverged, fit
 from clie_blocks.analysis.gap.search import EDGE, NEVER, course, scan, torque_columns
 
-SPACING, FINE = 0.2, 4e-3  # s between the moments of a fault tried in the whole log, then there
+SPACING = 0.2  # s between the moments of a fault that are tried in the whole log
+FINE = 0.02, 4e-3  # s, then around the best of them
 STEPS = 4  # of the fit that follows
 ROUNDS = 3
 GAIN = 0.01  # share of chi^2 that a round must remove for another one
@@ -68,16 +69,18 @@ def retimed(found, member, bench):
     onset, size = (f"{member.name}.{name}" for name in ("onset", member.cause.numbers[0].name))
     moments = at.values[onset].copy()
     without = at.with_values({**at.values, onset: np.full_like(moments, NEVER)})
-    for j in range(len(problem.logs)):
-        errors = bench.whitened(without.error(j), j)
-        torque = course(member.cause.variant, problem, without.positions(j, [without.values])[0].T)
+    for j, log in enumerate(problem.logs):
+        error = without.error(j)
+        errors = bench.whitened(error, j)
+        torque = course(member.cause.variant, problem, log.q - error)
         for joints in [list(member.joints)] if member.cause.shared else [[k] for k in
                                                                          member.joints]:
             if moments[j, joints[0]] >= NEVER:
                 continue
             large, end = at.values[size][joints[0]], len(torque) * problem.period - EDGE
             coarse = np.append(np.arange(EDGE, end, SPACING), moments[j, joints[0]])
-            for reach in (coarse, np.arange(-SPACING, SPACING, FINE)):
+            closer = [np.arange(-wide, wide, fine) for wide, fine in zip((SPACING, *FINE), FINE)]
+            for reach in (coarse, *closer):
                 tried = reach if reach is coarse else moments[j, joints[0]] + reach
                 scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried)
                          for k in joints]

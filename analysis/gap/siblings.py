@@ -20,6 +20,7 @@ TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
 DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
        "friction_drift")
 FLOOR = 0.4  # excess per sample above which a cause that shrank to a simpler one starts again
+CHANCE = 1.0  # chi^2: a fit that is worse by less has not ended in a false minimum
 SLOW = 0.03  # rad/s: speed below which Stribeck friction rises, to start from
 
 
@@ -51,7 +52,7 @@ def siblings(found, fits, causes, bench, tried=()):
     tried = {_keys(candidate.members) for candidate in tried}
     new = {_keys(some.members): some for some in _rivals(found, causes, stuck)}
     return [some for keys, some in new.items() if keys not in tried
-            and (keys not in reached or _cost(some, bench) < reached[keys])]
+            and (keys not in reached or _cost(some, bench) < reached[keys] - CHANCE)]
 
 
 def _rivals(found, causes, stuck):

@@ -32,7 +32,7 @@ def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
     assert race.promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize("left, competes", [(5.0, True), (19.0, True), (21.0, False)])
+@pytest.mark.parametrize("left, competes", [(5.0, True), (24.0, True), (26.0, False)])
 def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
     assert race._competes(candidate(left, SPRING, COULOMB), best) == competes
@@ -44,15 +44,16 @@ def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     assert not race._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
 
 
-@pytest.mark.parametrize("left, promising", [(79.0, True), (81.0, False)])
-def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, promising):
-    assert race.promising(candidate(left, SPRING, COULOMB)) == promising
+@pytest.mark.parametrize("left, whole, promising", [
+    (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
+def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, whole, promising):
+    assert race.promising(candidate(left, SPRING, COULOMB), fitted(whole)) == promising
 
 
 def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
     done = fitted(-0.1, SPRING)
     more = Candidate((SimpleNamespace(cause=COULOMB),), 0.2 * SAMPLES, done)
-    assert not race.promising(more)
+    assert not race.promising(more, fitted(100.0))
 
 
 def beside_nominal(left, *causes):
@@ -75,24 +76,22 @@ def test_where_a_fit_does_far_better_than_promised_no_promise_is_believed():
     assert kept == pairs[:1]  # what may be added to the spring, the fit of the spring tells
 
 
-def begun(monkeypatch, start):
-    """How many steps a look-alike of a fit that leaves 1 takes from a start that leaves much."""
+@pytest.mark.parametrize("causes, left, goes_on", [
+    ((COULOMB,), 50.0, False), ((COULOMB,), 5.0, True), ((ACTUATOR_LAG,), 50.0, True)])
+def test_a_part_of_a_leader_that_starts_far_behind_it_is_left_there(monkeypatch, causes, left,
+                                                                    goes_on):
     steps = []
 
     def fit(at, bench, iterations):
         steps.append(iterations)
-        return fitted(start, COULOMB)
+        return fitted(left, *causes)
 
     monkeypatch.setattr(race, "fit", fit)
     monkeypatch.setattr(race, "started", lambda *_: None)
-    alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, fitted(1.0, SPRING))
+    members = tuple(SimpleNamespace(cause=cause) for cause in causes)
+    alike = Candidate(members, 0.0, fitted(1.0, SPRING, COULOMB))
     race._first_steps(alike, None, fitted(100.0))
-    return steps[-1]
-
-
-def test_a_look_alike_that_starts_far_behind_its_leader_is_left_there(monkeypatch):
-    assert begun(monkeypatch, 50.0) == 0
-    assert begun(monkeypatch, 5.0) > 0
+    assert (steps[-1] > 0) == goes_on
 
 
 def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
