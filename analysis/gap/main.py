@@ -1,6 +1,7 @@
 """``clie diagnose``: where a model is wrong, which effect causes it, how far the gap shrinks."""
 
 import argparse
+import shutil
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -47,6 +48,8 @@ def main(argv=None):
             sorted(answers.items()))
         write(asked.json, to_json(content))
     failed = [answer for answer in answers.values() if "error" in answer]
+    if folder and Path(folder).suffix == trials.PARTS and not failed:
+        shutil.rmtree(folder, ignore_errors=True)
     for answer in failed:
         print(f"error: {answer['error']}", file=sys.stderr)
     return failed[0]["exit_code"] if failed else 0

@@ -8,6 +8,7 @@ import contextlib
 import dataclasses
 import hashlib
 import json
+import os
 from pathlib import Path
 
 from clie_blocks import __version__
@@ -200,18 +201,37 @@ def diagnose_all(trials, options=None, jobs=1, folder=None, executor=None):
 
 def _spread(waiting, options, jobs, folder, executor):
     from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
-    pool = executor or ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    pool = executor or ProcessPoolExecutor(jobs, mp_context=get_context("spawn"),
+                                           initializer=end_with_parent)
     try:
         running = {pool.submit(_finished, trial, options, folder): trial for trial in waiting}
         with progress("diagnosing", len(waiting)) as advance:
             for future in as_completed(running):
                 yield running[future].name, future.result()
                 advance(1)
+    except BrokenProcessPool:
+        raise ClieError(f"one of {jobs} processes was killed, maybe for lack of memory; what is "
+                        "done is kept: run the same command again, with fewer --jobs") from None
     finally:
         if executor is None:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def end_with_parent():
+    """Make a worker process end, without a word, when its parent is killed or interrupted."""
+    import signal
+    import threading
+    from multiprocessing import parent_process
+
+    def wait():
+        parent_process().join()
+        os._exit(1)
+
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _finished(trial, options, folder):
@@ -268,10 +288,23 @@ def cluster(address):
     address : str
         Of its scheduler.
 
+    Raises
+    ------
+    MissingExtraError
+        If Dask is not installed.
+    ClieError
+        If no scheduler answers.
+
     """
     try:
         from distributed import Client
     except ImportError:
         raise MissingExtraError("--cluster", "dask[distributed]", "cluster") from None
-    with Client(address) as client:
+    try:
+        client = Client(address)
+    except (OSError, ValueError) as error:
+        raise ClieError(f"no Dask scheduler answers at {address} ({error}); start one with 'dask "
+                        "scheduler', workers with 'dask worker ADDRESS', or leave out --cluster "
+                        "and use --jobs") from None
+    with client:
         yield client.get_executor()

@@ -1,0 +1,65 @@
+"""Runs that are killed, and clusters that do not answer: no orphans, no tracebacks."""
+
+import signal
+import subprocess
+import sys
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from types import SimpleNamespace
+
+import pytest
+
+from clie_blocks.analysis.gap import trials
+from clie_blocks.errors import ClieError, MissingExtraError
+
+KILLED = """
+import os, signal, time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from clie_blocks.analysis.gap.trials import end_with_parent
+
+if __name__ == "__main__":
+    pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent)
+    pool.submit(os.getpid).result()
+    pool.submit(time.sleep, 600)
+    print("working", flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_worker_ends_with_its_parent(tmp_path):
+    script = tmp_path / "killed.py"
+    script.write_text(KILLED)
+    run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE,
+                           stderr=subprocess.DEVNULL, text=True)
+    told, _ = run.communicate(timeout=60)  # ends when the worker, too, has let go of the pipe
+    assert run.returncode == -signal.SIGKILL and told == "working\n"
+
+
+class Broken(Executor):
+    """Processes of which one was killed."""
+
+    def submit(self, *args):
+        """Return what a broken pool returns."""
+        future = Future()
+        future.set_exception(BrokenProcessPool())
+        return future
+
+
+def test_a_killed_worker_is_told_in_words():
+    waiting = [trials.Trial("one", ("nowhere",))]
+    with pytest.raises(ClieError, match="killed.*run the same command again"):
+        list(trials.diagnose_all(waiting, jobs=2, executor=Broken()))
+
+
+def test_a_cluster_that_lacks_or_does_not_answer_is_told_in_words(monkeypatch):
+    def silent(address):
+        raise OSError("Timed out")
+
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(MissingExtraError, match="cluster"), trials.cluster("tcp://here:1"):
+        pass
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=silent))
+    with pytest.raises(ClieError, match="no Dask scheduler answers at tcp://here:1"), \
+            trials.cluster("tcp://here:1"):
+        pass
