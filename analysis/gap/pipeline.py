@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.homing import homed
 from clie_blocks.analysis.gap.leftover import structured
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.observer import held, let_go
-from clie_blocks.analysis.gap.paths import path_causes, with_paths
+from clie_blocks.analysis.gap.paths import established_by, path_causes, with_paths
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem as state_problem
 from clie_blocks.analysis.gap.pruning import pruned
@@ -40,6 +40,7 @@ from clie_blocks.errors import ClieError, nearest
 
 LEADERS = 8
 FROM_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
+VOCABULARY = frozenset(cause.name for cause in CAUSES) | frozenset(FROM_CHECK)
 MOST_CAUSES = 3  # at once
 ROUNDS = 3  # of look-alikes of the best, which may be one of them
 SMALL = 2e-4  # share of the excess that a right model may leave, as the calibration has learned it
@@ -82,6 +83,8 @@ class Diagnosis:
         Time it took.
     paths : tuple of PathCause
         Causes that the way of the command shows by itself, see `paths`.
+    left_out : frozenset of str
+        Effects that were excluded, or not asked for: none of them is named.
 
     """
 
@@ -100,6 +103,7 @@ class Diagnosis:
     evidence: object
     seconds: float
     paths: tuple = ()
+    left_out: frozenset = frozenset()
 
 
 def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), exclude=(),
@@ -131,7 +135,7 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
 
     """
     began = time.perf_counter()
-    causes = chosen(effects, exclude)
+    causes, left_out = chosen(effects, exclude), unnamed(effects, exclude)
     calibration = calibration or learned()
     if loop is None:
         asked = state_problem(robot, records, held_out)
@@ -152,8 +156,8 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         ranking, model = in_the_loop(ranking, model, bench.problem)
     foreign = check.misdescribed or len(bench.problem.fit) > len(asked.fit)
     nominal = (baseline(held(asked))[1] if foreign else base).hypothesis
-    paths = () if simulated or loop else path_causes(records, bench, check, calibration)
-    said = with_paths(verdict(ranking, bool(check.wrong or check.coarse)), paths)
+    paths = () if simulated or loop else path_causes(records, bench, check, calibration, left_out)
+    said = with_paths(verdict(ranking, bool(established_by(check, left_out))), paths)
     believed = base if said == "unexplained" else model
     return Diagnosis(
         asked, check, bench, base, ranking, model, said,
@@ -161,7 +165,7 @@ def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), e
         torque_table(believed.hypothesis, bench),
         where(bench, base, check),
         next_experiment(bench, base, ranking, calibration), calibration, table,
-        time.perf_counter() - began, paths)
+        time.perf_counter() - began, paths, left_out)
 
 
 def _ranked(look, check, calibration):
@@ -219,12 +223,17 @@ def chosen(effects, exclude):
         For a name that is not in the vocabulary.
 
     """
-    known = {cause.name for cause in CAUSES} | set(FROM_CHECK)
     for name in (*effects, *exclude):
-        if name not in known:
-            raise ClieError(f"no effect is called {name!r}; {nearest(name, sorted(known))}")
+        if name not in VOCABULARY:
+            raise ClieError(
+                f"no effect is called {name!r}; {nearest(name, sorted(VOCABULARY))}")
     return tuple(cause for cause in CAUSES
                  if (not effects or cause.name in effects) and cause.name not in exclude)
+
+
+def unnamed(effects, exclude):
+    """Effects that are not to be named: the excluded ones, and what a choice of effects lacks."""
+    return frozenset(exclude) | (VOCABULARY - set(effects) if effects else frozenset())
 
 
 def _leading(ranking, base):

@@ -5,7 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.goal_path import followed
+from clie_blocks.analysis.gap.json_answer import answer
 from clie_blocks.analysis.gap.paths import (
     PathCause,
     established_by,
@@ -153,3 +155,12 @@ def test_the_check_establishes_only_what_is_not_left_out():
     assert established_by(found)[0].as_dict()["parameters"]["lowpass"]["value"] == [300.0]
     assert [cause.effect for cause in established_by(found, {"encoder_quantization"})] == [
         "velocity_filter_mismatch"]
+
+
+@pytest.mark.parametrize("choice", [{"exclude": ("time_delay",)}, {"effects": ("coulomb",)}])
+def test_a_delay_that_is_known_not_to_be_there_is_in_no_answer(choice):
+    logs = servo_logs(0.03, 0.01)
+    found = diagnose(logs[0].robot, logs, **choice)
+    said = answer(found)
+    assert "time_delay" in found.left_out and found.paths == ()
+    assert "time_delay" not in [row["effect"] for row in said["effects"]] + said["set_90"]
