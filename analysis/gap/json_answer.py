@@ -65,7 +65,7 @@ def _theorem_2(diagnosis):
 
 def established(diagnosis):
     """Causes that the way of a command shows, and those that the controller check establishes."""
-    by_check = established_by(diagnosis.check, getattr(diagnosis, "left_out", ()))
+    by_check = established_by(diagnosis.check, diagnosis.left_out)
     return [cause.as_dict() for cause in (*diagnosis.paths, *by_check)]
 
 
@@ -104,7 +104,7 @@ def _made_unlikely(diagnosis):
 
     A wrong controller may be all that is unknown; a late goal or torque does not say so.
     """
-    if established_by(diagnosis.check, getattr(diagnosis, "left_out", ())):
+    if established_by(diagnosis.check, diagnosis.left_out):
         return NONE, UNKNOWN
     return (NONE,) if diagnosis.paths else ()
 
