@@ -279,13 +279,14 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
     chosen = believed(pairs(found)[:LEADERS // 2], alone, fits, base)
     firsts = _near(sorted(fits, key=lambda f: f.total)[:3], base)
     for first in firsts:
-        chosen += _with_another(found, bench, base, first, causes)
+        more = _with_another(found, bench, first, causes)
+        chosen += [one for one in more if promising(one, base)]
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
     if (min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES
             or best in firsts):
         return fits
-    thirds = _with_another(found, bench, base, best, causes)
+    thirds = _with_another(found, bench, best, causes)
     least = min(map(promised, thirds), default=excess(best))
     if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
         return fits
@@ -312,11 +313,10 @@ def _near(fits, base):
     return [one for one in fits if excess(one) < far]
 
 
-def _with_another(found, bench, base, first, causes):
+def _with_another(found, bench, first, causes):
     """Candidates that add to a fit one of the causes that explain most of what it leaves."""
     left = rescreened(found, bench, first)
-    return [one for one in list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
-            if promising(one, base)]
+    return list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
 
 
 def _distinct(candidates):

@@ -108,6 +108,7 @@ def promising(candidate, base):
 
     A cause that is there promises half of it and more; many that are not there promise a little.
     Together the causes must promise most of what there is: something unknown leaves less.
+    Of a link that moves apart from its motor the screening knows too little to promise.
 
     Parameters
     ----------
@@ -117,7 +118,9 @@ def promising(candidate, base):
         The refitted nominal model.
 
     """
-    left = _learned(candidate.after)
+    left, new = _learned(candidate.after), candidate.members[-1].cause
+    if left > QUIET and any(piece.port == "transmission" for piece in new.pieces):
+        return True
     return left > QUIET and promised(candidate) < min(WORTH * left, MOST * _learned(base))
 
 
