@@ -48,11 +48,9 @@ def method(name):
 
 
 def _spread(tasks, jobs):
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from clie_blocks.analysis.workers import workers
 
-    with (ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-          progress("answering again", len(tasks)) as advance):
+    with (workers(jobs) as pool, progress("answering again", len(tasks)) as advance):
         for answer in pool.map(answered, tasks):
             yield answer
             advance(1)

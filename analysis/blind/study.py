@@ -122,10 +122,11 @@ def sealed(folder, trials, seed, jobs=1, family=HIDDEN):
 
 
 def _spread(folder, trials, seed, jobs, family):
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
+    from concurrent.futures import as_completed
 
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    from clie_blocks.analysis.workers import workers
+
+    with workers(jobs) as pool:
         running = [pool.submit(_made, folder, seed, index, family) for index in range(trials)]
         with progress("making trials", trials) as advance:
             for future in as_completed(running):

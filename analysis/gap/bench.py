@@ -32,7 +32,7 @@ class Bench:
     free : list of list of ndarray
         ``free[j][k]``: orthonormal whitened responses of joint k to an unknown start of log j.
     tangents : WeakKeyDictionary
-        What `fit.linearised` has found, for as long as the hypothesis is kept.
+        What `slopes.linearised` has found, for as long as the hypothesis is kept.
     freed : WeakKeyDictionary
         What `pruning.pruned` has made of a fit.
 

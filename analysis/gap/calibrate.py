@@ -160,8 +160,9 @@ def examine(count, seed, folder, jobs=1):
         Processes.
 
     """
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
+    from concurrent.futures import as_completed
+
+    from clie_blocks.analysis.workers import workers
 
     parts = [(seed, first, min(CHUNK, count - first), Path(folder))
              for first in range(0, count, CHUNK)]
@@ -170,7 +171,7 @@ def examine(count, seed, folder, jobs=1):
             for part in parts:
                 advance(_examine_part(*part))
             return
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        with workers(jobs) as pool:
             for done in as_completed([pool.submit(_examine_part, *part) for part in parts]):
                 advance(done.result())
 

@@ -12,7 +12,8 @@ from clie_blocks.analysis.gap.ripple import seen
 from clie_blocks.analysis.gap.shrinkage import gap
 
 STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
-IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing
+IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing,
+TOLD = 10.0  # unless it is more than these standard deviations from zero
 FAR = 3.0  # squared gap over its floor, less one: more contradicts a small excess
 SEARCHED = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
@@ -207,8 +208,13 @@ def _shrunk_name(fit, member):
     name, number = member.cause.without or (None, None)
     if name is None:
         return member.cause.name
-    size = np.asarray(member.sizes[number])[..., list(member.joints)]
-    shrunk = np.all(np.abs(_value(fit, member, number)) < IDLE * np.abs(size))
+    joints, key = list(member.joints), f"{member.name}.{number}"
+    told = [min((doubt for entry, doubt in zip(fit.hypothesis.open, fit.spread)
+                 if entry.key == key and entry.joint in (None, k)), default=np.inf)
+            for k in joints]
+    little = np.minimum(IDLE * np.abs(np.asarray(member.sizes[number])[..., joints]),
+                        TOLD * np.array(told))
+    shrunk = np.all(np.abs(_value(fit, member, number)) < little)
     return name if shrunk else member.cause.name
 
 

@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fit import Tangent, both_sides
+from clie_blocks.analysis.gap.slopes import Tangent, both_sides
 from clie_blocks.analysis.gap.step import ANYWHERE, TINY, spread, step
 
 WAYS = 2.0 ** -np.arange(7)  # shares of the step that are tried side by side

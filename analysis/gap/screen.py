@@ -13,10 +13,10 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Scene
-from clie_blocks.analysis.gap.fit import tangent
 from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.noise import white
 from clie_blocks.analysis.gap.response import base_motion, responses
+from clie_blocks.analysis.gap.slopes import tangent
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

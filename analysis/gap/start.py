@@ -5,8 +5,9 @@ it lacks.  A cause put beside numbers so bent acts twice, and a fit from there m
 The same holds for a second cause beside the fit of a first one.
 """
 
-from clie_blocks.analysis.gap.fit import linearised, shrunk
+from clie_blocks.analysis.gap.fit import shrunk
 from clie_blocks.analysis.gap.hypothesis import hypothesis
+from clie_blocks.analysis.gap.slopes import linearised
 from clie_blocks.analysis.gap.step import step
 
 STEPS = 2  # of the numbers that were there before

@@ -8,7 +8,6 @@ import contextlib
 import dataclasses
 import hashlib
 import json
-import os
 from pathlib import Path
 
 from clie_blocks import __version__
@@ -200,12 +199,12 @@ def diagnose_all(trials, options=None, jobs=1, folder=None, executor=None):
 
 
 def _spread(waiting, options, jobs, folder, executor):
-    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures import as_completed
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
 
-    pool = executor or ProcessPoolExecutor(jobs, mp_context=get_context("spawn"),
-                                           initializer=end_with_parent)
+    from clie_blocks.analysis.workers import workers
+
+    pool = executor or workers(jobs)
     try:
         running = {pool.submit(_finished, trial, options, folder): trial for trial in waiting}
         with progress("diagnosing", len(waiting)) as advance:
@@ -218,20 +217,6 @@ def _spread(waiting, options, jobs, folder, executor):
     finally:
         if executor is None:
             pool.shutdown(wait=True, cancel_futures=True)
-
-
-def end_with_parent():
-    """Make a worker process end, without a word, when its parent is killed or interrupted."""
-    import signal
-    import threading
-    from multiprocessing import parent_process
-
-    def wait():
-        parent_process().join()
-        os._exit(1)
-
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    threading.Thread(target=wait, daemon=True).start()
 
 
 def _finished(trial, options, folder):

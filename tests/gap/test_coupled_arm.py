@@ -11,9 +11,10 @@ from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E40
 from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
 from clie_blocks.analysis.gap.causes import load  # noqa: E402
 from clie_blocks.analysis.gap.evidence import excess  # noqa: E402
-from clie_blocks.analysis.gap.fit import fit, linearised  # noqa: E402
+from clie_blocks.analysis.gap.fit import fit  # noqa: E402
 from clie_blocks.analysis.gap.hypothesis import Hypothesis, Member, hypothesis  # noqa: E402
 from clie_blocks.analysis.gap.problem import problem  # noqa: E402
+from clie_blocks.analysis.gap.slopes import linearised  # noqa: E402
 
 ROWS = 6000
 

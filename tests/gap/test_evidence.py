@@ -27,13 +27,16 @@ from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
 from clie_blocks.analysis.gap.verdict import Calibration, weighed
 
 
-def fitted(slope):
+def fitted(slope, doubt=1.0):
     cause = friction.LOAD_DEPENDENT_FRICTION[0]
     sizes = {"level": np.array([1.0, 1.0]), "slope": np.array([0.03, 0.03])}
     member = Member(cause, (1,), sizes, sizes)
     values = {"load_dependent_friction.level": np.array([0.0, 1.0]),
               "load_dependent_friction.slope": np.array([0.0, slope])}
-    return SimpleNamespace(hypothesis=SimpleNamespace(members=(member,), values=values))
+    open_ = tuple(Open(f"load_dependent_friction.{name}", 1, None, 0.03, 0.0, 1.0)
+                  for name in sizes)
+    return SimpleNamespace(spread=np.array([doubt, doubt]), hypothesis=SimpleNamespace(
+        members=(member,), values=values, open=open_))
 
 
 def asymmetric(backward, *inside):
@@ -55,6 +58,11 @@ def test_beside_a_simulator_with_friction_more_of_it_is_another_number_and_not_a
 @pytest.mark.parametrize("slope, names", [(0.0, ("coulomb",)), (0.01, None)])
 def test_load_dependent_friction_without_a_slope_is_coulomb_friction(slope, names):
     assert simpler(fitted(slope)) == names
+
+
+def test_a_small_number_counts_where_the_logs_tell_it_beyond_doubt():
+    assert simpler(fitted(5e-4, doubt=1e-4)) == ("coulomb",)
+    assert simpler(fitted(5e-4, doubt=1e-5)) is None
 
 
 def test_a_table_survives_a_file():

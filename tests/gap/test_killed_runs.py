@@ -14,12 +14,10 @@ from clie_blocks.errors import ClieError, MissingExtraError
 
 KILLED = """
 import os, signal, time
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-from clie_blocks.analysis.gap.trials import end_with_parent
+from clie_blocks.analysis.workers import workers
 
 if __name__ == "__main__":
-    pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=end_with_parent)
+    pool = workers(1)
     pool.submit(os.getpid).result()
     pool.submit(time.sleep, 600)
     print("working", flush=True)

@@ -9,10 +9,11 @@ import pytest
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
 from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.fit import fit, linearised
+from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.slopes import linearised
 from clie_blocks.analysis.gap.start import started
 
 

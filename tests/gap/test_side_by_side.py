@@ -5,9 +5,9 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.fit import linearised
 from clie_blocks.analysis.gap.noise import decimated, decimation
 from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
+from clie_blocks.analysis.gap.slopes import linearised
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import pytest
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.candidates import Candidate, extended
 from clie_blocks.analysis.gap.causes import drive, friction
-from clie_blocks.analysis.gap.fit import Tangent, linearised
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.pooling import pooled
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.slopes import Tangent, linearised
 from clie_blocks.analysis.gap.start import started
 from clie_blocks.analysis.gap.step import step
 
