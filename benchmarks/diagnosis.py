@@ -29,6 +29,7 @@ STAGES = {
     "controller_check": "controller check", "baseline": "baseline", "screen": "screening",
     "singles": "singles: times, orders, joints", "pairs": "pairs", "rescreened": "screening again",
     "race": "fits by simulation", "pruned": "idle joints left out",
+    "homed": "home to the datasheet",
     "structured": "test of the leftover", "second_look": "whether play asks for a second look",
     "shrinkage": "shrinkage", "torque_table": "table of what repeats", "where": "where",
     "next_experiment": "next experiment"}
@@ -55,12 +56,14 @@ class Stopwatch:
 
 def diagnose(folder, share=1.0):
     """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
-    from clie_blocks.analysis.gap import pipeline
+    from clie_blocks.analysis.gap import explore, pipeline
     from clie_blocks.analysis.gap.causes import CAUSES
 
     watch = Stopwatch()
     for name, said in STAGES.items():
-        setattr(pipeline, name, watch.watched(said, getattr(pipeline, name)))
+        for room in (pipeline, explore):
+            if hasattr(room, name):
+                setattr(room, name, watch.watched(said, getattr(room, name)))
     names = sorted({cause.name for cause in CAUSES})
     started = time.process_time()
     robot, records = watch.watched("reading", arm.read)(folder)

@@ -109,6 +109,7 @@ def _unpolished(robot, records):
     """Numbers stay as the regression left them; one simulation judges each hypothesis."""
     with (replaced(race, "fit", lambda start, bench, steps: fit(start, bench, 0)),
           replaced(race, "settled", lambda found, bench: found),
+          replaced(pipeline, "homed", lambda found, bench: found),
           replaced(pipeline, "second_look", lambda *_: None)):
         return diagnosed(robot, records)
 

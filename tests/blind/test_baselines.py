@@ -82,13 +82,13 @@ def test_another_weighing_reaches_the_bench_and_is_gone_afterwards(weigh):
 
 
 def test_a_stage_comes_back_after_its_ablation():
-    before = benches.noise, pipeline.race
+    before = benches.noise, pipeline.homed
     made = robot("coulomb")
     found = ablations.ABLATIONS["no whitening"](made.robot, made.records)
     assert "coulomb" in Answer(found).order[:3]
-    with pytest.raises(ValueError), ablations.replaced(pipeline, "race", None):
+    with pytest.raises(ValueError), ablations.replaced(pipeline, "homed", None):
         raise ValueError
-    assert (benches.noise, pipeline.race) == before
+    assert (benches.noise, pipeline.homed) == before
 
 
 def test_without_polish_numbers_stay_as_the_regression_left_them(monkeypatch):

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from clie_blocks.analysis.gap import pipeline
+from clie_blocks.analysis.gap import explore
 from clie_blocks.analysis.gap.causes import CAUSES
 
 WHOLE = 1000.0  # excess of the refitted nominal model
@@ -23,13 +23,14 @@ def explored(monkeypatch):
         races = iter([[leaving(900.0, 1)], [leaving(pair, 2)], [leaving(1.0, 3)]])
         stages = {
             "screen": lambda *a: None, "singles": lambda *a: [], "pairs": lambda *a: [],
-            "believed": lambda *a: [], "race": lambda *a: next(races),
+            "believed": lambda *a: [], "promising": lambda *a: True,
+            "race": lambda *a: next(races),
             "excess": lambda fit: fit.left, "promised": lambda candidate: candidate.left,
             "_completed": lambda bench, base, fits, causes: fits, "_distinct": lambda some: some,
             "_with_another": lambda *a: [SimpleNamespace(left=third, members=a)]}
         for name, stage in stages.items():
-            monkeypatch.setattr(pipeline, name, stage)
-        return pipeline.explore(None, leaving(WHOLE, 0), CAUSES)
+            monkeypatch.setattr(explore, name, stage)
+        return explore.explore(None, leaving(WHOLE, 0), CAUSES)
     return run
 
 

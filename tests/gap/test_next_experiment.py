@@ -9,9 +9,9 @@ import pytest
 from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.load import GRAVITY, SPRING
+from clie_blocks.analysis.gap.explore import explore
 from clie_blocks.analysis.gap.next_experiment import next_experiment
 from clie_blocks.analysis.gap.own_robots import cases
-from clie_blocks.analysis.gap.pipeline import explore
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.runs import elementary, inside, limits

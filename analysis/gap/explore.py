@@ -1,0 +1,93 @@
+"""The search for causes: one alone, then two and three at once, while much is left."""
+
+from clie_blocks.analysis.gap.candidates import extended, pairs, singles
+from clie_blocks.analysis.gap.causes import CAUSES
+from clie_blocks.analysis.gap.evidence import excess
+from clie_blocks.analysis.gap.pruning import pruned
+from clie_blocks.analysis.gap.race import ENOUGH, believed, promised, promising, race, reach
+from clie_blocks.analysis.gap.screen import rescreened, screen
+from clie_blocks.analysis.gap.siblings import siblings
+
+LEADERS = 8
+MOST_CAUSES = 3  # at once
+ROUNDS = 3  # of look-alikes of the best, which may be one of them
+SMALL = 2e-4  # share of the excess that a right model may leave, as the calibration has learned it
+HOPELESS = 0.3  # share that a pair may leave of all, or a third cause of that, to be looked for
+
+
+def explore(bench, base, causes=CAUSES, small=SMALL):
+    """Fit the leading single causes, then pairs and triples while much is left.
+
+    Parameters
+    ----------
+    bench : Bench
+        Whitening.
+    base : Fit
+        The refitted nominal model.
+    causes : sequence of Cause
+        What to look for.
+    small : float
+        Share of the excess below which, too, no second cause is looked for: none could outweigh
+        what it costs.
+
+    Returns
+    -------
+    list of Fit
+        All hypotheses that were fitted.
+
+    """
+    found = screen(bench, base, causes)
+    alone = singles(found, bench, base, causes)[:LEADERS]
+    fits = _completed(bench, base, race(bench, base, alone, LEADERS // 2), causes)
+    enough = max(ENOUGH, small * excess(base))
+    if min(map(excess, fits)) < enough or len(causes) == 1:
+        return fits
+    chosen = believed(pairs(found)[:LEADERS // 2], alone, fits, base)
+    firsts = _near(sorted(fits, key=lambda f: f.total)[:3], base)
+    for first in firsts:
+        more = _with_another(found, bench, first, causes)
+        chosen += [one for one in more if promising(one, base)]
+    fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
+    best = min(fits, key=lambda f: f.total)
+    if (min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES
+            or best in firsts):
+        return fits
+    thirds = _with_another(found, bench, best, causes)
+    least = min(map(promised, thirds), default=excess(best))
+    if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
+        return fits
+    return _completed(bench, base, fits + race(bench, base, thirds, 2), causes)
+
+
+def _completed(bench, base, fits, causes):
+    """Fits whose leaders, if they are good, lose idle joints, with the look-alikes of the best."""
+    good = [one for one in fits if excess(one) < HOPELESS * excess(base)]
+    leaders = _near(sorted(good, key=excess)[:2], base)
+    freed = [pruned(one, bench, excess(base)) for one in leaders]
+    fits = [one for one in fits if one not in leaders] + freed
+    tried = []
+    for _ in range(ROUNDS):
+        alike = siblings(min(fits, key=excess), fits, causes, bench, tried)
+        fits = fits + race(bench, base, alike, 4)
+        tried += alike
+    return fits
+
+
+def _near(fits, base):
+    """Those of some fits that are not far behind the best of them."""
+    far = reach(min(map(excess, fits), default=0.0), excess(base))
+    return [one for one in fits if excess(one) < far]
+
+
+def _with_another(found, bench, first, causes):
+    """Candidates that add to a fit one of the causes that explain most of what it leaves."""
+    left = rescreened(found, bench, first)
+    return list(extended(first, singles(left, bench, first, causes)[:8]))[:5]
+
+
+def _distinct(candidates):
+    seen = {}
+    for candidate in candidates:
+        key = frozenset(member.cause.key for member in candidate.members)
+        seen.setdefault(key, candidate)
+    return list(seen.values())
