@@ -50,17 +50,23 @@ def make(folder, trials, seed, jobs=1, family=HIDDEN):
 
     """
     folder = Path(folder)
-    made = next((line for line in seal.verified(folder) if line["event"] == "made"), None)
-    if made is not None:
-        if (made["trials"], made["seed"]) != (trials, seed):
-            raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
-                            f"{made['seed']}; choose another folder with -o DIR")
+    if _stands(folder, trials, seed):
         return
     labels = dict(sorted(_spread(folder, trials, seed, jobs, family)))
+    if _stands(folder, trials, seed):  # another process was faster
+        return
     seal.note(folder, "made", trials=trials, seed=seed,
               digest=seal.folder_digest(folder / TRIALS))
     seal.seal(folder, labels)
     shutil.rmtree(folder / OPEN)
+
+
+def _stands(folder, trials, seed):
+    made = next((line for line in seal.verified(folder) if line["event"] == "made"), None)
+    if made is not None and (made["trials"], made["seed"]) != (trials, seed):
+        raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
+                        f"{made['seed']}; choose another folder with -o DIR")
+    return made is not None
 
 
 def diagnose(folder, jobs=1):

@@ -31,6 +31,16 @@ def test_other_labels_than_those_committed_to_are_refused(tmp_path):
         seal.unseal(tmp_path)
 
 
+def test_of_two_seals_before_the_diagnoses_the_last_counts_and_after_them_none(tmp_path):
+    seal.seal(tmp_path, {"trial-000": {"kind": "none", "labels": ["none"]}})
+    seal.seal(tmp_path, LABELS)
+    seal.note(tmp_path, "diagnosed", digest="0")
+    assert seal.unseal(tmp_path) == LABELS
+    seal.seal(tmp_path, {"trial-000": {"kind": "none", "labels": ["none"]}})
+    with pytest.raises(RecordError, match="does not hold the labels committed to"):
+        seal.unseal(tmp_path)
+
+
 def test_a_line_of_the_log_that_was_changed_is_found(tmp_path):
     for event in ("made", "sealed", "diagnosed"):
         seal.note(tmp_path, event, count=1)
