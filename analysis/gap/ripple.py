@@ -19,7 +19,7 @@ SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is
 TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
 ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
 FAIR = 0.1  # of the ripple at the joint that has most of it: below, a joint is idle
-TRIED = 6  # lines of the spectrum that are fitted
+TRIED = 3  # lines of the spectrum that are fitted, beside the strongest of each octave
 SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
 
 
@@ -100,12 +100,23 @@ def _lines(bench, base, errors, k):
 
 
 def _peaks(orders, score, apart):
-    found = []
+    """Orders of the strongest lines, and of the strongest of each octave.
+
+    Where the loop hardly answers, at its top, what other causes leave passes for lines.
+    """
+    score, found = score.copy(), _strongest_by_octave(orders, score)
     for _ in range(TRIED):
         at = int(np.argmax(score))
-        found.append(orders[at])
+        found.add(orders[at])
         score[max(at - apart, 0):at + apart + 1] = 0.0
-    return found
+    return sorted(found)
+
+
+def _strongest_by_octave(orders, score):
+    seen = np.flatnonzero(score)
+    octave = np.log2(orders[seen]).astype(int)
+    return {orders[seen[octave == each][np.argmax(score[seen[octave == each]])]]
+            for each in np.unique(octave)}
 
 
 def _sent_back(bench, base, error, j, k):

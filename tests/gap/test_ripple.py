@@ -8,7 +8,7 @@ from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.ripple import ripples
+from clie_blocks.analysis.gap.ripple import _peaks, ripples
 from clie_blocks.analysis.gap.search import residuals
 
 
@@ -40,3 +40,12 @@ def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, 
     assert ripple.bump
     assert ripple.excess < 0.5 < 50.0 < found.evidence.nothing
     assert found.ranking[0].names == (said,)
+
+
+def test_a_line_is_found_though_the_top_of_the_spectrum_is_full_of_what_passes_for_lines():
+    orders = np.linspace(1.0, 1500.0, 3000)
+    score = np.where(orders > 1000.0, 5.0 + np.sin(orders / 7.0), 1e-3)
+    score[898] = 1.0
+    assert orders[898] in _peaks(orders, score, 4)
+    assert max(_peaks(orders, score, 4)) > 1000.0
+    assert score[898] == 1.0
