@@ -14,6 +14,9 @@ from clie_blocks.analysis.gap.search import EDGE, NEVER, course, scan, torque_co
 
 SPACING = 0.2  # s between the moments of a fault that are tried in the whole log
 FINE = 0.02, 4e-3  # s, then around the best of them
+REACHES = 0.5, 0.07, 0.01  # s around a moment that are simulated, as friction that sticks needs
+SIDE_BY_SIDE = 15  # simulations
+CHANCE = 20.0  # chi^2 that the best of a thousand moments may gain in a log without the fault
 STEPS = 4  # of the fit that follows
 ROUNDS = 3
 GAIN = 0.01  # share of chi^2 that a round must remove for another one
@@ -75,16 +78,33 @@ def retimed(found, member, bench):
         torque = course(member.cause.variant, problem, log.q - error)
         for joints in [list(member.joints)] if member.cause.shared else [[k] for k in
                                                                          member.joints]:
-            if moments[j, joints[0]] >= NEVER:
-                continue
             large, end = at.values[size][joints[0]], len(torque) * problem.period - EDGE
-            coarse = np.append(np.arange(EDGE, end, SPACING), moments[j, joints[0]])
+            moment = at_best = moments[j, joints[0]]
+            coarse = np.arange(EDGE, end, SPACING)
+            if moment < NEVER:
+                coarse = np.append(coarse, moment)
             closer = [np.arange(-wide, wide, fine) for wide, fine in zip((SPACING, *FINE), FINE)]
             for reach in (coarse, *closer):
-                tried = reach if reach is coarse else moments[j, joints[0]] + reach
+                tried = reach if reach is coarse else at_best + reach
                 scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried)
                          for k in joints]
                 right, square = (sum(parts) for parts in zip(*scans))
-                best = int(np.argmax(2 * large * right - large**2 * square))
-                moments[j, joints] = tried[best]
+                gain = 2 * large * right - large**2 * square
+                at_best, most = tried[np.argmax(gain)], gain.max()
+            if moment < NEVER or most > CHANCE:
+                moments[j, joints] = _simulated(at, bench, onset, at_best, j, joints)
     return {**at.values, onset: moments}
+
+
+def _simulated(at, bench, onset, moment, j, joints):
+    """Moment in one log near another one at which the simulated fault leaves least."""
+    for reach in REACHES:
+        tried = np.maximum(moment + reach * np.linspace(-1.0, 1.0, SIDE_BY_SIDE), EDGE)
+        sets = []
+        for one in tried:
+            moments = at.values[onset].copy()
+            moments[j, joints] = one
+            sets.append({**at.values, onset: moments})
+        left = sum((part**2).sum(axis=1) for part in bench.residuals(at.means(j, sets), j))
+        moment = tried[np.argmin(left)]
+    return moment

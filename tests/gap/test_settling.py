@@ -1,0 +1,42 @@
+"""Moments are found anew in every log, one that had been taken for a log without the fault, too."""
+
+import pytest
+
+from clie_blocks.analysis.gap import own_robots
+from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.search import NEVER
+from clie_blocks.analysis.gap.settling import settled
+
+SET_IN = 6.0  # s
+
+
+@pytest.fixture(scope="module")
+def diagnosed():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(own_robots.EFFECTS, "step_fault", lambda rng, joint: joint.update(
+            step=0.02 * joint["kp"], step_at=SET_IN))
+        made, = own_robots.cases(1, 2, ["step_fault"], ["single"], duration=12.0)
+    found = diagnose(made.robot, made.records, effects=("step_fault", "friction_drift"))
+    right = next(row.fit for row in found.evidence.rows if row.names == ("step_fault",))
+    return found.bench, right, made.causes["step_fault"] - 1
+
+
+def displaced(right, k, change):
+    at = right.hypothesis
+    key = next(key for key in at.values if key.endswith(".onset"))
+    moments = at.values[key].copy()
+    for log, moment in change.items():
+        moments[log, k] = moment
+    return key, at.with_values({**at.values, key: moments})
+
+
+@pytest.mark.parametrize("change", [{0: NEVER}, {1: SET_IN + 0.4}, {0: SET_IN - 0.3, 2: NEVER}])
+def test_a_moment_that_was_missed_is_found_again(diagnosed, change):
+    bench, right, k = diagnosed
+    key, at = displaced(right, k, change)
+    wrong = fit(at, bench, 0)
+    again = settled(wrong, bench)
+    assert wrong.total > right.total + 1000.0
+    assert again.hypothesis.values[key][:, k] == pytest.approx(SET_IN, abs=0.02)
+    assert again.total < right.total + 20.0
