@@ -1,4 +1,4 @@
-"""Moments are found anew in every log, one that had been taken for a log without the fault, too."""
+"""Moments are found anew in every log, in one taken for a log without the fault, too."""
 
 import pytest
 
