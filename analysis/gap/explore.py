@@ -7,11 +7,12 @@ from clie_blocks.analysis.gap.pruning import pruned
 from clie_blocks.analysis.gap.race import ENOUGH, believed, promised, promising, race, reach
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.siblings import siblings
+from clie_blocks.analysis.gap.verdict import Calibration
 
 LEADERS = 8
 MOST_CAUSES = 3  # at once
 ROUNDS = 3  # of look-alikes of the best, which may be one of them
-SMALL = 2e-4  # share of the excess that a right model may leave, as the calibration has learned it
+SMALL = Calibration().misfit  # share of the excess that a right model may leave
 HOPELESS = 0.3  # share that a pair may leave of all, or a third cause of that, to be looked for
 
 

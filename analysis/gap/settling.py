@@ -5,6 +5,7 @@ rest of a hypothesis is fitted.
 """
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -78,22 +79,31 @@ def retimed(found, member, bench):
         torque = course(member.cause.variant, problem, log.q - error)
         for joints in [list(member.joints)] if member.cause.shared else [[k] for k in
                                                                          member.joints]:
-            large, end = at.values[size][joints[0]], len(torque) * problem.period - EDGE
-            moment = at_best = moments[j, joints[0]]
-            coarse = np.arange(EDGE, end, SPACING)
-            if moment < NEVER:
-                coarse = np.append(coarse, moment)
-            closer = [np.arange(-wide, wide, fine) for wide, fine in zip((SPACING, *FINE), FINE)]
-            for reach in (coarse, *closer):
-                tried = reach if reach is coarse else at_best + reach
-                scans = [scan(bench, found, errors[k], j, k, torque[:, k], tried)
-                         for k in joints]
-                right, square = (sum(parts) for parts in zip(*scans))
-                gain = 2 * large * right - large**2 * square
-                at_best, most = tried[np.argmax(gain)], gain.max()
-            if moment < NEVER or most > CHANCE:
-                moments[j, joints] = _simulated(at, bench, onset, at_best, j, joints)
+            large, known = at.values[size][joints[0]], moments[j, joints[0]] < NEVER
+            tried = np.arange(EDGE, len(torque) * problem.period - EDGE, SPACING)
+            if known:
+                tried = np.append(tried, moments[j, joints[0]])
+            parts = [(errors[k], j, k, torque[:, k]) for k in joints]
+            moment, gain = _best(functools.partial(_gains, bench, found, parts, large), tried)
+            if known or gain > CHANCE:
+                moments[j, joints] = _simulated(at, bench, onset, moment, j, joints)
     return {**at.values, onset: moments}
+
+
+def _gains(bench, found, parts, large, tried):
+    """What a fault of a given size would explain of the joints' errors, set in at each moment."""
+    right, square = (sum(column) for column in zip(*(
+        scan(bench, found, *part, tried) for part in parts)))
+    return 2 * large * right - large**2 * square
+
+
+def _best(gains, tried):
+    """Moment that gains most, found more and more finely, and what it gains."""
+    for wide, fine in zip((SPACING, *FINE), FINE):
+        moment = tried[np.argmax(gains(tried))]
+        tried = moment + np.arange(-wide, wide, fine)
+    found = gains(tried)
+    return tried[np.argmax(found)], found.max()
 
 
 def _simulated(at, bench, onset, moment, j, joints):
