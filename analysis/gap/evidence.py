@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.ripple import seen
+from clie_blocks.analysis.gap.rivals import rival
 from clie_blocks.analysis.gap.shrinkage import gap
 
 STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric mismatch
@@ -32,8 +32,8 @@ class Row:
         Numbers that it spends beyond the joint model, see `numbers_of`.
     strayed : int
         Numbers of its joint model beyond the datasheet; 0 where they are no more than noise.
-    bump : bool
-        Whether its torque ripple shows as no more than a bump over the travel, see `seen`.
+    rival : str
+        The foreign effect that the logs do not tell from it, or empty, see `rival`.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -43,7 +43,7 @@ class Row:
     excess: float
     numbers: float
     strayed: int = 0
-    bump: bool = False
+    rival: str = ""
     fit: object = None
 
 
@@ -64,7 +64,7 @@ class Table:
         not fitted to: beside the refitted nominal model, and beside the best hypothesis; empty
         where it was not asked.
     rows : list of Row
-        The best variant of each set of causes, apart where its ripple is a bump.
+        The best variant of each set of causes, apart by their rivals.
     base : Fit or None
         The refitted nominal model, if it is at hand.
 
@@ -82,7 +82,7 @@ def to_json(table):
     """Table as plain types, without the fits."""
     return {"nothing": table.nothing, "stray": table.stray, "strayed": table.strayed,
             "free": list(table.free),
-            "rows": [[list(row.names), row.excess, row.numbers, row.strayed, row.bump]
+            "rows": [[list(row.names), row.excess, row.numbers, row.strayed, row.rival]
                      for row in table.rows]}
 
 
@@ -173,13 +173,13 @@ def evidence(base, fits, free=(), bench=None):
     best = {}
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        kind = names, not seen(fit)
+        kind = names, rival(fit)
         if len(set(names)) == len(names) and (
                 kind not in best or fit.total < best[kind].total):
             best[kind] = fit
-    rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), bump, fit)
-            for (names, bump), fit in best.items()
-            if (simpler(fit), bump) not in best and not repeats(fit)]
+    rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), foreign, fit)
+            for (names, foreign), fit in best.items()
+            if (simpler(fit), foreign) not in best and not repeats(fit)]
     return Table(left(base),
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
                  strayed(base), tuple(free), rows, base)

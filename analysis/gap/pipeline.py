@@ -195,7 +195,7 @@ def examined(asked, causes=CAUSES, small=SMALL):
         bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
-    kept = [row.fit for row in evidence(base, fits, (), bench).rows if not row.bump]
+    kept = [row.fit for row in evidence(base, fits, (), bench).rows if not row.rival]
     return bench, base, evidence(base, fits, _free(base, kept, bench), bench)
 
 

@@ -2,23 +2,20 @@
 
 What a torque exp(i N q) would explain is its product with the error sent back through the filters
 of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every order.
-A sine of which the travel shows less than a wave may be any bump over the pose: the verdict asks
-more of it.
 """
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
+from clie_blocks.analysis.gap.filtering import response
 from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.noise import decimation
 from clie_blocks.analysis.gap.search import torque_columns
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+from clie_blocks.compiled.recursion import lfilter
 
 LEAST, MOST = 2 * np.pi, 10.0  # orders looked for: one wave over the travel, per motor turn
-SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is enough
-TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
 ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
-FAIR = 0.1  # of the ripple at the joint that has most of it: below, a joint is idle
 TRIED = 3  # lines of the spectrum that are fitted, beside the strongest of each octave
 SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
 
@@ -45,37 +42,6 @@ def ripples(bench, base, errors, causes):
     travel = np.ptp(np.concatenate([log.q for log in bench.problem.fit]), axis=0)
     sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9)}
     return [(Member(TORQUE_RIPPLE, tuple(range(n)), values, sizes), drop)]
-
-
-def seen(fit):
-    """Whether the torque ripple of a fit, if it holds one, shows as a ripple at any joint.
-
-    Cogging and commutation come at least once per motor turn, and one wave of them over the
-    travel is enough.
-    """
-    at = fit.hypothesis
-    for member in at.members:
-        if member.cause is TORQUE_RIPPLE:
-            return bool(np.any(_waves_enough(at, member) & _acting(at, member)))
-    return True
-
-
-def _waves_enough(at, member):
-    """Whether the travel of each joint of a member shows enough waves."""
-    problem, joints = at.problem, list(member.joints)
-    travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)[joints]
-    order = at.values[f"{member.name}.order"][joints]
-    enough = np.where(order >= SYNCHRONOUS * problem.gear_ratio[joints], 1.0, TWICE)
-    return order * travel >= 2 * np.pi * enough
-
-
-def _acting(at, member):
-    """Joints of a member at which the ripple is a fair share of the command."""
-    joints = list(member.joints)
-    typical = np.concatenate([log.u for log in at.problem.fit]).std(axis=0)[joints] + 1e-12
-    share = np.hypot(*(at.values[f"{member.name}.{name}"][joints]
-                       for name in ("sine", "cosine"))) / typical
-    return share >= FAIR * share.max()
 
 
 def _lines(bench, base, errors, k):
@@ -121,8 +87,6 @@ def _strongest_by_octave(orders, score):
 
 def _sent_back(bench, base, error, j, k):
     """Product of a whitened error with the response to an impulse of torque at each sample."""
-    from scipy.signal import lfilter
-
     problem, values = bench.problem, base.hypothesis.values
     whitener = bench.noises[k].whitener
     padded = np.concatenate([np.zeros(len(whitener) - 1), error])
@@ -136,19 +100,17 @@ def _sent_back(bench, base, error, j, k):
 
 def _power(bench, base, log, k, orders):
     """Squared size of the whitened response to exp(i N q), by classes of speed."""
-    from scipy.signal import freqz
-
     problem, values = bench.problem, base.hypothesis.values
     rate = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
     count, edges = np.histogram(rate, SPEEDS)
     speed = (edges[1:] + edges[:-1]) / 2
     nyquist = np.pi / problem.period
     grid = np.geomspace(1e-3, nyquist, 2000)
-    torque = freqz(*torque_sensitivity(problem.law, k, values["inertia"][k],
-                                       values["damping"][k]), worN=grid * problem.period)[1]
+    torque = response(*torque_sensitivity(problem.law, k, values["inertia"][k],
+                                          values["damping"][k]), grid * problem.period)
     width = decimation(problem.period)
     slow = grid * problem.period * width
-    noise = freqz(bench.noises[k].whitener, worN=np.minimum(slow, np.pi))[1]
+    noise = response(bench.noises[k].whitener, [1.0], np.minimum(slow, np.pi))
     gain = np.abs(torque * noise * np.sinc(slow / (2 * np.pi))) ** 2 * (slow < np.pi)
     seen = np.interp(np.outer(orders, speed), grid, gain, right=0.0)
     return seen @ count / width

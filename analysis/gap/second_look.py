@@ -130,12 +130,12 @@ def _worthwhile(problem, table, causes, calibration):
 def _share(table):
     """Share of the excess that the best hypothesis leaves."""
     whole = max(table.nothing, TINY)
-    return min([1.0, *(row.excess / whole for row in table.rows if not row.bump)])
+    return min([1.0, *(row.excess / whole for row in table.rows if not row.rival)])
 
 
 def _leading_share(table, calibration):
     """Share that the most probable hypothesis leaves; all, where that is no cause."""
-    left = {row.names: row.excess for row in table.rows if not row.bump}
+    left = {row.names: row.excess for row in table.rows if not row.rival}
     leading = weighed(table, calibration)[0].names
     return left.get(leading, table.nothing) / max(table.nothing, TINY)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.analysis.gap.rivals import SOFT_STOP
 from clie_blocks.errors import ClieError
 
 SCHEMA_VERSION = 4  # of calibration.json
@@ -56,11 +57,11 @@ class Calibration:
         Share of the whole excess that a free torque may explain beside a right cause: a real
         machine holds more than its main cause.
     alike : float
-        Share of the whole excess that something unknown leaves, at least, where a ripple of less
-        than a wave takes its place: a soft stop that begins in the middle of the travel leaves
-        0.012 beside a sine, and 0.0025 beside a sine and a spring.
-    bump : float
-        Nats that such a ripple costs against something unknown.
+        Share of the whole excess that a soft stop leaves, at least, where torques of the pose
+        take its place: one that begins in the middle of the travel leaves 0.012 beside a sine,
+        and 0.0025 beside a sine and a spring.
+    foreign : float
+        Nats that a hypothesis with a foreign rival costs against that rival, see `rivals`.
     parametric : float
         Nats that a joint model outside its datasheet costs, against an effect that explains it.
     beyond : float
@@ -87,7 +88,7 @@ class Calibration:
     structure: float = 8.0
     slack: float = 0.03
     alike: float = 0.0025
-    bump: float = 2.0
+    foreign: float = 2.0
     parametric: float = 1.0
     beyond: float = 4.0
     lapse: float = 0.05
@@ -157,7 +158,7 @@ def weighed(table, calibration):
     def score(value):
         return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
 
-    known = {row.names: row.excess for row in table.rows if not row.bump}
+    known = {row.names: row.excess for row in table.rows if not row.rival}
     plain = nothing - table.stray
     healthy = max(plain - c.healthy, 0.0)
     rows = [((NONE,), table.base, nothing,
@@ -167,7 +168,7 @@ def weighed(table, calibration):
         rows.append(((PARAMETRIC,), table.base, plain, score(_astray(table, plain, healthy))
                      - c.price * table.strayed - c.parametric))
     rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c)
-              - (c.structure + c.bump) * row.bump) for row in table.rows]
+              - (c.structure + c.foreign) * bool(row.rival)) for row in table.rows]
     scores = np.array([row[3] for row in rows])
     weights = (1.0 - c.lapse) * _odds(scores) + c.lapse * _odds(scores / c.blunt)
     causes = slice(len(rows) - len(table.rows), None)
@@ -179,7 +180,7 @@ def weighed(table, calibration):
 def _astray(table, plain, healthy):
     """What wrong numbers leave: no less than a cause that brings them home with fewer numbers."""
     rivals = [row.excess for row in table.rows
-              if not row.bump and row.strayed == 0 and row.numbers < table.strayed]
+              if not row.rival and row.strayed == 0 and row.numbers < table.strayed]
     return max(healthy, min(plain, min(rivals, default=0.0)))
 
 
@@ -206,17 +207,17 @@ def _odds(scores):
 def _unknown(table, score, known, c):
     """What something unknown leaves, and its score: by its share, or by its structure.
 
-    A free torque shows the structure, and so does a ripple of less than a wave, whatever stands
-    beside it: it is one thing, however many causes it takes to imitate it.
+    A free torque shows the structure, and so does a hypothesis with a foreign rival: that is one
+    thing, however many causes it takes to imitate it.
     """
     left = max(c.unexplained_share * table.nothing, c.unexplained_least)
     ways = [(left, score(left))]
     for row in table.rows:
-        if row.bump:
-            left = max(row.excess, c.alike * table.nothing)
+        if row.rival:
+            left = max(row.excess, c.alike * table.nothing * (row.rival == SOFT_STOP))
             ways.append((left, score(left) - c.structure - _paid(row, c)))
     if table.free:
-        cost = {row: _cost(row, known, table.nothing, c) for row in table.rows if not row.bump}
+        cost = {row: _cost(row, known, table.nothing, c) for row in table.rows if not row.rival}
         likeliest = max(cost, key=lambda row: score(row.excess) - cost[row])
         best = min(cost, key=lambda row: row.excess)
         slack = c.floor + c.slack * table.nothing

@@ -22,7 +22,7 @@ from clie_blocks.analysis.gap.evidence import (
     to_json,
 )
 from clie_blocks.analysis.gap.hypothesis import Member, Open
-from clie_blocks.analysis.gap.ripple import seen
+from clie_blocks.analysis.gap.rivals import SOFT_STOP
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
 from clie_blocks.analysis.gap.verdict import Calibration, weighed
 
@@ -66,19 +66,11 @@ def test_a_small_number_counts_where_the_logs_tell_it_beyond_doubt():
 
 
 def test_a_table_survives_a_file():
-    table = Table(3.0, 0.5, 1, (2.0, 1.0), [Row(("coulomb",), 0.1, 1.5, 2)])
+    table = Table(3.0, 0.5, 1, (2.0, 1.0), [Row(("coulomb",), 0.1, 1.5, 2, SOFT_STOP)])
     again = from_json(json.loads(json.dumps(to_json(table))))
     assert to_json(again) == to_json(table)
     assert again.rows[0].names == ("coulomb",)
     assert from_json({**to_json(table), "rows": [[["coulomb"], 0.1, 1]]}).rows[0].strayed == 0
-
-
-def holding(*members, values=None, gear=50.0):
-    course = np.linspace(0.0, 0.5, 9)[:, None] * np.ones(2)
-    log = SimpleNamespace(q=course, u=course)
-    problem = SimpleNamespace(fit=(log, log), gear_ratio=np.array([gear, gear]))
-    return SimpleNamespace(hypothesis=SimpleNamespace(members=members, values=values or {},
-                                                      problem=problem))
 
 
 def known_within(cause, *spreads):
@@ -104,29 +96,6 @@ def test_what_was_chosen_in_each_log_counts_there(cause, count):
 def test_a_number_that_the_logs_do_not_determine_costs_nothing():
     found = known_within(friction.STRIBECK, 0.0, 0.0, 30.0)
     assert numbers_of(found) == pytest.approx(2, abs=0.01)
-
-
-@pytest.mark.parametrize("order, gear, shown", [
-    (8.0, 50.0, False), (13.0, 50.0, False), (13.0, 14.0, True), (26.0, 50.0, True),
-    (50.0, 50.0, True)])
-def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown):
-    assert seen(rippled([order, 60.0], [1.0, 0.0], gear)) is shown
-
-
-def test_one_joint_that_shows_a_ripple_is_enough_unless_it_is_idle():
-    assert seen(rippled([8.0, 60.0], [1.0, 0.5]))
-    assert not seen(rippled([8.0, 60.0], [1.0, 0.01]))
-
-
-def rippled(order, size, gear=50.0):
-    member = Member(drive.TORQUE_RIPPLE, (0, 1), {}, {})
-    return holding(member, gear=gear, values={
-        "torque_ripple.order": np.array(order), "torque_ripple.sine": np.array(size),
-        "torque_ripple.cosine": np.zeros(2)})
-
-
-def test_what_holds_no_ripple_is_seen():
-    assert seen(holding(Member(friction.COULOMB, (0,), {}, {})))
 
 
 def test_a_fall_at_the_start_is_no_health_where_the_start_is_stated(healthy):

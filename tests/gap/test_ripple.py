@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.problem import problem
 from clie_blocks.analysis.gap.ripple import _peaks, ripples
+from clie_blocks.analysis.gap.rivals import SOFT_STOP
 from clie_blocks.analysis.gap.search import residuals
 
 
@@ -37,7 +38,7 @@ def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, 
     assert np.ptp(places) == pytest.approx(travel, rel=0.05)
     found = diagnose(made.robot, made.records, effects=("torque_ripple", "spring", "coulomb"))
     ripple = next(row for row in found.evidence.rows if row.names == ("torque_ripple",))
-    assert ripple.bump
+    assert ripple.rival == SOFT_STOP
     assert ripple.excess < 0.5 < 50.0 < found.evidence.nothing
     assert found.ranking[0].names == (said,)
 

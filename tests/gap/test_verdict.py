@@ -7,6 +7,7 @@ import pytest
 
 from clie_blocks.analysis.gap.calibrate import LEARNED
 from clie_blocks.analysis.gap.evidence import Row, Table
+from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
 from clie_blocks.analysis.gap.verdict import (
     STORED,
     Calibration,
@@ -53,19 +54,36 @@ def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_someth
     assert verdict(weigh(100.0, *rows, free=(0.3, 7.9))) == "unexplained"
 
 
-BUMP = ("torque_ripple", 0.02, 3, 0, True)
+BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)
 
 
 def test_a_ripple_of_less_than_a_wave_leads_only_where_no_other_bump_would_fit_as_well():
     assert verdict(weigh(1000.0, BUMP, ("spring", 300.0, 1))) == "effect"
-    rough = ("torque_ripple", 5.0, 3, 0, True)
+    rough = ("torque_ripple", 5.0, 3, 0, SOFT_STOP)
     assert verdict(weigh(1000.0, rough, ("spring", 300.0, 1))) == "unexplained"
     assert verdict(weigh(1000.0, ("torque_ripple", 5.0, 3), ("spring", 300.0, 1))) == "effect"
-    beside = ("spring+torque_ripple", 5.0, 4, 0, True)
+    beside = ("spring+torque_ripple", 5.0, 4, 0, SOFT_STOP)
     assert weigh(4000.0, beside, ("spring", 300.0, 1))[0].names == ("unknown",)
     slight = weigh(16.0, BUMP, ("spring", 9.0, 1))
     assert set(set_90(slight)) == {"unknown", "torque_ripple"}
     assert marginals(weigh(1000.0, BUMP, ("spring", 0.02, 1)))["spring"] > 0.95
+
+
+def test_a_fault_where_something_stands_in_the_way_shares_the_set_with_the_unknown():
+    fault = ("step_fault", 0.02, 3)
+    assert weigh(1000.0, fault)[0].probability > 0.95
+    met = weigh(1000.0, (*fault, 0, CONTACT), ("coulomb", 800.0, 1))
+    assert verdict(met) == "unexplained"
+    assert set(set_90(met)) == {"unknown", "step_fault"}
+
+
+def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sine_and_a_spring():
+    place = np.linspace(-1.0, 1.0, 2001)  # rad, beyond 1 for longer travels
+    for travel in (0.3, 1.0, 2.0):
+        stop, q = np.maximum(place, 0.0), travel / 2 * place
+        columns = np.stack([np.ones_like(q), q, np.sin(q), np.cos(q)], axis=1)
+        left = np.sum((stop - columns @ np.linalg.lstsq(columns, stop)[0]) ** 2)
+        assert left / np.sum((stop - stop.mean()) ** 2) > learned().alike
 
 
 def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on():
