@@ -3,6 +3,7 @@
 import dataclasses
 
 from clie_blocks.analysis.gap.bench import bench_of
+from clie_blocks.analysis.gap.filtering import high_passed
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import hypothesis
 
@@ -34,12 +35,9 @@ def baseline(problem):
 
 def noisy(rough, corner=DITHER):
     """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
-    from scipy.signal import butter, sosfiltfilt
-
-    problem = rough.problem
-    corner = min(corner, 0.2 / problem.period)
-    high = butter(2, corner, "high", fs=1.0 / problem.period, output="sos")
-    logs = [dataclasses.replace(log, dither=sosfiltfilt(high, rough.error(j), axis=0))
+    problem, rate = rough.problem, 1.0 / rough.problem.period
+    corner = min(corner, 0.2 * rate)
+    logs = [dataclasses.replace(log, dither=high_passed(rough.error(j), 2, corner, rate))
             for j, log in enumerate(problem.logs)]
     fit_logs = len(problem.fit)
     return dataclasses.replace(problem, fit=tuple(logs[:fit_logs]),

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.sensitivity import (
     sensor_sensitivity,
     torque_sensitivity,
 )
+from clie_blocks.compiled.recursion import lfilter
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -99,8 +100,6 @@ def bench_of(problem, base):
 
 def _free_response(problem, inertia, damping, k, samples):
     """Responses of the measured position to a start elsewhere, and to a start in motion."""
-    from scipy.signal import lfilter
-
     kick = np.zeros(samples)
     kick[0] = 1.0
     b, a = torque_sensitivity(problem.law, k, inertia[k], damping[k])

@@ -7,6 +7,7 @@ the model was corrected.
 
 import numpy as np
 
+from clie_blocks.analysis.gap.filtering import response
 from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
 from clie_blocks.analysis.gap.shrinkage import judging_logs
 
@@ -45,8 +46,6 @@ def predicted_radius(at):
 
 def modelling_error(at, j):
     """Acceleration that a model misses in log j, below 5 Hz, shape (N, n) [rad/s^2]."""
-    from scipy.signal import freqz
-
     error, period = at.error(j, dithered=False), at.problem.period
     grid = np.fft.rfftfreq(2 * len(error), period)
     low = (grid > 0) & (grid < BAND)
@@ -54,6 +53,6 @@ def modelling_error(at, j):
     mirrored = np.fft.rfft(np.concatenate([error, error[::-1]]), axis=0)
     for k, (inertia, damping) in enumerate(zip(at.values["inertia"], at.values["damping"])):
         b, a = torque_sensitivity(at.problem.law, k, inertia, damping)
-        response = freqz(b, a, worN=2 * np.pi * grid[low] * period)[1]
-        found[low, k] = mirrored[low, k] / (response * inertia)
+        filtered = response(b, a, 2 * np.pi * grid[low] * period)
+        found[low, k] = mirrored[low, k] / (filtered * inertia)
     return np.fft.irfft(found, 2 * len(error), axis=0)[:len(error)]

@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.controller_integral import in_words as integral_in
 from clie_blocks.analysis.gap.controller_integral import integral_gains, with_integral
 from clie_blocks.analysis.gap.replayed import known_from, left_by
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
+from clie_blocks.compiled.recursion import lfilter
 
 ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
 SLOWER = 4  # times the settling of the stated filter: what a slower one that ran may take
@@ -163,7 +164,6 @@ def _other_gains(problem, law, error, limit, decisions):
 def _fitted_corners(problem, law, k):
     """Corners of G1 whose replay is nearest to the logged command of joint k."""
     from scipy.optimize import least_squares
-    from scipy.signal import lfilter
 
     log = problem.logs[0]
     first = min(SLOWER * known_from(log, law), len(log) // 2)

@@ -12,6 +12,8 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from clie_blocks.analysis.gap.filtering import high_passed
+
 ORDER = 20
 RATE = 100.0  # Hz, rate at which errors are judged
 BLOCK = 16  # samples that are whitened by one product
@@ -52,12 +54,9 @@ def decimated(x, period):
 
 def sensor_noise(problem, k):
     """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
-    from scipy.signal import butter, sosfiltfilt
-
     rate = 1.0 / problem.period
     corner = min(60.0, 0.24 * rate)
-    high = butter(4, corner, "high", fs=rate, output="sos")
-    found = [np.sqrt(np.mean(sosfiltfilt(high, log.q[:, k])[300:-300] ** 2))
+    found = [np.sqrt(np.mean(high_passed(log.q[:, k], 4, corner, rate)[300:-300] ** 2))
              for log in problem.logs]
     quantum = problem.resolution[k] / np.sqrt(12)
     return max(float(np.median(found)) / np.sqrt(1.0 - 2 * corner / rate), quantum, 1e-9)
@@ -76,14 +75,13 @@ def noise(problem, k, responses):
         Error of joint k after a unit impulse on each sensor, see `sensitivity.noise_responses`.
 
     """
-    from scipy.linalg import solve_toeplitz
-
     sigma = [sensor_noise(problem, j) for j in range(problem.n)]
     responses = [size * response for size, response in zip(sigma, responses)]
     width = decimation(problem.period)
     covariance = sum(_covariance(response, width) for response in responses)
     covariance[0] *= 1.0 + 1e-9
-    predictor = solve_toeplitz(covariance[:-1], covariance[1:])
+    lags = np.abs(np.subtract.outer(range(ORDER), range(ORDER)))
+    predictor = np.linalg.solve(covariance[lags], covariance[1:])
     left = covariance[0] - predictor @ covariance[1:]
     return Noise(sigma=sigma[k], floor=float(np.linalg.norm(responses)),
                  whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(left))

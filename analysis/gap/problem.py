@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.filtering import high_passed
 from clie_blocks.analysis.gap.first_motion import begun
 from clie_blocks.analysis.gap.links import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.textbook import textbook_model
@@ -193,10 +194,7 @@ def _believed(start, q):
 
 def _dither(q, period):
     """Part of the measured positions above all motion [rad]."""
-    from scipy.signal import butter, sosfiltfilt
-
-    corner = min(DITHER, 0.2 / period)
-    return sosfiltfilt(butter(2, corner, "high", fs=1.0 / period, output="sos"), q, axis=0)
+    return high_passed(q, 2, min(DITHER, 0.2 / period), 1.0 / period)
 
 
 def _pose(robot, record):

@@ -6,13 +6,13 @@ that is simulated.  A cause with memory, or one that changes the inertia, is sim
 """
 
 import numpy as np
-from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.closed_loop import WIDE
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
 from clie_blocks.analysis.gap.noise import decimated
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State
+from clie_blocks.compiled.recursion import lfilter
 
 FILTERED = ("load", "friction", "drive", "sensor")
 

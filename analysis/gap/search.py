@@ -11,6 +11,7 @@ from clie_blocks.analysis.gap.hypothesis import Member
 from clie_blocks.analysis.gap.links import tip_load_torque
 from clie_blocks.analysis.gap.noise import RATE, decimated, decimation, white
 from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
+from clie_blocks.compiled.recursion import lfilter
 
 PADDED = 1 << 16
 SPACING = 1.0  # s between the moments that are tried first
@@ -28,11 +29,9 @@ def residuals(bench, base):
 
 def torque_columns(bench, base, j, k, torque):
     """Whitened response of joint k in log j to courses of torque that oppose, (N, m)."""
-    from scipy.signal import lfilter
-
     values = base.hypothesis.values
     b, a = torque_sensitivity(bench.problem.law, k, values["inertia"][k], values["damping"][k])
-    moved = decimated(-lfilter(b, a, torque, axis=0), bench.problem.period)
+    moved = decimated(-lfilter(b, a, torque), bench.problem.period)
     return bench.projected(white(moved, bench.noises[k].whitener), j, k)
 
 
@@ -141,8 +140,6 @@ def course(variant, problem, q):
 
 def scan(bench, base, error, j, k, course, moments):
     """Projections of an error on the fault from each moment on: its product and its square."""
-    from scipy.signal import lfilter
-
     problem, values = bench.problem, base.hypothesis.values
     width = decimation(problem.period)
     torque = decimated(course, problem.period)[:, None]
@@ -150,7 +147,7 @@ def scan(bench, base, error, j, k, course, moments):
     left = np.clip(ends - moments / (width * problem.period), 0.0, 1.0)  # of the block
     b, a = slowed(*torque_sensitivity(problem.law, k, values["inertia"][k], values["damping"][k]),
                   width)
-    data = bench.projected(white(-lfilter(b, a, left * torque, axis=0),
+    data = bench.projected(white(-lfilter(b, a, left * torque),
                                  bench.noises[k].whitener), j, k)
     return data.T @ error, (data**2).sum(axis=0)
 

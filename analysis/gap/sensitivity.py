@@ -10,6 +10,7 @@ C = kp + kd F,
 import numpy as np
 
 from clie_blocks.analysis.gap.links import mass_matrix
+from clie_blocks.compiled.recursion import lfilter
 
 LENGTH = 4000  # samples of an impulse response
 SPARSE = 50  # samples of a log between two poses
@@ -58,8 +59,6 @@ def noise_responses(problem, k, inertia, damping):
     A joint that follows the noise of its own sensor pushes the others by the mass that they
     share: its mean square over the logs is taken, to first order.
     """
-    from scipy.signal import lfilter
-
     law, impulse, found = problem.law, np.eye(1, LENGTH)[0], []
     for j, shared in enumerate(_shared_mass(problem, k)):
         own = lfilter(*sensor_sensitivity(law, j, inertia[j], damping[j]), impulse)

@@ -9,6 +9,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.goal_path import BLOCK, pulls
+from clie_blocks.compiled.recursion import lfilter
 from clie_blocks.errors import NotIdentifiableError
 
 STILL = 0.05  # share of the largest command below which a joint counts as not driven
@@ -118,8 +119,6 @@ def told(record):
 
 def delivered(u, period, gain, lag, delay, offset):
     """Torque that a path gives for a command, shape (N,)."""
-    from scipy.signal import lfilter
-
     left = np.exp(-period / max(lag, 1e-6))
     time = period * np.arange(len(u))
     return gain * np.interp(time - delay, time, lfilter([1.0 - left], [1.0, -left], u)) + offset

@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.hypothesis import DIVERGED
 from clie_blocks.analysis.gap.noise import decimated, decimation
 from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
 from clie_blocks.analysis.gap.shrinkage import closed, judging_logs
+from clie_blocks.compiled.recursion import lfilter
 
 PLACES, SPEEDS = 16, 8  # knots over the range of the motion
 SLOW = 0.02  # of the largest speed: what counts as turning round
@@ -205,15 +206,13 @@ def _hats(x, knots):
 
 def _normal_equations(model, shapes, errors, k):
     """Gram matrices and right sides of the parts of the fit logs, one per part."""
-    from scipy.signal import lfilter
-
     period, values = model.problem.period, model.values
     b, a = slowed(*torque_sensitivity(model.problem.law, k, values["inertia"][k],
                                       values["damping"][k]), decimation(period))
     first = round(SETTLED / (decimation(period) * period))
     grams, rights = [], []
     for shape, error in zip(shapes, errors):
-        columns = -lfilter(b, a, shape, axis=0)[first:]
+        columns = -lfilter(b, a, shape)[first:]
         left = decimated(error, period)[first:]
         for rows, part in zip(np.array_split(columns, PARTS), np.array_split(left, PARTS)):
             grams.append(rows.T @ rows)

@@ -7,6 +7,7 @@ logs.  The equation error w = (e inverse-filtered by S) is read as the torque th
 import numpy as np
 
 from clie_blocks.analysis.gap.noise import RATE, decimated
+from clie_blocks.compiled.recursion import lfilter
 
 BANDS = ((0.0, 0.3), (0.3, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 50.0))  # Hz
 PARTS = 10  # of the time of each log
@@ -46,8 +47,6 @@ def where(bench, base, check):
 
 def _floor(noise):
     """RMS of the decimated error that sensor noise alone leaves."""
-    from scipy.signal import lfilter
-
     impulse = np.zeros(2000)
     impulse[0] = 1.0
     shape = lfilter([1.0], noise.whitener, impulse)

@@ -12,6 +12,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
+from clie_blocks.compiled.recursion import lfilter
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,8 +58,6 @@ class ControlLaw:
 
     def rate(self, q):
         """Velocity as the controller forms it, at rest at the first position, shape (N, n)."""
-        from scipy.signal import lfilter
-
         moved = q - q[0]
         return np.stack([lfilter(self.numerator[:, k], self.denominator[:, k], moved[:, k])
                          for k in range(len(self.kp))], axis=1)
