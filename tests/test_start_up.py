@@ -27,6 +27,13 @@ def test_help_imports_nothing_heavy():
     assert not {"numpy", "control", "matplotlib", "rich"} & loaded
 
 
+def test_a_diagnosis_starts_without_python_control_and_scipy():
+    loaded = modules_after("from clie_blocks.analysis.gap import pipeline\n"
+                           "from clie_blocks.analysis.records import read_trial")
+    assert "numpy" in loaded
+    assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
+
+
 def test_help_lists_every_verb(capsys):
     assert cli.main([]) == 0
     text = capsys.readouterr().out

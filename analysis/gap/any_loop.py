@@ -18,7 +18,7 @@ from clie_blocks.analysis.gap.loop_soundness import (
 from clie_blocks.analysis.gap.loop_step import GLANCE
 from clie_blocks.analysis.gap.problem import Nominal, Problem, as_log
 from clie_blocks.errors import ClieError
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
 
 BAND = (0.3, 20.0)  # rad/s, in which inertia and damping are read from the linearised loop
 TOLERANCE = {"inertia": 0.01, "damping": 0.05, "load": 0.005}  # of a loop's own numbers

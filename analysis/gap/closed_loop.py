@@ -14,6 +14,9 @@ from clie_blocks.analysis.gap import simulated as robot
 from clie_blocks.analysis.gap.first_motion import memory_of_a_ramp
 from clie_blocks.analysis.gap.links import PlanarChain
 from clie_blocks.analysis.gap.simulated import SUBSTEPS, State
+from clie_blocks.compiled.recalled import recalled, sources
+from clie_blocks.errors import DivergedError
+from clie_blocks.labels import signals
 
 LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
 MOST_LINK = 0.97  # of a joint's inertia: some is left to the motor
@@ -80,10 +83,16 @@ class Simulator:
 
     @functools.cached_property
     def program(self):
-        """The compiled program."""
-        from clie_blocks.compiled import compile_diagram
+        """The compiled program; an earlier process may have compiled it."""
+        return recalled(self._identity, lambda: self.block)
 
-        return compile_diagram(self.block)
+    @property
+    def _identity(self):
+        """What decides the program: sources, structure, and how the pieces act."""
+        acts = [(name, piece.port, piece.states, piece.act.__module__, piece.act.__qualname__)
+                for name, piece in self.pieces]
+        here = sources("clie_blocks.compiled", "clie_blocks.analysis.gap")
+        return "\n".join((here, *map(repr, (self.shape, acts, self.numbers))))
 
     @functools.cached_property
     def layout(self):
@@ -107,8 +116,6 @@ class Simulator:
     def block(self):
         """The loop as a python-control block; Inputs: q_d, pe, noise.  Outputs: q, u, sum."""
         import control as ct
-
-        from clie_blocks.signals import signals
 
         n = self.shape.n
         size = max(where.stop for where, _ in self.layout.values())
@@ -154,17 +161,12 @@ class Simulator:
             If the model leaves every bound.
 
         """
-        from clie_blocks.signals import signals
-
-        n = self.shape.n
-        noise = log.dither if dithered else 0.0 * log.dither
-        response = self.program.run(
-            len(log) * self.shape.period,
-            inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
-            initial_state=self._start(log, values),
-            params={**values, "start": log.start, "first": noise[0]}, log=signals("q", "u", n=n))
-        outputs = np.asarray(response.outputs)[:, :len(log)]
-        return outputs[:n].T.copy(), outputs[n:].T.copy()
+        found, = self._side_by_side(log, [values], dithered, ("q", "u"))
+        if not np.isfinite(found).all():
+            raise DivergedError(f"the model leaves every bound in {log.name}: its closed loop is "
+                                "unstable with these numbers")
+        q, u = np.split(found[:, :len(log)], 2)
+        return q.T.copy(), u.T.copy()
 
     def positions(self, log, sets, dithered=True):
         """Measured positions for many sets of parameters, side by side.
@@ -184,7 +186,7 @@ class Simulator:
             One row of samples per set and joint.
 
         """
-        return self._side_by_side(log, sets, dithered, "q")[..., :len(log)]
+        return self._side_by_side(log, sets, dithered, ("q",))[..., :len(log)]
 
     def means(self, log, sets, width):
         """Measured positions for many sets, averaged over neighbouring samples.
@@ -205,30 +207,30 @@ class Simulator:
 
         """
         with np.errstate(invalid="ignore"):  # a run that has left the numbers goes on as NaN
-            return np.diff(self._side_by_side(log, sets, True, "sum", width)) / width
+            return np.diff(self._side_by_side(log, sets, True, ("sum",), width)) / width
 
-    def _side_by_side(self, log, sets, dithered, signal, every=1):
-        """Rows of a signal for many sets, in as many lanes as they fill."""
+    def _side_by_side(self, log, sets, dithered, names, every=1):
+        """Rows of some signals for many sets, in as many lanes as they fill."""
         width = min(LANES if len(sets) <= LANES else WIDE, self.program.lanes)
-        found = [self._group(log, sets[first:first + width], width, dithered, signal, every)
+        found = [self._group(log, sets[first:first + width], width, dithered, names, every)
                  for first in range(0, len(sets), width)]
         return np.concatenate(found) if len(found) > 1 else found[0]
 
-    def _group(self, log, sets, width, dithered, signal, every):
+    def _group(self, log, sets, width, dithered, names, every):
         """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
         filled = [*sets, *[sets[-1]] * (width - len(sets))]
         noise = log.dither if dithered else 0.0 * log.dither
         done = self.program.batch(
             len(log) * self.shape.period,
-            inputs={"q_d": log.q_d, "pe": log.pe, "noise": noise},
+            inputs=np.hstack([log.q_d, log.pe, noise]),
             initial_state=self._start(log, sets[0]),
             params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
                     "start": log.start[None], "first": noise[:1]},
-            log=[f"{signal}[{k}]" for k in range(self.shape.n)], every=every, threads=1)
+            log=signals(*names, n=self.shape.n), every=every, threads=1)
         return done.outputs[:len(sets)]
 
     def _start(self, log, values):
-        state = np.zeros(self.block.nstates)
+        state = np.zeros(max(where.stop for where, _ in self.layout.values()))
         for name in ("q", "q_motor") if self.loose else ("q",):
             state[self.layout[name][0]] = log.start
         for name, piece in self.pieces:

@@ -3,7 +3,7 @@
 import dataclasses
 
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.signals import interconnect, ports, summing
+from clie_blocks.labels import ports
 
 REFERENCE, EXCITATION, TORQUE, SENSOR = "q_d", "pe", "torque", "sensor"
 POSITION, COMMAND, DELIVERED = "q", "u", "u_in"
@@ -109,6 +109,8 @@ def _closed(loop):
                         "input torque, since the missing torque enters at u_in")
     inner, motor = f"{loop.name}_open", "motor"
     opened = loop.copy(name=inner)
+    from clie_blocks.signals import interconnect, summing
+
     return interconnect(
         [opened, summing(COMMAND, TORQUE, output="both", n=n, name=motor)],
         [(f"{inner}.{DELIVERED}", f"{motor}.both"), (f"{motor}.{COMMAND}", f"{inner}.{COMMAND}")],

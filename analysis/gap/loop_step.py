@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
 
 GLANCE = 1e-4  # s, over which a velocity is read from the position
 

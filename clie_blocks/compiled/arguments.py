@@ -6,7 +6,7 @@ import re
 import numpy as np
 
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.signals import DiagramError, ports, vector
+from clie_blocks.labels import DiagramError, ports, vector
 
 
 def count_steps(duration, step, every):

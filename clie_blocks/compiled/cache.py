@@ -8,7 +8,7 @@ from pathlib import Path
 from clie_blocks.errors import ClieError
 from clie_blocks.output import write
 
-KEPT = 6000  # a study of random robots asks for some 60 programs of each structure
+KEPT = 12000  # a study of random robots asks for some 120 files of each structure
 
 
 def folder():

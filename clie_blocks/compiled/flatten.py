@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import control as ct
 import numpy as np
 
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 
 @dataclass(frozen=True)

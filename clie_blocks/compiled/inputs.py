@@ -13,7 +13,7 @@ import numpy as np
 from clie_blocks.compiled.arrays import flat_scalars
 from clie_blocks.compiled.twins import twin
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
 
 
 class InputError(ClieError, ValueError):
@@ -85,8 +85,8 @@ def bind(graph, labels, inputs, steps, step):
         Where functions of time are traced.
     labels : list of str
         The inputs of the diagram.
-    inputs : dict or None
-        As in `Program.run`.
+    inputs : dict, ndarray or None
+        As in `Program.run`; or a table of all inputs in their order, shape (steps, inputs).
     steps : int
         Number of steps of the run.
     step : float
@@ -105,6 +105,8 @@ def bind(graph, labels, inputs, steps, step):
         For a missing or unknown input or a wrong shape; names it and what would be right.
 
     """
+    if isinstance(inputs, np.ndarray):
+        return _reader("of the diagram", inputs, len(labels), steps, step), {}
     readers, driven, open_labels = [], {}, dict.fromkeys(range(len(labels)))
     for name, value in (inputs or {}).items():
         where = _find(name, labels)

@@ -6,7 +6,7 @@ import numpy as np
 
 from clie_blocks.compiled.arrays import symbol_array
 from clie_blocks.errors import nearest
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 
 @dataclass

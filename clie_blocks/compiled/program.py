@@ -270,17 +270,6 @@ class Program(Studies):
             self._engines[key] = NativeEngine(arranged, method, memory)
         return self._engines[key]
 
-    def _shown(self):
-        """States that the user knows; a sampled loop has others."""
-        return list(range(len(self.states)))
-
-    def _shown_states(self):
-        return [self.states[k] for k in self._shown()]
-
-    def _spread(self, shown):
-        """All states of vectors of the shown ones."""
-        return shown
-
     def _response(self, done, chosen):
         nx, nu, shown = len(self.states), len(self.inputs), self._shown()
         columns = done.values.T

@@ -2,7 +2,7 @@
 
 from graphlib import CycleError, TopologicalSorter
 
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 
 def schedule(needs, names):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clie_blocks.compiled.arguments import block_states
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 
 @dataclass(frozen=True)

@@ -151,6 +151,17 @@ class Studies:
         from clie_blocks.compiled.machine import lane_width
         return lane_width()
 
+    def _shown(self):
+        """States that the user knows; a sampled loop has others."""
+        return list(range(len(self.states)))
+
+    def _shown_states(self):
+        return [self.states[k] for k in self._shown()]
+
+    def _spread(self, shown):
+        """All states of vectors of the shown ones."""
+        return shown
+
     def _columns(self, found):
         if self._engine == "python":
             return 1

@@ -21,7 +21,7 @@ from clie_blocks.compiled.symbols import (
 )
 from clie_blocks.compiled.twins import twin
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 
 @dataclass

@@ -31,6 +31,12 @@ def vector_function(name, width, operands=1):
     return None
 
 
+def callable_here():
+    """Load the library, and return what of it a text may call on this processor."""
+    return " ".join(prefix for feature, prefix in KINDS.values()
+                    if _library() and feature in _features())
+
+
 @functools.cache
 def _library():
     """The library, its functions visible to the code that is linked later; None without it."""

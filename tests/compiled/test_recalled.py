@@ -1,0 +1,94 @@
+"""A program from the disk is the program that was compiled, and needs no diagram."""
+
+import numpy as np
+import pytest
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled.recalled import Recalled, recalled, sources
+
+SETS = {"map.gain": np.array([0.5, 0.6, 0.7]), "map.offset": np.array([[1.0, 2.0]])}
+ROWS = np.random.default_rng(0).standard_normal((40, 2))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def difference(make_block):
+    """A nonlinear difference equation of two joints."""
+    def update(t, x, u, params):
+        return params["map.gain"] * np.sin(x) + params["map.offset"] * u
+
+    block = make_block("map", update, lambda t, x, u, params: x**2, x=2, u=2, y=2,
+                       gain=0.5, offset=np.ones(2))
+    block.dt = 0.1
+    return block
+
+
+def nowhere():
+    raise AssertionError("the diagram is not needed")
+
+
+def ran(program, **options):
+    return program.batch(4.0, inputs=ROWS, params=SETS, threads=1, **options)
+
+
+def test_the_next_process_needs_no_diagram(difference, folder):
+    expected = ran(compile_diagram(difference), log=["y[1]"], every=4)
+    first = ran(recalled("one", lambda: difference), log=["y[1]"], every=4)
+    again = ran(recalled("one", nowhere), log=["y[1]"], every=4)
+    for found in (first, again):
+        np.testing.assert_array_equal(found.outputs, expected.outputs)
+        np.testing.assert_array_equal(found.final_state, expected.final_state)
+
+
+def test_what_was_not_asked_before_is_compiled_from_the_diagram(difference, folder):
+    ran(recalled("one", lambda: difference), log=["y[1]"])
+    asked = []
+    later = ran(recalled("one", lambda: asked.append(1) or difference), log=["y"])
+    assert asked
+    np.testing.assert_array_equal(later.outputs, ran(compile_diagram(difference)).outputs)
+
+
+def test_another_identity_is_another_program(difference, folder):
+    recalled("one", lambda: difference)
+    with pytest.raises(AssertionError, match="not needed"):
+        recalled("two", nowhere)
+
+
+def test_damaged_files_are_made_again(difference, folder):
+    expected = ran(recalled("one", lambda: difference))
+    for file in folder.glob("*.bin"):
+        file.write_bytes(file.read_bytes()[:-1])
+    found = ran(recalled("one", lambda: difference))
+    np.testing.assert_array_equal(found.outputs, expected.outputs)
+
+
+def test_without_a_cache_it_runs_all_the_same(difference, folder, monkeypatch):
+    expected = ran(compile_diagram(difference))
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", "off")
+    np.testing.assert_array_equal(ran(recalled("one", lambda: difference)).outputs,
+                                  expected.outputs)
+
+
+def test_without_machine_code_it_is_the_program_itself(difference, folder, monkeypatch):
+    monkeypatch.setattr("clie_blocks.compiled.program.available_engine", lambda name: "python")
+    program = recalled("slow", lambda: difference)
+    assert not isinstance(program, Recalled)
+    assert ran(program).outputs.shape == (3, 2, 41)
+
+
+def test_sources_tell_packages_apart():
+    one, two = sources("clie_blocks.compiled"), sources("clie_blocks.effects")
+    assert one == sources("clie_blocks.compiled") and one != two
+
+
+def test_inputs_may_be_one_table(difference, folder):
+    program = compile_diagram(difference)
+    one = program.run(4.0, inputs=ROWS)
+    np.testing.assert_array_equal(one.outputs, program.run(4.0, inputs={"u": ROWS}).outputs)
+    with pytest.raises(ValueError, match="shape"):
+        program.run(4.0, inputs=ROWS[:, :1])
