@@ -7,6 +7,7 @@ from clie_blocks.analysis.gap.bound import predicted_radius
 from clie_blocks.analysis.gap.observer import let_go
 from clie_blocks.analysis.gap.paths import established_by
 from clie_blocks.analysis.gap.report.blocks import block_shares
+from clie_blocks.analysis.gap.rivals import rival
 from clie_blocks.analysis.gap.verdict import NONE, PARAMETRIC, UNKNOWN, marginals, set_90
 from clie_blocks.effects import LIBRARY
 
@@ -94,7 +95,7 @@ def _effects(diagnosis, given):
             continue
         row = {"effect": name, "joint": None, "probability": probability}
         if name not in (NONE, UNKNOWN, PARAMETRIC):
-            row.update(_numbers(name, first[name]))
+            row.update(_numbers(name, first[name]), rival=rival(first[name]))
         rows.append(row)
     return rows
 

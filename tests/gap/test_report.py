@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.paths import PathCause
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
-from clie_blocks.analysis.gap.report.causes import confusion_section
+from clie_blocks.analysis.gap.report.causes import FOREIGN, confusion_section
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
@@ -28,6 +28,7 @@ from clie_blocks.analysis.gap.report.words import (
     simulator_units,
     size,
 )
+from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
 from clie_blocks.analysis.gap.torque_table import JointTable, TorqueTable
 from clie_blocks.output import to_json
 
@@ -319,3 +320,18 @@ def test_what_is_sure_is_no_look_alike():
     told["next_experiment"]["menu"][0]["least_distance"] = 40.0
     section = confusion_section(told)
     assert "No run" not in section.sentences[0] and len(section.tables) == 2
+
+
+@pytest.mark.parametrize("rival, said", [(CONTACT, "step fault or something in the robot's way"),
+                                         (SOFT_STOP, "step fault or a soft stop")])
+def test_what_outside_the_library_would_move_the_robot_alike_is_told(rival, said):
+    likely = {"effect": "step_fault", "joint": [1], "probability": 0.13, "rival": rival}
+    told = {"verdict": "unexplained", "set_90": ["unknown", "step_fault"], "effects": [
+        {"effect": "unknown", "joint": None, "probability": 0.87}, likely]}
+    assert any(point.startswith(said) for point in confusion_section(told).points)
+    likely["probability"] = 0.01
+    assert not any(point.startswith(said) for point in confusion_section(told).points)
+
+
+def test_every_rival_has_words():
+    assert set(FOREIGN) == {CONTACT, SOFT_STOP}

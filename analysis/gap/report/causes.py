@@ -2,6 +2,7 @@
 
 from clie_blocks.analysis.gap.report.plots import probabilities, residuals
 from clie_blocks.analysis.gap.report.words import called, listed, number, percent
+from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
 from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
@@ -10,6 +11,13 @@ NO_RUN = " No run that was tried in simulation would tell them apart: with these
     "models move alike."
 MARKS = ((0.5, "good"), (0.05, "unsure"))
 SURE = 0.9  # a cause that is there, whatever else is: it stands for no other
+LEAST = 0.02  # probability of a cause whose foreign rival is told
+FOREIGN = {
+    CONTACT: "something in the robot's way: it is met at a place where the robot is at no other "
+             "time, and a torque from then on moves it alike. A run that comes back to the place, "
+             "and leaves it again, tells them apart",
+    SOFT_STOP: "a soft stop, or any other torque that bends with the pose: over this travel they "
+               "move the robot alike. A run over a longer travel tells them apart"}
 TELLS = 1.0  # chi^2 between two causes, below which a run tells nothing
 
 
@@ -47,13 +55,16 @@ def confusion_section(answer):
     pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
     rows = tuple((f"{called(one)} or {called(other)}", _experiment(one, other))
                  for one, other in pairs)
+    foreign = tuple(_foreign(answer))
     if not rows:
-        return Section("Causes that look alike", (_single(answer),), points=_look_alikes(answer))
+        return Section("Causes that look alike", (_single(answer),),
+                       points=(*foreign, *_look_alikes(answer)))
     menu = tuple(_menu(answer))
     text = (f"This log cannot tell {listed(map(called, remaining))} apart: nine tenths of the "
             "probability are shared among them and what is sure.")
     return Section("Causes that look alike", (text if menu else text + NO_RUN,),
-                   tables=(Table(("which", "what separates them"), rows), *menu))
+                   tables=(Table(("which", "what separates them"), rows), *menu),
+                   points=foreign)
 
 
 def _single(answer):
@@ -61,6 +72,13 @@ def _single(answer):
         return "No two causes of the library compete for this gap."
     return ("One answer holds more than nine tenths of the probability. These causes look alike "
             "in general; the experiments below rule them out for good.")
+
+
+def _foreign(answer):
+    """What outside the library moves the robot just as a cause that is named."""
+    for row in answer["effects"]:
+        if row.get("rival") and row["probability"] >= LEAST:
+            yield f"{called(row['effect'])} or {FOREIGN[row['rival']]}."
 
 
 def _look_alikes(answer):

@@ -1,0 +1,31 @@
+"""A wall and a soft stop of the other engine: where a name fits too, `unknown` stands by it."""
+
+import pytest
+
+from clie_blocks.analysis.blind.family import make_trial
+from clie_blocks.analysis.blind.folder import write_trial
+from clie_blocks.analysis.blind.trial import HIDDEN
+from clie_blocks.analysis.gap import trials
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed, index, foreign, alike", [
+    (72, 49, "wall", {"step_fault"}), (74, 38, "wall", {"step_fault"}),
+    (71, 71, "soft_stop", set())])
+def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_set(
+        tmp_path, seed, index, foreign, alike):
+    made = make_trial(HIDDEN, seed, index)
+    assert made.label["effects"][0]["effect"] == foreign
+    write_trial(made, tmp_path / "trial")
+    said = trials.diagnose_trial(*trials.find_trials([tmp_path]))
+    assert said["verdict"] == "unexplained"
+    assert {"unknown", *alike} <= set(said["set_90"])
+
+
+@pytest.mark.slow
+def test_a_fault_that_truly_sets_in_has_no_rival(tmp_path):
+    made = make_trial(HIDDEN, 75, 61)
+    write_trial(made, tmp_path / "trial")
+    said = trials.diagnose_trial(*trials.find_trials([tmp_path]))
+    assert said["effects"][0] == {**said["effects"][0], "effect": "step_fault", "rival": ""}
+    assert said["effects"][0]["probability"] > 0.95
