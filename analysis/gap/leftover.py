@@ -9,6 +9,7 @@ import numpy as np
 from clie_blocks.analysis.gap.evidence import excess
 from clie_blocks.analysis.gap.noise import decimated, decimation, white
 from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
+from clie_blocks.compiled.recursion import lfilter
 
 BUMPS = 10  # over the range of a signal
 RIDGES = 1e-6, 1e-4, 1e-2, 0.1  # on columns of size one
@@ -60,12 +61,10 @@ def _gain(parts):
 
 def _columns(found, bench, j, k):
     """Whitened responses of joint k in log j to unit torques, one per bump."""
-    from scipy.signal import lfilter
-
     problem, values = bench.problem, found.hypothesis.values
     b, a = slowed(*torque_sensitivity(problem.law, k, values["inertia"][k],
                                       values["damping"][k]), decimation(problem.period))
-    moved = lfilter(b, a, decimated(_torques(problem, j, k), problem.period), axis=0)
+    moved = lfilter(b, a, decimated(_torques(problem, j, k), problem.period))
     return bench.projected(white(moved, bench.noises[k].whitener), j, k)
 
 
