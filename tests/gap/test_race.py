@@ -10,8 +10,10 @@ from clie_blocks.analysis.gap.candidates import Candidate
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.causes.load import SPRING
+from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 
 SAMPLES = 1000.0
+STEP = STEP_FAULT[0]
 
 
 def fitted(left, *causes):
@@ -48,6 +50,13 @@ def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
 def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, whole, promising):
     assert race.promising(candidate(left, SPRING, COULOMB), fitted(whole)) == promising
+
+
+def test_moments_are_found_anew_only_where_a_cause_has_explained_a_fair_share(monkeypatch):
+    monkeypatch.setattr(race, "settled", lambda found, bench: "in time")
+    assert race._in_time(fitted(79.0, STEP), None, fitted(100.0)) == "in time"
+    far = fitted(81.0, STEP)
+    assert race._in_time(far, None, fitted(100.0)) is far
 
 
 def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
