@@ -167,7 +167,7 @@ def _ranked(look, check, calibration):
     return ranking, model, table
 
 
-def examined(asked, causes=CAUSES, small=SMALL):
+def examined(asked, causes=CAUSES, small=SMALL, whole=True):
     """Fit the nominal model and all hypotheses worth it.
 
     Parameters
@@ -178,6 +178,8 @@ def examined(asked, causes=CAUSES, small=SMALL):
         What to look for.
     small : float
         Share of the excess that is as good as nothing, see `explore`.
+    whole : bool
+        Test what is left, too, without which the evidence says nothing of the unknown.
 
     Returns
     -------
@@ -195,6 +197,8 @@ def examined(asked, causes=CAUSES, small=SMALL):
         bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
+    if not whole:
+        return bench, base, evidence(base, fits, (), bench)
     kept = [row.fit for row in evidence(base, fits, (), bench).rows if not row.rival]
     return bench, base, evidence(base, fits, _free(base, kept, bench), bench)
 

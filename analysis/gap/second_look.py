@@ -46,8 +46,8 @@ def second_look(problem, table, causes, examined, calibration):
     causes : sequence of Cause
         What to look for.
     examined : callable
-        ``examined(problem, causes, small)``: bench, refitted nominal model and table of evidence;
-        beside a hypothesis that leaves a small share no second cause is looked for.
+        ``examined(problem, causes, small, whole)``: bench, refitted nominal model and table of
+        evidence; beside a hypothesis that leaves a small share no second cause is looked for.
     calibration : Calibration
         Numbers of the verdict.
 
@@ -60,7 +60,7 @@ def second_look(problem, table, causes, examined, calibration):
     if not _worthwhile(problem, table, causes, calibration):
         return None
     led = softened(problem)
-    _, _, alone = examined(led, (BACKLASH,), SMALL)
+    _, _, alone = examined(led, (BACKLASH,), SMALL, whole=False)
     first = _leading_share(table, calibration)
     if _share(alone) > (PART if first > SMALL else first):
         return None

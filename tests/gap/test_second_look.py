@@ -31,7 +31,8 @@ class Examined:
     def __init__(self, alone, whole):
         self.answers, self.asked = [alone, whole], []
 
-    def __call__(self, problem, causes, small):
+    def __call__(self, problem, causes, small, whole=True):
+        assert whole == bool(self.asked)
         self.asked.append((problem, causes, small))
         return None, None, self.answers[len(self.asked) - 1]
 
