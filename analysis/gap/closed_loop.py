@@ -11,14 +11,16 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap import simulated as robot
+from clie_blocks.analysis.gap.causes.drive import DELAY_TAPS
 from clie_blocks.analysis.gap.first_motion import memory_of_a_ramp
+from clie_blocks.analysis.gap.lanes import side_by_side
 from clie_blocks.analysis.gap.links import PlanarChain
 from clie_blocks.analysis.gap.simulated import SUBSTEPS, State
 from clie_blocks.compiled.recalled import recalled, sources
 from clie_blocks.errors import DivergedError
 from clie_blocks.labels import signals
 
-LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
+SHORT = 20  # samples of a line of delays that serves most robots
 MOST_LINK = 0.97  # of a joint's inertia: some is left to the motor
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
@@ -161,7 +163,7 @@ class Simulator:
             If the model leaves every bound.
 
         """
-        found, = self._side_by_side(log, [values], dithered, ("q", "u"))
+        found, = side_by_side(self, log, [values], ("q", "u"), dithered)
         if not np.isfinite(found).all():
             raise DivergedError(f"the model leaves every bound in {log.name}: its closed loop is "
                                 "unstable with these numbers")
@@ -186,7 +188,7 @@ class Simulator:
             One row of samples per set and joint.
 
         """
-        return self._side_by_side(log, sets, dithered, ("q",))[..., :len(log)]
+        return side_by_side(self, log, sets, ("q",), dithered)[..., :len(log)]
 
     def means(self, log, sets, width):
         """Measured positions for many sets, averaged over neighbouring samples.
@@ -207,29 +209,36 @@ class Simulator:
 
         """
         with np.errstate(invalid="ignore"):  # a run that has left the numbers goes on as NaN
-            return np.diff(self._side_by_side(log, sets, True, ("sum",), width)) / width
+            return np.diff(side_by_side(self, log, sets, ("sum",), every=width)) / width
 
-    def _side_by_side(self, log, sets, dithered, names, every=1):
-        """Rows of some signals for many sets, in as many lanes as they fill."""
-        width = min(LANES if len(sets) <= LANES else WIDE, self.program.lanes)
-        found = [self._group(log, sets[first:first + width], width, dithered, names, every)
-                 for first in range(0, len(sets), width)]
-        return np.concatenate(found) if len(found) > 1 else found[0]
+    def for_delays(self, longest):
+        """Return the same simulator with lines of delays that are long enough, and no longer.
 
-    def _group(self, log, sets, width, dithered, names, every):
-        """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
-        filled = [*sets, *[sets[-1]] * (width - len(sets))]
-        noise = log.dither if dithered else 0.0 * log.dither
-        done = self.program.batch(
-            len(log) * self.shape.period,
-            inputs=np.hstack([log.q_d, log.pe, noise]),
-            initial_state=self._start(log, sets[0]),
-            params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
-                    "start": log.start[None], "first": noise[:1]},
-            log=signals(*names, n=self.shape.n), every=every, threads=1)
-        return done.outputs[:len(sets)]
+        What lies further back in a line is multiplied by zero, and moving it is most of a step.
 
-    def _start(self, log, values):
+        Parameters
+        ----------
+        longest : float
+            The longest delay [s].
+
+        """
+        return self._short if longest <= SHORT * self.shape.period else self
+
+    @functools.cached_property
+    def delays(self):
+        """Names of the pieces that delay."""
+        return tuple(name for name, piece in self.pieces if piece.states == DELAY_TAPS)
+
+    @functools.cached_property
+    def _short(self):
+        if not self.delays:
+            return self
+        return dataclasses.replace(self, pieces=tuple(
+            (name, dataclasses.replace(piece, states=SHORT) if name in self.delays else piece)
+            for name, piece in self.pieces))
+
+    def start(self, log, values):
+        """State at the first sample of a log: at rest, or in its motion."""
         state = np.zeros(max(where.stop for where, _ in self.layout.values()))
         for name in ("q", "q_motor") if self.loose else ("q",):
             state[self.layout[name][0]] = log.start

@@ -7,8 +7,8 @@ that is simulated.  A cause with memory, or one that changes the inertia, is sim
 
 import numpy as np
 
-from clie_blocks.analysis.gap.closed_loop import WIDE
 from clie_blocks.analysis.gap.hypothesis import DIVERGED, Member, hypothesis
+from clie_blocks.analysis.gap.lanes import WIDE
 from clie_blocks.analysis.gap.noise import decimated
 from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity, torque_sensitivity
 from clie_blocks.analysis.gap.simulated import State

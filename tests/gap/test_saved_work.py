@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.gap import closed_loop
 from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
-from clie_blocks.analysis.gap.closed_loop import WIDE, Simulator
 from clie_blocks.analysis.gap.evidence import excess
 from clie_blocks.analysis.gap.fit import fit
 from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.lanes import WIDE, side_by_side
 from clie_blocks.analysis.gap.pruning import pruned
 from clie_blocks.analysis.gap.response import base_motion, responses
 
@@ -21,13 +22,13 @@ def fitted(healthy):
 @pytest.fixture
 def simulated(monkeypatch):
     """Logs that were simulated."""
-    logs, plain = [], Simulator._side_by_side
+    logs = []
 
-    def counted(self, log, *asked):
+    def counted(simulator, log, *asked, **how):
         logs.append(log)
-        return plain(self, log, *asked)
+        return side_by_side(simulator, log, *asked, **how)
 
-    monkeypatch.setattr(Simulator, "_side_by_side", counted)
+    monkeypatch.setattr(closed_loop, "side_by_side", counted)
     return logs
 
 

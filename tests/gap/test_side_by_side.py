@@ -5,6 +5,10 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
+from clie_blocks.analysis.gap.causes.sensor import ENCODER_DELAY
+from clie_blocks.analysis.gap.closed_loop import SHORT
+from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.noise import decimated, decimation
 from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
 from clie_blocks.analysis.gap.slopes import linearised
@@ -42,6 +46,22 @@ def test_means_are_those_of_the_positions(fitted):
     expected = decimated(at.positions(0, [at.values])[0].T, period).T
     np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)
     assert not np.abs(means[1]).max() < 100.0  # a runaway, in numbers or out of them
+
+
+@pytest.mark.parametrize("cause", [TIME_DELAY, ENCODER_DELAY])
+@pytest.mark.parametrize("samples", [7.3, SHORT, SHORT + 0.5])
+def test_a_line_of_delays_is_as_long_as_a_delay_needs(healthy, cause, samples):
+    late = {"time": samples * healthy.period * np.ones(healthy.n)}
+    at = hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), late, late),))
+    log, plain = healthy.logs[0], at.simulator
+    chosen = plain.for_delays(samples * healthy.period)
+    assert (chosen is plain) == (samples > SHORT)
+    long = np.stack(plain.program.batch(
+        len(log) * healthy.period, inputs=np.hstack([log.q_d, log.pe, log.dither]),
+        initial_state=plain.start(log, at.values), threads=1, log=["q"],
+        params={**{key: value[None] for key, value in at.of_log(0).items()},
+                "start": log.start[None], "first": log.dither[:1]}).outputs)[..., :len(log)]
+    np.testing.assert_allclose(at.positions(0, [at.values]), long, rtol=0, atol=1e-12)
 
 
 def test_columns_are_slopes_of_the_residual(fitted):
