@@ -8,6 +8,7 @@ import numpy as np
 
 from clie_blocks.compiled.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.callback_cost import warn_of_callbacks
+from clie_blocks.compiled.description import Description
 from clie_blocks.compiled.emit_python import PythonEngine, source
 from clie_blocks.compiled.events import Bounds
 from clie_blocks.compiled.inputs import bind
@@ -107,9 +108,15 @@ class Program(Studies):
     @property
     def params(self):
         """Default value by key."""
-        parameters = self._trace.parameters
+        parameters = self._parameters
         return {key: parameters.part(key, parameters.defaults).copy()[()]
                 for key in parameters.offset}
+
+    @property
+    def description(self):
+        """What the arguments and results are called, and where they lie."""
+        return Description(self.name, self.inputs, self.outputs, self.states, self._layout.slots,
+                           len(self._layout.record), self._parameters, self.period)
 
     @property
     def callbacks(self):
@@ -123,11 +130,11 @@ class Program(Studies):
 
     def dynamics(self, t, x, u, params=None):
         """Derivatives of the states, as ``diagram.dynamics``."""
-        return self._default.derivative(t, x, u, self._trace.parameters.vector(params, self.name))
+        return self._default.derivative(t, x, u, self._parameters.vector(params, self.name))
 
     def output(self, t, x, u, params=None):
         """Outputs, as ``diagram.output``."""
-        record = self._default.observe(t, x, u, self._trace.parameters.vector(params, self.name))
+        record = self._default.observe(t, x, u, self._parameters.vector(params, self.name))
         return record[[self._layout.slots[name] for name in self.outputs]]
 
     def run(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
@@ -192,12 +199,12 @@ class Program(Studies):
         watched = [arranged.slots[name] for name in bounds.labels]
         arranged = replace(arranged, watch=bounds.watch(
             self._trace.graph, [arranged.record[slot] for slot in watched],
-            self._trace.parameters.defaults.size))
+            self._parameters.defaults.size))
         engine = self._build(arranged, method)
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
         entries = [*range(arranged.nx + arranged.nu), *(arranged.slots[name] for name in chosen)]
         plan = Plan(steps, int(every), float(step), np.array(entries, np.int64))
-        p = np.append(self._trace.parameters.vector(params, self.name), bounds.values)
+        p = np.append(self._parameters.vector(params, self.name), bounds.values)
         x = self._spread(state_vector(self._shown_states(), initial_state, self.name))
         done = simulate(engine, plan, x, p, rows, f"running {self.name}",
                         lambda time, record: bounds.stop(time, record[watched]))
@@ -217,7 +224,7 @@ class Program(Studies):
         from clie_blocks.compiled.flat_system import flat_system
         return flat_system(self, self._default,
                            [self._layout.slots[name] for name in self.outputs],
-                           lambda params: self._trace.parameters.vector(params, self.name))
+                           lambda params: self._parameters.vector(params, self.name))
 
     def source(self, language="python", method="ode5"):
         """Return the program as text.
@@ -240,9 +247,13 @@ class Program(Studies):
             from clie_blocks.compiled import emit_c
             return emit_c.source(self.name, self._layout,
                                  [self._trace.signals[name] for name in self.outputs],
-                                 self._trace.parameters, self._method(method), self._ports())
+                                 self._parameters, self._method(method), self._ports())
         raise ClieError(f"no source in {language!r}; "
                         f"{nearest(language, ['python', 'c', 'llvm'])}")
+
+    @property
+    def _parameters(self):
+        return self._trace.parameters
 
     def _drive(self, inputs, steps, step):
         rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
@@ -306,8 +317,8 @@ class Program(Studies):
 
     def _legend(self):
         lines = [f'"""Diagram {self.name}: derivative and record.', "", *self._ports()]
-        lines += [f"p[{start}]  {key}{list(self._trace.parameters.shape[key])}"
-                  for key, start in self._trace.parameters.offset.items()]
+        lines += [f"p[{start}]  {key}{list(self._parameters.shape[key])}"
+                  for key, start in self._parameters.offset.items()]
         return "\n".join([*lines, '"""'])
 
 

@@ -7,20 +7,16 @@ structure, and the sources that it comes from, see `sources`.
 
 import functools
 import importlib.util
-import json
-import types
 import zlib
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from clie_blocks.compiled import cache
+from clie_blocks.compiled.description import described
 from clie_blocks.compiled.inputs import bind
 from clie_blocks.compiled.layout import Layout
 from clie_blocks.compiled.methods import SAMPLED
-from clie_blocks.compiled.parameters import Parameters
-from clie_blocks.compiled.studies import Studies
+from clie_blocks.compiled.studies import Batches
 from clie_blocks.compiled.vector_math import callable_here
 
 
@@ -46,9 +42,9 @@ def recalled(identity, make):
         program = made()
         if program.lanes == 1:
             return program
-        stored = json.dumps(_description(program)).encode()
+        stored = program.description.text().encode()
         cache.save(cache.key(identity), stored)
-    return Recalled(identity, json.loads(stored), made)
+    return Recalled(identity, described(stored), made)
 
 
 def _compiled(diagram):
@@ -56,16 +52,6 @@ def _compiled(diagram):
     from clie_blocks.compiled.program import compile_diagram
 
     return compile_diagram(diagram)
-
-
-def _description(program):
-    """What `Recalled` knows of a program, in plain types."""
-    parameters = program._trace.parameters
-    return {"name": program.name, "inputs": program.inputs, "outputs": program.outputs,
-            "states": program.states, "period": program.period,
-            "slots": program._layout.slots, "record": len(program._layout.record),
-            "offset": parameters.offset, "shape": parameters.shape,
-            "defaults": parameters.defaults.tolist(), "frozen": sorted(parameters.frozen)}
 
 
 @functools.cache
@@ -84,17 +70,17 @@ def sources(*packages):
     return cache.key(*(file.read_text(encoding="utf-8") for file in files))
 
 
-class Recalled(Studies):
+class Recalled(Batches):
     """A program that is known by name and run in batches; made by `recalled`.
 
-    Entries of its record are numbers, not expressions: these are in the text that was kept.
+    Its layout holds places instead of expressions: these are in the text that was kept.
 
     Parameters
     ----------
     identity : str
         Under which it is kept.
-    told : dict
-        Its description.
+    description : Description
+        What it tells of itself.
     made : callable
         Gives the program itself, for a text that is not there yet.
 
@@ -102,17 +88,15 @@ class Recalled(Studies):
 
     _engine = "llvm"
 
-    def __init__(self, identity, told, made):
-        self._identity, self._made, self._engines = identity, made, {}
-        self.name, self.inputs, self.outputs = told["name"], told["inputs"], told["outputs"]
-        self.states = [tuple(state) for state in told["states"]]
-        self.signals, self.period = list(told["slots"]), told["period"]
-        parameters = Parameters(told["offset"],
-                                {key: tuple(shape) for key, shape in told["shape"].items()},
-                                np.array(told["defaults"]), set(told["frozen"]))
-        self._trace = types.SimpleNamespace(graph=None, parameters=parameters, opaque=[])
-        self._layout = Layout(list(range(len(self.states))), list(range(told["record"])),
-                              told["slots"], len(self.inputs))
+    def __init__(self, identity, description, made):
+        self._identity, self.description = identity, description
+        self._made, self._engines = made, {}
+        self.name, self.period = description.name, description.period
+        self.inputs, self.outputs = description.inputs, description.outputs
+        self.states, self.signals = description.states, list(description.slots)
+        self._parameters = description.parameters
+        self._layout = Layout(list(range(len(self.states))), list(range(description.record)),
+                              description.slots, len(self.inputs))
 
     def _drive(self, inputs, steps, step):
         return bind(None, self.inputs, inputs, steps, step)[0], self._layout

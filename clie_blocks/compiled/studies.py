@@ -7,8 +7,8 @@ from clie_blocks.compiled.simulate import Plan, simulate
 from clie_blocks.errors import ClieError
 
 
-class Studies:
-    """Batches and derivatives; the part of `Program` that needs more than one run."""
+class Batches:
+    """Many runs at once: what a program can do that knows its machine code and its labels."""
 
     def batch(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
               params=None, log=None, every=1, reduce=None, threads=None):
@@ -64,7 +64,7 @@ class Studies:
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
         rows, arranged = self._drive(inputs, steps, step)
-        sets = parameter_sets(self._trace.parameters, params, self._shown_states(),
+        sets = parameter_sets(self._parameters, params, self._shown_states(),
                               initial_state, self.name)
         sets = replace(sets, x=self._spread(sets.x))
         if log is None:
@@ -77,6 +77,29 @@ class Studies:
                          arranged, schedule, sets, rows, keeper, width, threads,
                          f"running {self.name} {len(sets)} times")
         return replace(done, final_state=done.final_state[:, self._shown()])
+
+    @property
+    def lanes(self):
+        """The most runs of a batch that go side by side, at little more than the cost of one."""
+        if self._engine == "python" or self._layout.opaque:
+            return 1
+        from clie_blocks.compiled.machine import lane_width
+        return lane_width()
+
+    def _shown(self):
+        """States that the user knows; a sampled loop has others."""
+        return list(range(len(self.states)))
+
+    def _shown_states(self):
+        return [self.states[k] for k in self._shown()]
+
+    def _spread(self, shown):
+        """All states of vectors of the shown ones."""
+        return shown
+
+
+class Studies(Batches):
+    """Batches and derivatives; the part of `Program` that needs more than one run."""
 
     def sensitivities(self, names, duration, step=None, method="ode5", inputs=None,
                       initial_state=None, params=None, log=None, every=1, states=()):
@@ -122,14 +145,14 @@ class Studies:
             raise ClieError(f"{self.name}: {kind} is not differentiated; take central "
                             "differences of batch() with the parameter a little up and down")
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
-        found = sensitivities.columns(self._trace.parameters, names,
+        found = sensitivities.columns(self._parameters, names,
                                       [".".join(state) for state in self.states], states,
                                       self.name)
         twin = sensitivities.Differentiated(
             arranged, self._trace.graph, [arranged.slots[name] for name in chosen],
-            self._trace.parameters.defaults.size, list(found.values()), self._columns(found))
+            self._parameters.defaults.size, list(found.values()), self._columns(found))
         engine = self._build(twin.layout, method, twin.memory)
-        p = self._trace.parameters.vector(params, self.name)
+        p = self._parameters.vector(params, self.name)
         x = state_vector(self.states, initial_state, self.name)
 
         def run_pass(places):
@@ -142,25 +165,6 @@ class Studies:
         if done.stopped_at is not None:
             raise self._diverged(done, response)
         return response, derivatives
-
-    @property
-    def lanes(self):
-        """The most runs of a batch that go side by side, at little more than the cost of one."""
-        if self._engine == "python" or self._trace.opaque:
-            return 1
-        from clie_blocks.compiled.machine import lane_width
-        return lane_width()
-
-    def _shown(self):
-        """States that the user knows; a sampled loop has others."""
-        return list(range(len(self.states)))
-
-    def _shown_states(self):
-        return [self.states[k] for k in self._shown()]
-
-    def _spread(self, shown):
-        """All states of vectors of the shown ones."""
-        return shown
 
     def _columns(self, found):
         if self._engine == "python":

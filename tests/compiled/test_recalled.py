@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled.description import described
 from clie_blocks.compiled.recalled import Recalled, recalled, sources
 
 SETS = {"map.gain": np.array([0.5, 0.6, 0.7]), "map.offset": np.array([[1.0, 2.0]])}
@@ -79,6 +80,27 @@ def test_without_machine_code_it_is_the_program_itself(difference, folder, monke
     program = recalled("slow", lambda: difference)
     assert not isinstance(program, Recalled)
     assert ran(program).outputs.shape == (3, 2, 41)
+
+
+def test_changed_sources_are_other_programs(tmp_path, monkeypatch):
+    (tmp_path / "some_blocks").mkdir()
+    file = tmp_path / "some_blocks" / "__init__.py"
+    monkeypatch.syspath_prepend(tmp_path)
+    found = set()
+    for text in ("gain = 1", "gain = 2"):
+        file.write_text(text)
+        sources.cache_clear()
+        found.add(sources("some_blocks"))
+    assert len(found) == 2
+
+
+def test_a_description_says_all_that_the_program_says(difference):
+    program = compile_diagram(difference)
+    told = described(program.description.text())
+    for name in ("name", "inputs", "outputs", "states", "period"):
+        assert getattr(told, name) == getattr(program, name)
+    np.testing.assert_array_equal(told.parameters.vector({"map.gain": 0.1}, "map"),
+                                  [0.1, 1.0, 1.0])
 
 
 def test_sources_tell_packages_apart():
