@@ -21,6 +21,7 @@ SCHEMA_VERSION = 4  # of calibration.json
 STORED = Path(__file__).with_name("calibration.json")
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 LIKELY = 0.5  # probability from which on a name is an answer
+RARE = 100.0  # odds against a hypothesis that is not worth its fit
 HALF = 0.5  # of what a hypothesis leaves: a free torque must at least remove the other half
 
 
@@ -235,13 +236,34 @@ def _cost(row, known, nothing, c):
         return cost
     fewer = [left for names, left in known.items() if set(names) < set(row.names)]
     gained = (min(fewer, default=nothing) - row.excess) / nothing
-    short = np.log(c.share / min(max(gained, 1e-6), c.share))
-    return cost + c.second * (len(row.names) - 1) + c.slight * short
+    return cost + c.second * (len(row.names) - 1) + _slight(gained, c)
+
+
+def _slight(gained, c):
+    """What a further cause costs for the share of the whole excess that it removes [nats]."""
+    return c.slight * np.log(c.share / min(max(gained, 1e-6), c.share))
 
 
 def _paid(row, c):
     """What the numbers of a hypothesis cost, and those of its joint model [nats]."""
     return c.price * row.numbers + c.beyond * bool(row.strayed)
+
+
+def futile(left, nothing, calibration):
+    """Whether no further cause could outweigh what it costs, however little it would leave.
+
+    Parameters
+    ----------
+    left, nothing : float
+        Excess of the best hypothesis, and of the refitted nominal model.
+    calibration : Calibration
+        The numbers.
+
+    """
+    c = calibration
+    tolerated = c.floor + c.misfit * max(nothing, 0.0)
+    gain = c.sharpness * np.log1p(max(left, 0.0) / tolerated)
+    return gain < _slight(left / max(nothing, left), c) + c.second + c.price - np.log(RARE)
 
 
 def marginals(ranking):

@@ -11,6 +11,7 @@ from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
 from clie_blocks.analysis.gap.verdict import (
     STORED,
     Calibration,
+    futile,
     learned,
     marginals,
     set_90,
@@ -115,6 +116,18 @@ def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_i
                     ("coulomb+spring", 0.019, 2))
     assert set(set_90(ranking)) == {"coulomb", "stribeck"}
     assert marginals(ranking)["spring"] < 0.1
+
+
+@pytest.mark.parametrize("nothing", [5.0, 100.0, 2600.0, 1e6])
+def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothing(nothing):
+    for left in nothing * np.geomspace(1e-6, 1.0, 60):
+        ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2), lapse=0.0)
+        odds = {s.names: s.probability for s in ranking}
+        share = odds["coulomb", "spring"] / (odds["coulomb", "spring"] + odds["coulomb",])
+        if futile(left, nothing, Calibration()):
+            assert share < 0.011
+        else:
+            assert share > 0.009
 
 
 def test_two_causes_lead_where_one_leaves_much():
