@@ -83,12 +83,12 @@ def fit(start, bench, iterations=6):
         Most steps.
 
     """
-    at, damping, kept, turned = start, LIGHT, 0, False
+    at, damping, kept, turned, wary = start, LIGHT, 0, False, False
     here = linearised(at, bench)
     for _ in range(iterations):
-        found = _better(at, here, bench, damping)
+        found = _better(at, here, bench, damping, wary)
         if found is not None:
-            at, damping = found
+            at, damping, wary = found
             kept += 1
         after = linearised(at, bench)
         ended = found is None or here.cost - after.cost < _little(after)
@@ -105,21 +105,25 @@ def _little(here):
     return CONVERGED * len(here.residual) + 1e-4 * here.cost
 
 
-def _better(at, here, bench, damping):
-    """Step that improves: ``hypothesis, next damping``; None if there is none worth it.
+def _better(at, here, bench, damping, wary):
+    """Step that improves: ``hypothesis, next damping, wary``; None if there is none worth it.
 
-    If the first step fails, many more cautious ones are simulated side by side.
+    If the first step fails, many more cautious ones are simulated side by side.  The next first
+    step is likely to fail as well: a wary fit tries it among them, and no slopes are taken there.
     """
     if _foreseen(at, here) < FUTILE * _little(here):
         return None
     first = step(at, here, damping)
-    if linearised(first, bench).cost < here.cost:
-        return first, max(damping / 10, LIGHT)
+    if not wary and linearised(first, bench).cost < here.cost:
+        return first, max(damping / 10, LIGHT), False
     dampings = max(damping, DAMPING) * CAUTION
     proposals = [step(at, here, more) for more in dampings]
-    costs = _costs(proposals, bench)
+    costs = _costs([first, *proposals] if wary else proposals, bench)
+    if wary and costs[0] < here.cost:
+        return first, max(damping / 10, LIGHT), False
+    costs = costs[-len(proposals):]
     best = int(np.argmin(costs))
-    return (proposals[best], dampings[best] / 10) if costs[best] < here.cost else None
+    return (proposals[best], dampings[best] / 10, True) if costs[best] < here.cost else None
 
 
 def _foreseen(at, here):
