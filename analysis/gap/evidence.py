@@ -15,6 +15,8 @@ STRAYED = 9.0  # squared sigmas beyond the datasheet that speak of a parametric 
 IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing,
 TOLD = 10.0  # unless it is more than these standard deviations from zero
 FAR = 3.0  # squared gap over its floor, less one: more contradicts a small excess
+BEHIND = 20.0  # times the excess of the best: what leaves more has no odds to share,
+SLIGHT, QUIET = 1e-3, 0.4  # and an excess of less than this share of all, or this, is all the same
 SEARCHED = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
 
@@ -147,7 +149,7 @@ def _directions(fit, places):
     return float(np.sum(1.0 / (1.0 + np.maximum(spread, 0.0))))
 
 
-def evidence(base, fits, free=(), bench=None):
+def evidence(base, fits, bench=None):
     """Return the table of a refitted nominal model and of fitted hypotheses.
 
     A model leaves its excess; where the gap contradicts that of the nominal model, it leaves what
@@ -159,10 +161,13 @@ def evidence(base, fits, free=(), bench=None):
         The refitted nominal model.
     fits : list of Fit
         Hypotheses with causes.
-    free : tuple of float
-        See `Table`.
     bench : Bench, optional
         Noise of the joints; without it the gap is not looked at.
+
+    Returns
+    -------
+    Table
+        Without a free torque; what is far behind the best is not asked for its rivals.
 
     """
     doubtful = bench is not None and contradicted(base, bench)
@@ -170,19 +175,20 @@ def evidence(base, fits, free=(), bench=None):
     def left(fit):
         return float(max(excess(fit), beyond(fit, bench)) if doubtful else excess(fit))
 
-    best = {}
+    nothing, best = left(base), {}
+    near = BEHIND * max(min(map(left, fits), default=0.0), SLIGHT * nothing, QUIET)
     for fit in fits:
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        kind = names, rival(fit)
+        kind = names, rival(fit) if left(fit) < near else ""
         if len(set(names)) == len(names) and (
                 kind not in best or fit.total < best[kind].total):
             best[kind] = fit
     rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), foreign, fit)
             for (names, foreign), fit in best.items()
             if (simpler(fit), foreign) not in best and not repeats(fit)]
-    return Table(left(base),
+    return Table(nothing,
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
-                 strayed(base), tuple(free), rows, base)
+                 strayed(base), (), rows, base)
 
 
 def strayed(fit):

@@ -197,10 +197,9 @@ def examined(asked, causes=CAUSES, small=SMALL, whole=True):
         bench, base = baseline(learned_on)
     ailing = excess(base) > QUIET or base.penalty > STRAYED
     fits = explore(bench, base, causes, small) if ailing and causes and not diverged(base) else []
-    if not whole:
-        return bench, base, evidence(base, fits, (), bench)
-    kept = [row.fit for row in evidence(base, fits, (), bench).rows if not row.rival]
-    return bench, base, evidence(base, fits, _free(base, kept, bench), bench)
+    table = evidence(base, fits, bench)
+    free = _free(base, [row.fit for row in table.rows if not row.rival], bench) if whole else ()
+    return bench, base, dataclasses.replace(table, free=free)
 
 
 def chosen(effects, exclude):

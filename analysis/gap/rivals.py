@@ -121,6 +121,8 @@ def apart(ill, well, pushed):
 
 def _margin(ill, well, pushed, k, way):
     """Largest distance by which a plane of slope `way` in joint k, no steeper in others, parts."""
+    if len(pushed) == 1:
+        return np.min(way * ill) - np.max(way * well)
     from scipy.optimize import linprog
 
     def row(places, *bounds):

@@ -106,7 +106,7 @@ def test_a_fall_at_the_start_is_no_health_where_the_start_is_stated(healthy):
                                                held_out=tuple(fallen[2:])))
     assert excess(base) < 1.0
     assert contradicted(base, bench)
-    said = weighed(evidence(base, [], (), bench), Calibration())
+    said = weighed(evidence(base, [], bench), Calibration())
     assert said[0].names == ("unknown",)
     assert weighed(evidence(base, []), Calibration())[0].names == ("none",)
     unstated = [dataclasses.replace(log, at_rest=False) for log in fallen]
