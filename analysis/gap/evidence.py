@@ -175,20 +175,29 @@ def evidence(base, fits, bench=None):
     def left(fit):
         return float(max(excess(fit), beyond(fit, bench)) if doubtful else excess(fit))
 
-    nothing, best = left(base), {}
-    near = BEHIND * max(min(map(left, fits), default=0.0), SLIGHT * nothing, QUIET)
-    for fit in fits:
+    nothing, by_names = left(base), {}
+    for fit in sorted(fits, key=lambda one: one.total):
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
-        kind = names, rival(fit) if left(fit) < near else ""
-        if len(set(names)) == len(names) and (
-                kind not in best or fit.total < best[kind].total):
-            best[kind] = fit
+        if len(set(names)) == len(names):
+            by_names.setdefault(names, []).append(fit)
+    far = BEHIND * max(min(map(left, fits), default=0.0), SLIGHT * nothing, QUIET)
+    best = {(names, foreign): fit for names, same in by_names.items()
+            for foreign, fit in _variants(same, lambda one: left(one) < far)}
     rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), foreign, fit)
             for (names, foreign), fit in best.items()
             if (simpler(fit), foreign) not in best and not repeats(fit)]
     return Table(nothing,
                  float(base.penalty / (base.samples.sum() / base.hypothesis.problem.n)),
                  strayed(base), (), rows, base)
+
+
+def _variants(fits, near):
+    """Best of some fits of the same causes by its rival; beside it those with another or none."""
+    found = {rival(fits[0]) if near(fits[0]) else "": fits[0]}
+    for fit in fits[1:] if any(found) else ():
+        if near(fit):
+            found.setdefault(rival(fit), fit)
+    return found.items()
 
 
 def strayed(fit):
