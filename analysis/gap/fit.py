@@ -111,7 +111,7 @@ def _better(at, here, bench, damping, wary):
     If the first step fails, many more cautious ones are simulated side by side.  The next first
     step is likely to fail as well: a wary fit tries it among them, and no slopes are taken there.
     """
-    if _foreseen(at, here) < FUTILE * _little(here):
+    if foreseen(at, here) < FUTILE * _little(here):
         return None
     first = step(at, here, damping)
     if not wary and linearised(first, bench).cost < here.cost:
@@ -126,7 +126,7 @@ def _better(at, here, bench, damping, wary):
     return (proposals[best], dampings[best] / 10, True) if costs[best] < here.cost else None
 
 
-def _foreseen(at, here):
+def foreseen(at, here):
     """Gain that the slopes of a hypothesis promise, were its numbers free to take any step."""
     delta, (gram, right) = change(at.open, at, *here.normal, LIGHT), here.normal
     stray = [entry.stray(at.get(entry) + moved * entry.size)

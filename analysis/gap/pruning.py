@@ -5,10 +5,12 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.fit import fit
+from clie_blocks.analysis.gap.fit import fit, foreseen
+from clie_blocks.analysis.gap.slopes import linearised
 
 USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
 CLEAR = 10.0  # times that rise foreseen: then no fit need show it
+SURE = 3.0  # times that rise promised without the joint: then no fit need show it either
 NEAR = 0.01  # share of the whole excess that a fit may leave for its slopes to be believed
 
 
@@ -50,8 +52,17 @@ def _freed(found, bench, nothing):
 def _tried(found, place, joints, bench, rise):
     """Fit with a cause left out at some joints, if the excess rises by less; else the same."""
     fewer = _without(found.hypothesis, place, joints)
-    tried = None if fewer is None else fit(fewer, bench, 3)
-    return tried if tried and excess(tried) - excess(found) < rise else found
+    if fewer is None or _promised(fewer, found, bench) > SURE * rise:
+        return found
+    tried = fit(fewer, bench, 3)
+    return tried if excess(tried) - excess(found) < rise else found
+
+
+def _promised(fewer, found, bench):
+    """Rise of the excess on the fit logs that the slopes of a start promise to its fit."""
+    here, samples = linearised(fewer, bench), found.samples[:len(fewer.problem.fit)]
+    left = here.cost - foreseen(fewer, here)
+    return (left - found.cost) / (samples.sum() / fewer.problem.n)
 
 
 def _foreseen(found, place, k):
