@@ -7,7 +7,7 @@ from clie_blocks.analysis.gap.pruning import pruned
 from clie_blocks.analysis.gap.race import ENOUGH, believed, promised, promising, race, reach
 from clie_blocks.analysis.gap.screen import rescreened, screen
 from clie_blocks.analysis.gap.siblings import siblings
-from clie_blocks.analysis.gap.verdict import Calibration
+from clie_blocks.analysis.gap.verdict import Calibration, futile, learned
 
 LEADERS = 8
 MOST_CAUSES = 3  # at once
@@ -40,8 +40,7 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
     found = screen(bench, base, causes)
     alone = singles(found, bench, base, causes)[:LEADERS]
     fits = _completed(bench, base, race(bench, base, alone, LEADERS // 2), causes)
-    enough = max(ENOUGH, small * excess(base))
-    if min(map(excess, fits)) < enough or len(causes) == 1:
+    if _enough(fits, base, small) or len(causes) == 1:
         return fits
     chosen = believed(pairs(found)[:LEADERS // 2], alone, fits, base)
     firsts = _near(sorted(fits, key=lambda f: f.total)[:3], base)
@@ -50,7 +49,7 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
         chosen += [one for one in more if promising(one, base)]
     fits = _completed(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
     best = min(fits, key=lambda f: f.total)
-    if (min(map(excess, fits)) < enough or len(best.hypothesis.members) >= MOST_CAUSES
+    if (_enough(fits, base, small) or len(best.hypothesis.members) >= MOST_CAUSES
             or best in firsts):
         return fits
     thirds = _with_another(found, bench, best, causes)
@@ -58,6 +57,12 @@ def explore(bench, base, causes=CAUSES, small=SMALL):
     if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
         return fits
     return _completed(bench, base, fits + race(bench, base, thirds, 2), causes)
+
+
+def _enough(fits, base, small):
+    """Whether the best fit leaves so little that no further cause could lead beside it."""
+    least, nothing = min(map(excess, fits)), excess(base)
+    return least < max(ENOUGH, small * nothing) or futile(least, nothing, learned())
 
 
 def _completed(bench, base, fits, causes):

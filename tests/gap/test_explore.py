@@ -38,6 +38,8 @@ def explored(monkeypatch):
     (290.0, 280.0, True),  # the pair explains most of it: a third is sought, promising or not
     (310.0, 80.0, True),  # it does not, but a third promises most of the rest
     (310.0, 100.0, False),  # neither
+    (2.0, 0.0, True),  # as said, of little
+    (0.6, 0.0, False),  # a third cause would cost more than it could bring
     (0.2, 0.0, False)])  # nothing is left
 def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_promises_to(
         explored, pair, third, sought):
