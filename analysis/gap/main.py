@@ -66,6 +66,8 @@ def sentence(name, answer):
     causes = [_stated(answer, row) for row in likely if row["effect"] != "unknown"]
     if answer["verdict"] == "not_identifiable":
         causes = [_undecided(answer, LIKELY)]
+    if answer["verdict"] == "unexplained":
+        causes = [*_foreign(answer), *causes]
     closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
     if answer["verdict"] == "parametric":
         causes = wrong_numbers(answer, _numbered(answer)) or causes
@@ -80,6 +82,13 @@ def sentence(name, answer):
         f"{table['percent']:.0f} % of what that leaves")
     return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
             + rest)
+
+
+def _foreign(answer):
+    """Something outside the library that has a name, beside the cause that moves alike."""
+    from clie_blocks.analysis.gap.report.words import FOREIGN, rivalled
+
+    return [f"{FOREIGN[row['rival']]} or {_stated(answer, row)}" for row in rivalled(answer)[:1]]
 
 
 def _numbered(answer):

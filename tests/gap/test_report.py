@@ -12,16 +12,18 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.json_answer import answer
+from clie_blocks.analysis.gap.main import sentence as line
 from clie_blocks.analysis.gap.paths import PathCause
 from clie_blocks.analysis.gap.pipeline import diagnose
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
-from clie_blocks.analysis.gap.report.causes import FOREIGN, confusion_section
+from clie_blocks.analysis.gap.report.causes import TOLD_APART, confusion_section
 from clie_blocks.analysis.gap.report.document import sentence
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
 from clie_blocks.analysis.gap.report.where_sections import block_section
 from clie_blocks.analysis.gap.report.words import (
+    FOREIGN,
     listed,
     local_unit,
     percent,
@@ -328,10 +330,15 @@ def test_what_outside_the_library_would_move_the_robot_alike_is_told(rival, said
     likely = {"effect": "step_fault", "joint": [1], "probability": 0.13, "rival": rival}
     told = {"verdict": "unexplained", "set_90": ["unknown", "step_fault"], "effects": [
         {"effect": "unknown", "joint": None, "probability": 0.87}, likely]}
+    told["closed_percent"] = {"value": 99.0, "unseen_data": True}
     assert any(point.startswith(said) for point in confusion_section(told).points)
+    assert sentence(told, ("a",)).startswith(
+        f"These logs cannot tell {FOREIGN[rival]} from step fault at a (13 %)")
+    assert f"unexplained: {FOREIGN[rival]} or step_fault at joint 1 (13%)" in line("t", told)
     likely["probability"] = 0.01
     assert not any(point.startswith(said) for point in confusion_section(told).points)
+    assert "no effect of the library" in sentence(told, ("a",))
 
 
 def test_every_rival_has_words():
-    assert set(FOREIGN) == {CONTACT, SOFT_STOP}
+    assert set(FOREIGN) == set(TOLD_APART) == {CONTACT, SOFT_STOP}

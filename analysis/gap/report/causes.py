@@ -1,7 +1,14 @@
 """Which effect: ranked causes, and those that this log cannot tell apart."""
 
 from clie_blocks.analysis.gap.report.plots import probabilities, residuals
-from clie_blocks.analysis.gap.report.words import called, listed, number, percent
+from clie_blocks.analysis.gap.report.words import (
+    FOREIGN,
+    called,
+    listed,
+    number,
+    percent,
+    rivalled,
+)
 from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
 from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
@@ -11,13 +18,11 @@ NO_RUN = " No run that was tried in simulation would tell them apart: with these
     "models move alike."
 MARKS = ((0.5, "good"), (0.05, "unsure"))
 SURE = 0.9  # a cause that is there, whatever else is: it stands for no other
-LEAST = 0.02  # probability of a cause whose foreign rival is told
-FOREIGN = {
-    CONTACT: "something in the robot's way: it is met at a place where the robot is at no other "
-             "time, and a torque from then on moves it alike. A run that comes back to the place, "
-             "and leaves it again, tells them apart",
-    SOFT_STOP: "a soft stop, or any other torque that bends with the pose: over this travel they "
-               "move the robot alike. A run over a longer travel tells them apart"}
+TOLD_APART = {
+    CONTACT: "it is met at a place where the robot is at no other time, and a torque from then on "
+             "moves it alike. A run that comes back to the place, and leaves it again, tells",
+    SOFT_STOP: "over this travel they, and any other torque that bends with the pose, move the "
+               "robot alike. A run over a longer travel tells"}
 TELLS = 1.0  # chi^2 between two causes, below which a run tells nothing
 
 
@@ -76,9 +81,9 @@ def _single(answer):
 
 def _foreign(answer):
     """What outside the library moves the robot just as a cause that is named."""
-    for row in answer["effects"]:
-        if row.get("rival") and row["probability"] >= LEAST:
-            yield f"{called(row['effect'])} or {FOREIGN[row['rival']]}."
+    for row in rivalled(answer):
+        foreign = row["rival"]
+        yield f"{called(row['effect'])} or {FOREIGN[foreign]}: {TOLD_APART[foreign]}."
 
 
 def _look_alikes(answer):

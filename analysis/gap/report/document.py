@@ -8,6 +8,7 @@ from clie_blocks.analysis.gap.report.paths import paths_section
 from clie_blocks.analysis.gap.report.plots import motions
 from clie_blocks.analysis.gap.report.repeatable import repeatable_section
 from clie_blocks.analysis.gap.report.words import (
+    FOREIGN,
     at_joints,
     called,
     family_of,
@@ -16,6 +17,7 @@ from clie_blocks.analysis.gap.report.words import (
     listed,
     number,
     percent,
+    rivalled,
     size,
     units_of,
     wrong_numbers,
@@ -98,6 +100,9 @@ def sentence(answer, joints):
             "its controller is not the stated one, and the law that ran")
         nearest = "" if closed["value"] is None else (
             f"; {by} removes {number(closed['value'])} % of the reducible gap")
+        for row in rivalled(answer)[:1]:
+            return (f"These logs cannot tell {FOREIGN[row['rival']]} from "
+                    f"{_named([row], joints, answer)}{nearest}.")
         return f"Something is there that no effect of the library explains{nearest}." + _beside(
             answer, joints)
     if unsure:

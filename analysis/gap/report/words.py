@@ -2,10 +2,14 @@
 
 import numpy as np
 
+from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
+
 CALLED = {"none": "no effect", "unknown": "something outside the library",
           "parametric": "wrong numbers in a right model"}
 OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "something from outside"}
+FOREIGN = {CONTACT: "something in the robot's way", SOFT_STOP: "a soft stop"}
+TOLD = 0.02  # probability of a cause whose foreign rival is told
 MOST_TOLD = 3  # wrong numbers in a sentence
 SURE = 0.9  # probability from which on no more is said
 
@@ -13,6 +17,12 @@ SURE = 0.9  # probability from which on no more is said
 def called(name):
     """Name of an effect for a reader: ``actuator_lag`` is 'actuator lag'."""
     return CALLED.get(name, name.replace("_", " "))
+
+
+def rivalled(answer):
+    """Rows of the causes that something foreign would stand for as well."""
+    return [row for row in answer["effects"]
+            if row.get("rival") and row["probability"] >= TOLD]
 
 
 def family_of(family):
