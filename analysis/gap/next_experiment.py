@@ -127,10 +127,10 @@ def _searched(problem, bounds, judge):
 
 def _judged(bench, rivals, bounds, weigh, log):
     """Row of the menu for one experiment, and the experiment inside the limits; or None."""
-    log = inside(rivals[0].fit.hypothesis, log, bounds)
+    log, leading = inside(rivals[0].fit.hypothesis, log, bounds)
     if log is None:
         return None
-    runs = [_motion(standing.fit.hypothesis, log) for standing in rivals]
+    runs = [leading, *(_motion(standing.fit.hypothesis, log) for standing in rivals[1:])]
     distances = [_distance(bench, one, two) for one, two in itertools.combinations(runs, 2)]
     return {"experiment": log.name, "least_distance": min(distances),
             "expected_set_size": _expected_size(rivals, distances, weigh)}, log

@@ -116,7 +116,7 @@ def run(problem, bounds, name, motion, torque):
 
 
 def inside(at, log, bounds):
-    """Return an experiment scaled down (or up) until a model of the robot stays inside limits.
+    """Scale an experiment down (or up) until a model of the robot stays inside limits.
 
     Parameters
     ----------
@@ -129,8 +129,10 @@ def inside(at, log, bounds):
 
     Returns
     -------
-    Log or None
-        None where even small motions leave the limits.
+    log : Log
+        The experiment.
+    q : ndarray, shape (N, n)
+        The model's motion in it [rad]; both None where even small motions leave the limits.
 
     """
     for _ in range(3):
@@ -144,8 +146,8 @@ def inside(at, log, bounds):
                            np.abs(rate).max(axis=0) / (bounds.speed + 1e-9),
                            np.abs(u).max(axis=0) / (bounds.torque + 1e-12)])
             if 0.7 * SHARE < used <= 1.0:
-                return log
+                return log, q
             factor = SHARE / used
         q_d = bounds.centre + factor * (log.q_d - bounds.centre)
         log = dataclasses.replace(log, q=q_d, q_d=q_d, pe=factor * log.pe)
-    return None
+    return None, None

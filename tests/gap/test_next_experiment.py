@@ -36,7 +36,9 @@ def test_runs_stay_inside_what_the_robot_may_do(doubtful):
     _, bench, fits, _ = doubtful
     bounds, at = limits(bench.problem), fits["spring"].hypothesis
     for log in elementary(bench.problem, bounds):
-        q, u = at.simulator.run(inside(at, log, bounds), at.of_log(0))
+        log, moved = inside(at, log, bounds)
+        q, u = at.simulator.run(log, at.of_log(0))
+        np.testing.assert_array_equal(q, moved)
         assert np.all(q >= bounds.lowest - 1e-6) and np.all(q <= bounds.highest + 1e-6)
         assert np.all(np.abs(u) <= bounds.torque)
 
