@@ -35,10 +35,19 @@ def side_by_side(simulator, log, sets, names, dithered=True, every=1):
 
     """
     simulator = simulator.for_delays(_longest_delay(simulator, sets))
-    width = min(LANES if len(sets) <= LANES else WIDE, simulator.program.lanes)
+    width = min(_width(len(sets), every), simulator.program.lanes)
     found = [_group(simulator, log, sets[first:first + width], width, names, dithered, every)
              for first in range(0, len(sets), width)]
     return np.concatenate(found) if len(found) > 1 else found[0]
+
+
+def _width(count, every):
+    """Lanes for so many sets.
+
+    A lone run of every sample takes one, at two thirds of the time; one of means takes as many
+    as slopes do, whose code is there.
+    """
+    return 1 if count == 1 and every == 1 else LANES if count <= LANES else WIDE
 
 
 def _longest_delay(simulator, sets):
