@@ -63,8 +63,8 @@ class Table:
         Numbers beyond the datasheet; 0 where they are no more than noise.
     free : tuple of float
         Excess with a torque that is free to depend on pose, speed and load, on logs that it was
-        not fitted to: beside the refitted nominal model, and beside the best hypothesis; empty
-        where it was not asked.
+        not fitted to: beside the refitted nominal model, beside the best hypothesis, and beside
+        the best one with one cause, which has bent itself less; empty where it was not asked.
     rows : list of Row
         The best variant of each set of causes, apart by their rivals.
     base : Fit or None

@@ -234,4 +234,7 @@ def _free(base, fits, bench):
     best = min(fits, key=excess, default=None)
     if best is None or excess(best) < QUIET:
         return ()
-    return structured(base, bench), structured(best, bench)
+    alone = min((f for f in fits if len(f.hypothesis.members) == 1), key=excess, default=best)
+    beside = structured(best, bench)
+    return (structured(base, bench), beside,
+            beside if alone is best else structured(alone, bench))

@@ -220,11 +220,13 @@ def _unknown(table, score, known, c):
     if table.free:
         cost = {row: _cost(row, known, table.nothing, c) for row in table.rows if not row.rival}
         likeliest = max(cost, key=lambda row: score(row.excess) - cost[row])
-        best = min(cost, key=lambda row: row.excess)
+        best, alone = (min(some, key=lambda row: row.excess) for some in (
+            cost, [row for row in cost if len(row.names) == 1] or cost))
         slack = c.floor + c.slack * table.nothing
         ways += [(free, score(row.excess) - c.structure - paid
                   + c.sharpness * np.log((row.excess + slack) / (max(free, 0.0) + slack)))
-                 for free, row, paid in zip(table.free, (likeliest, best), (0.0, cost[best]))
+                 for free, row, paid in zip(table.free, (likeliest, best, alone),
+                                            (0.0, cost[best], 0.0))
                  if free < HALF * row.excess]
     return max(ways, key=lambda way: way[1])
 

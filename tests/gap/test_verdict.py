@@ -55,6 +55,14 @@ def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_someth
     assert verdict(weigh(100.0, *rows, free=(0.3, 7.9))) == "unexplained"
 
 
+def test_what_a_free_torque_explains_beside_one_cause_counts_though_three_bent_to_explain_half():
+    rows = ("coulomb", 9.0, 1), ("stribeck+spring+step_fault", 6.0, 9)
+    bent, shown = (weigh(100.0, *rows, free=(40.0, 3.5, left)) for left in (9.0, 1.0))
+    doubt, known = (marginals(ranking)["unknown"] for ranking in (shown, bent))
+    assert doubt > 0.3 > 0.1 > known
+    assert {"unknown", "coulomb"} <= set(set_90(shown)) and "unknown" not in set_90(bent)
+
+
 BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)
 
 
