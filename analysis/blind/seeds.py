@@ -4,7 +4,8 @@ import json
 from importlib import resources
 
 # seeds of `clie blind` on which the method was developed; those of two digits were published
-DEVELOPED = range(41, 46), range(51, 56), range(61, 66), range(1000, 10000)
+DEVELOPED = (
+    range(41, 46), range(51, 56), range(61, 66), range(71, 76), range(1000, 10000))
 OWN = "own_robots"  # the engine of the calibration, which no blind trial comes from
 LEARNED = "thresholds and probability map"
 
