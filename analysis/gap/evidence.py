@@ -17,6 +17,7 @@ TOLD = 10.0  # unless it is more than these standard deviations from zero
 FAR = 3.0  # squared gap over its floor, less one: more contradicts a small excess
 BEHIND = 20.0  # times the excess of the best: what leaves more has no odds to share,
 SLIGHT, QUIET = 1e-3, 0.4  # and an excess of less than this share of all, or this, is all the same
+MUCH = 0.5  # share of all: what leaves more has no odds against something unknown
 SEARCHED = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
 
@@ -180,7 +181,8 @@ def evidence(base, fits, bench=None):
         names = tuple(sorted(member.cause.name for member in fit.hypothesis.members))
         if len(set(names)) == len(names):
             by_names.setdefault(names, []).append(fit)
-    far = BEHIND * max(min(map(left, fits), default=0.0), SLIGHT * nothing, QUIET)
+    far = min(BEHIND * max(min(map(left, fits), default=0.0), SLIGHT * nothing, QUIET),
+              MUCH * nothing)
     best = {(names, foreign): fit for names, same in by_names.items()
             for foreign, fit in _variants(same, lambda one: left(one) < far)}
     rows = [Row(names, left(fit), numbers_of(fit), strayed(fit), foreign, fit)
