@@ -16,7 +16,7 @@ SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is
 TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
 FAIR = 0.1  # of the size at the joint that has most of it: below, a joint is idle
 YIELDS = 2e-3  # of the travel: what yields more shows by a torque that grows with the depth
-PLACES = 400  # of each kind that are compared
+PLACES = 1000  # of each kind that are compared
 
 
 def rival(fit):
@@ -91,8 +91,11 @@ def _places(problem, moments, travel):
 
 
 def _thinned(places):
-    return places[np.unique(np.linspace(0, len(places) - 1, PLACES).astype(int))] if len(
-        places) else places
+    """Some of many places, those at both ends of each joint's way among them."""
+    if len(places) <= PLACES:
+        return places
+    ends = np.concatenate([places.argmin(axis=0), places.argmax(axis=0)])
+    return places[np.union1d(np.linspace(0, len(places) - 1, PLACES).astype(int), ends)]
 
 
 def apart(ill, well, pushed):

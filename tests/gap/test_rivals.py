@@ -95,6 +95,14 @@ def test_a_log_that_goes_beyond_the_place_without_the_fault_clears_it():
     assert rival(faulted([HELD, 0.99 * HELD, SWAY], 8.0, NEVER, NEVER)) == CONTACT
 
 
+def test_a_short_way_beyond_the_place_is_not_overlooked_in_a_long_log():
+    calm = np.tile(0.5 * SWAY, (30, 1))
+    short = calm.copy()
+    short[12345] = 1.5  # beyond where the first log rests
+    assert rival(faulted([HELD, calm, calm], 8.0, NEVER, NEVER)) == CONTACT
+    assert rival(faulted([HELD, short, calm], 8.0, NEVER, NEVER)) == ""
+
+
 def test_a_fault_that_never_sets_in_or_always_was_has_no_rival():
     assert rival(faulted([HELD] * 3, NEVER, NEVER, NEVER)) == ""
     assert rival(faulted([HELD] * 3, 0.0, 0.0, 0.0)) == ""
