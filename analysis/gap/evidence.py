@@ -1,7 +1,8 @@
 """What a verdict rests on: one row per hypothesis, in numbers that can be kept and read again.
 
 The excess is chi^2 beyond the noise, per sample of one joint, with what the numbers cost.  Nothing
-here depends on the calibration, so a table of many robots can be weighed anew in no time.
+here depends on the calibration, so a table of many robots can be weighed anew in no time; which
+pairs were fitted at all does, where a further cause is futile under the stored one.
 """
 
 import dataclasses

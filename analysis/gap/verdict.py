@@ -265,7 +265,8 @@ def futile(left, nothing, calibration):
     c = calibration
     tolerated = c.floor + c.misfit * max(nothing, 0.0)
     gain = c.sharpness * np.log1p(max(left, 0.0) / tolerated)
-    return gain < _slight(left / max(nothing, left), c) + c.second + c.price - np.log(RARE)
+    share = left / max(nothing, left, c.floor)
+    return gain < _slight(share, c) + c.second + c.price - np.log(RARE)
 
 
 def marginals(ranking):

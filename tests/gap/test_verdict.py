@@ -138,6 +138,10 @@ def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothi
             assert share > 0.009
 
 
+def test_where_nothing_is_left_a_further_cause_is_futile():
+    assert futile(0.0, 0.0, Calibration()) and futile(-0.1, -0.1, Calibration())
+
+
 def test_two_causes_lead_where_one_leaves_much():
     ranking = weigh(100.0, ("coulomb", 20.0, 1), ("spring", 70.0, 1), ("coulomb+spring", 0.02, 2))
     assert ranking[0].names == ("coulomb", "spring")
