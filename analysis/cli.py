@@ -9,14 +9,14 @@ from clie_blocks.output import guarded
 
 VERBS = {
     "loop": ("clie_blocks.diagrams.clie_loop", "run the paper's identification, Fig. 2"),
-    "bounds": ("clie_blocks.analysis.stability_report", "are these gains safe, and why"),
-    "reproduce": ("clie_blocks.analysis.paper_results", "every number of the paper beside ours"),
+    "bounds": ("clie_blocks.analysis.stability_report.command", "are these gains safe, and why"),
+    "reproduce": ("clie_blocks.analysis.reproduction.command", "every number of the paper beside ours"),
     "check": ("clie_blocks.analysis.records.check_report",
               "is this log sound, and what can be learned from it"),
-    "identify": ("clie_blocks.analysis.records.identify.command", "CLIE on a recorded robot"),
-    "diagnose": ("clie_blocks.analysis.gap.main",
+    "identify": ("clie_blocks.analysis.identification.command", "CLIE on a recorded robot"),
+    "diagnose": ("clie_blocks.analysis.gap.command",
                  "where is the gap, which effect causes it, how far does it shrink"),
-    "blind": ("clie_blocks.analysis.blind.main",
+    "blind": ("clie_blocks.analysis.blind.command",
               "sealed trials of robots from another engine: make, diagnose, unseal, score"),
     "effects": ("clie_blocks.analysis.catalogue.pages", "the catalogue of unmodelled effects"),
 }

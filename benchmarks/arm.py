@@ -9,9 +9,9 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.preparation import prepared
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.problem.preparation import prepare
+from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import read_trial
 
 RATE = 1000  # Hz
@@ -86,7 +86,7 @@ def write_trial(folder, seconds, fault):
 
 def read(folder):
     """Return robot and records of a trial."""
-    return prepared(*read_trial(folder))
+    return prepare(*read_trial(folder))
 
 
 def _member(asked, name, values):

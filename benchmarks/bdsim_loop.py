@@ -7,7 +7,7 @@ import bdsim
 import loop
 import numpy as np
 
-from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import flatten
 
 
 def simulator(diagram):

@@ -21,6 +21,7 @@ import arm
 import numpy as np
 from timing import markdown
 
+from clie_blocks.analysis.gap import diagnosis
 from clie_blocks.output import run_main, write
 
 SECONDS = 30.0
@@ -56,18 +57,18 @@ class Stopwatch:
 
 def diagnose(folder, share=1.0):
     """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
-    from clie_blocks.analysis.gap import explore, pipeline
-    from clie_blocks.analysis.gap.causes import CAUSES
+    from clie_blocks.analysis.gap.causes import CAUSES, vocabulary
+    from clie_blocks.analysis.gap.search import strategy
 
     watch = Stopwatch()
     for name, said in STAGES.items():
-        for room in (pipeline, explore):
+        for room in (vocabulary, strategy):
             if hasattr(room, name):
                 setattr(room, name, watch.watched(said, getattr(room, name)))
     names = sorted({cause.name for cause in CAUSES})
     started = time.process_time()
     robot, records = watch.watched("reading", arm.read)(folder)
-    found = pipeline.diagnose(robot, records, effects=names[::round(1 / share)])
+    found = diagnosis.diagnose(robot, records, effects=names[::round(1 / share)])
     return {"start-up": started, "stages": watch.seconds, "seconds": time.process_time(),
             "memory": peak_memory(),
             "answer": " + ".join(found.ranking[0].names)}
@@ -136,17 +137,17 @@ def growth(folder, seconds, fault="one effect"):
 
 def peer(folder, seconds):
     """Return a table: the joint model alone, fitted by us and by python-control with scipy."""
-    from clie_blocks.analysis.gap.baseline import baseline
-    from clie_blocks.analysis.gap.hypothesis import hypothesis
-    from clie_blocks.analysis.gap.problem import problem
+    from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+    from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+    from clie_blocks.analysis.gap.problem.problem import problem
 
     place = folder / "peer"
     place.mkdir()
     arm.write_trial(place, seconds, "one effect")
     asked = problem(*arm.read(place))
-    baseline(asked)
+    fit_nominal(asked)
     start = time.process_time()
-    baseline(asked)
+    fit_nominal(asked)
     ours = time.process_time() - start
     start = time.process_time()
     found = python_control_fit(asked, hypothesis(asked, ()))

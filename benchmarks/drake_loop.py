@@ -5,7 +5,7 @@ import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import flatten
 
 
 def simulator(diagram):

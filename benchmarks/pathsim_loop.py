@@ -8,7 +8,7 @@ from pathsim import Connection, Simulation
 from pathsim.blocks import DynamicalFunction, DynamicalSystem, Source
 from pathsim.solvers import RKDP54
 
-from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import flatten
 
 
 def simulator(diagram):

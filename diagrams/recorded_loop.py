@@ -93,7 +93,7 @@ def model_half(kp, kd, velocity):
 def main(argv=None):
     """Identify a recorded machine; see ``--help``."""
     # A question asked of a log lives in analysis, which diagrams do not import.
-    return importlib.import_module("clie_blocks.analysis.recorded_machine").main(argv)
+    return importlib.import_module("clie_blocks.analysis.identification.recorded_machine").main(argv)
 
 
 if __name__ == "__main__":

@@ -87,11 +87,15 @@ from clie_blocks import (
     summing,
     velocity_filter,
 )
-from clie_blocks.analysis.averaging import averaged_rates
-from clie_blocks.analysis.bounds import ControlledJoints, condition, ultimate_bound
-from clie_blocks.analysis.convergence import PeriodicLoop, floquet_rates
-from clie_blocks.analysis.excitation_level import excitation, model_regressor, weighted_integral
-from clie_blocks.analysis.frequency import (
+from clie_blocks.analysis.theory.averaging import averaged_rates
+from clie_blocks.analysis.theory.bounds import ControlledJoints, condition, ultimate_bound
+from clie_blocks.analysis.theory.convergence import PeriodicLoop, floquet_rates
+from clie_blocks.analysis.theory.excitation_level import (
+    excitation,
+    model_regressor,
+    weighted_integral,
+)
+from clie_blocks.analysis.theory.frequency import (
     closed_loop_poles,
     filter_response,
     margins,
@@ -114,7 +118,6 @@ def picture(diagram, **options):
 
 KP, KD, Q_D = paper.KP, paper.KD, paper.SET_POINT
 A, B, D = paper.THETA.reshape(3, 2)
-
 # %% [markdown]
 # ---
 # ## Part 1. One joint under PD control (Fig. 1)
@@ -126,7 +129,6 @@ A, B, D = paper.THETA.reshape(3, 2)
 #
 # **Question.** The picture has two blocks. Which wire makes it a *closed* loop, and where do you
 # expect gravity to show?
-
 # %%
 arm = paper.paper_arm()
 fig_1 = joint_loop(arm, KP, KD)
@@ -973,7 +975,7 @@ print("fingerprint of the envelope:", fingerprint)
 
 # %%
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.shrinkage import gap
+from clie_blocks.analysis.gap.fitting.prediction_error import gap
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Controller, Motor, Robot
 from clie_blocks.excitation import chirp, multisine, triangle
@@ -1156,7 +1158,7 @@ assert abs(level - 0.15) < 0.005
 import os
 from pathlib import Path
 
-from clie_blocks.analysis.gap.preparation import prepared
+from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.records import read_records
 from clie_blocks.analysis.records.repeatability import noise_floor
 
@@ -1164,7 +1166,7 @@ folder = Path(os.environ.get("EMPS", "emps"))
 real = None
 if folder.is_dir():
     logs = read_records(folder)
-    real = diagnose(*prepared(logs[0].robot, logs))
+    real = diagnose(*prepare(logs[0].robot, logs))
     said = answer(real)
     print("verdict:", said["verdict"], "  90 % set:", said["set_90"])
     for row in said["effects"][:4]:

@@ -1,16 +1,19 @@
 """The sim-to-real gap: where a model is wrong, which effect causes it, how far the gap shrinks.
 
-One stage per file, in the order in which `diagnose` runs them: controller check, baseline,
-screening, candidates, fit, verdict, shrinkage.
+One folder per stage, in the order in which `diagnose` runs them; a stage imports only stages
+that stand before it.
 """
 
 import importlib
 
+STAGES = ("problem", "controller", "simulation", "causes", "residual", "fitting", "search",
+          "verdict", "assessment", "report")
+
 _HOME = {
-    "Calibration": "verdict",
-    "Diagnosis": "pipeline",
-    "answer": "json_answer",
-    "diagnose": "pipeline",
+    "Calibration": "method",
+    "Diagnosis": "diagnosis",
+    "answer": "report.answer",
+    "diagnose": "diagnosis",
     "write_report": "report",
 }
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
-from clie_blocks.compiled.recursion import lfilter
+from clie_blocks.linear_filters import lfilter
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import (
-    ControlledJoints,
-    disturbance_norm,
-    theorem_2,
-    theorem_4,
-    ultimate_bound,
-)
 from clie_blocks.analysis.reproduction.runs import (
     READINGS,
     estimates,
     excitation_levels,
     signed_mean_error,
     tracking_mse,
+)
+from clie_blocks.analysis.theory.bounds import (
+    ControlledJoints,
+    disturbance_norm,
+    theorem_2,
+    theorem_4,
+    ultimate_bound,
 )
 from clie_blocks.excitation import paper_excitation
 

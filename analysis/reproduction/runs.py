@@ -6,7 +6,11 @@ from functools import lru_cache
 import numpy as np
 
 from clie_blocks import paper
-from clie_blocks.analysis.excitation_level import excitation, model_regressor, weighted_integral
+from clie_blocks.analysis.theory.excitation_level import (
+    excitation,
+    model_regressor,
+    weighted_integral,
+)
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization

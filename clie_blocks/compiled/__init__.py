@@ -5,17 +5,17 @@ import importlib
 _HOME = {
     "compile_diagram": "program",
     "Program": "program",
-    "Batch": "batch",
-    "Derivatives": "sensitivities",
-    "Stop": "events",
-    "sampled": "sampled_loop",
-    "SampledProgram": "sampled_loop",
-    "held_normal": "inputs",
-    "TraceError": "symbols",
-    "OpaqueBlockWarning": "callback_cost",
-    "InputError": "inputs",
-    "CompiledDifferenceError": "selfcheck",
-    "METHODS": "methods",
+    "Batch": "runtime.batch",
+    "Derivatives": "runtime.sensitivities",
+    "Stop": "runtime.events",
+    "sampled": "sampled.loop",
+    "SampledProgram": "sampled.loop",
+    "held_normal": "runtime.inputs",
+    "TraceError": "ir.symbols",
+    "OpaqueBlockWarning": "frontend.callback_cost",
+    "InputError": "runtime.inputs",
+    "CompiledDifferenceError": "verification",
+    "METHODS": "runtime.methods",
 }
 
 __all__ = sorted(_HOME)

@@ -6,19 +6,19 @@ from dataclasses import replace
 import control as ct
 import numpy as np
 
-from clie_blocks.compiled.arguments import count_steps, select, state_vector
-from clie_blocks.compiled.callback_cost import warn_of_callbacks
-from clie_blocks.compiled.description import Description
-from clie_blocks.compiled.emit_python import PythonEngine, source
-from clie_blocks.compiled.events import Bounds
-from clie_blocks.compiled.inputs import bind
-from clie_blocks.compiled.layout import layout
-from clie_blocks.compiled.memory import SINGLE
-from clie_blocks.compiled.methods import SAMPLED, method_named
-from clie_blocks.compiled.selfcheck import POINTS, check
-from clie_blocks.compiled.simulate import Plan, simulate
-from clie_blocks.compiled.studies import Studies
-from clie_blocks.compiled.tracing import trace
+from clie_blocks.compiled.cache.signature import Description
+from clie_blocks.compiled.codegen.lane_layout import SINGLE
+from clie_blocks.compiled.codegen.python import PythonEngine, source
+from clie_blocks.compiled.frontend.callback_cost import warn_of_callbacks
+from clie_blocks.compiled.frontend.tracing import trace
+from clie_blocks.compiled.ir.layout import layout
+from clie_blocks.compiled.runtime.api import Studies
+from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
+from clie_blocks.compiled.runtime.events import Bounds
+from clie_blocks.compiled.runtime.inputs import bind
+from clie_blocks.compiled.runtime.methods import SAMPLED, method_named
+from clie_blocks.compiled.runtime.simulate import Plan, simulate
+from clie_blocks.compiled.verification import POINTS, check
 from clie_blocks.errors import ClieError, DivergedError, nearest
 
 QUICK_POINTS = 4
@@ -241,11 +241,11 @@ class Program(Studies):
         if language == "python":
             return source(self._layout, self._names(), self._legend())
         if language == "llvm":
-            from clie_blocks.compiled.native import module
+            from clie_blocks.compiled.codegen.native import module
             return module(self._layout, self._method(method))
         if language == "c":
-            from clie_blocks.compiled import emit_c
-            return emit_c.source(self.name, self._layout,
+            from clie_blocks.compiled.codegen import c
+            return c.source(self.name, self._layout,
                                  [self._trace.signals[name] for name in self.outputs],
                                  self._parameters, self._method(method), self._ports())
         raise ClieError(f"no source in {language!r}; "
@@ -274,7 +274,7 @@ class Program(Studies):
         method = self._method(method)
         if self._engine == "python":
             return PythonEngine(arranged, method)
-        from clie_blocks.compiled.native import NativeEngine
+        from clie_blocks.compiled.codegen.native import NativeEngine
         key = (method.name, tuple(arranged.derivatives), tuple(arranged.record),
                tuple(arranged.watch), memory.key)
         if key not in self._engines:

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.averaging import (
+from clie_blocks.analysis.theory.averaging import (
     averaged_matrix,
     averaged_rates,
     balanced_shape,
     steady_regressor,
 )
-from clie_blocks.analysis.bounds import ControlledJoints
-from clie_blocks.analysis.convergence import PeriodicLoop, floquet_rates
+from clie_blocks.analysis.theory.bounds import ControlledJoints
+from clie_blocks.analysis.theory.convergence import PeriodicLoop, floquet_rates
 from clie_blocks.excitation import paper_excitation
 
 JOINTS = ControlledJoints.from_theta(paper.THETA, paper.KP, paper.KD)

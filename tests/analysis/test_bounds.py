@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import (
+from clie_blocks.analysis.theory.bounds import (
     ControlledJoints,
     condition,
     disturbance_norm,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import ControlledJoints
-from clie_blocks.analysis.convergence import (
+from clie_blocks.analysis.theory.bounds import ControlledJoints
+from clie_blocks.analysis.theory.convergence import (
     FloquetLoop,
     PeriodicLoop,
     floquet_rates,

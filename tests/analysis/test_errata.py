@@ -7,12 +7,17 @@ from scipy.integrate import trapezoid
 from scipy.linalg import expm
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import ControlledJoints, theorem_2, theorem_4, ultimate_bound
-from clie_blocks.analysis.convergence import PeriodicLoop, floquet_rates
-from clie_blocks.analysis.excitation_level import excitation, model_regressor
-from clie_blocks.analysis.frequency import noise_gain
-from clie_blocks.analysis.lyapunov import lyapunov_pd_rate
 from clie_blocks.analysis.reproduction.errata import ERRATA
+from clie_blocks.analysis.theory.bounds import (
+    ControlledJoints,
+    theorem_2,
+    theorem_4,
+    ultimate_bound,
+)
+from clie_blocks.analysis.theory.convergence import PeriodicLoop, floquet_rates
+from clie_blocks.analysis.theory.excitation_level import excitation, model_regressor
+from clie_blocks.analysis.theory.frequency import noise_gain
+from clie_blocks.analysis.theory.lyapunov import lyapunov_pd_rate
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.controllers import linearizing_torque, pd_torque
 from clie_blocks.diagrams.clie_composite import clie_composite

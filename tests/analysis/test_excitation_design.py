@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import ControlledJoints
-from clie_blocks.analysis.excitation_design import Limits, design_multisine
+from clie_blocks.analysis.theory.bounds import ControlledJoints
+from clie_blocks.analysis.theory.excitation_design import Limits, design_multisine
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import ClieError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.excitation_level import (
+from clie_blocks.analysis.theory.excitation_level import (
     excitation,
     filtered_regressor_of,
     model_regressor,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.frequency import (
+from clie_blocks.analysis.theory.frequency import (
     PAPER_TONES,
     closed_loop_poles,
     filter_response,
@@ -13,7 +13,7 @@ from clie_blocks.analysis.frequency import (
     margins,
     noise_gain,
 )
-from clie_blocks.analysis.opening import on_path, opened, transfer
+from clie_blocks.analysis.theory.opening import on_path, opened, transfer
 from clie_blocks.compiled import compile_diagram, held_normal
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import NotIdentifiableError

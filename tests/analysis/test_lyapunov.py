@@ -5,8 +5,9 @@ import pytest
 import sympy as sp
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import ControlledJoints, ultimate_bound
-from clie_blocks.analysis.lyapunov import (
+from clie_blocks.analysis.stability_report.simulated_bounds import pd_trajectory
+from clie_blocks.analysis.theory.bounds import ControlledJoints, ultimate_bound
+from clie_blocks.analysis.theory.lyapunov import (
     error_bound,
     level_set_around,
     lyapunov_clie,
@@ -16,7 +17,6 @@ from clie_blocks.analysis.lyapunov import (
     lyapunov_pd_matrices,
     lyapunov_pd_rate,
 )
-from clie_blocks.analysis.stability.simulated_bounds import pd_trajectory
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.excitation import paper_excitation

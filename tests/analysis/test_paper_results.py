@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis import paper_results
+from clie_blocks.analysis.reproduction import command
 from clie_blocks.analysis.reproduction.items import (
     ERRATUM,
     MISSED,
@@ -83,7 +83,7 @@ def test_fig_3_shows_the_counterexample():
 
 @pytest.mark.slow
 def test_reproduce_writes_report_and_json(tmp_path, capsys):
-    assert paper_results.main(["--seeds", "1", "--json", "-o", str(tmp_path)]) == 0
+    assert command.main(["--seeds", "1", "--json", "-o", str(tmp_path)]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["schema_version"] == 1 and len(found["errata"]) == 29
     rows = {(item["name"], item["verdict"]) for item in found["items"]
@@ -97,4 +97,4 @@ def test_reproduce_writes_report_and_json(tmp_path, capsys):
 
 def test_no_seed_is_refused():
     with pytest.raises(Exception, match="at least 1"):
-        paper_results.main(["--seeds", "0"])
+        command.main(["--seeds", "0"])

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from clie_blocks.analysis import recorded_machine
-from clie_blocks.analysis.recorded_clie import RecordedLoop, resting_state, velocity_block
+from clie_blocks.analysis.identification import recorded_machine
+from clie_blocks.analysis.identification.recorded_clie import (
+    RecordedLoop,
+    resting_state,
+    velocity_block,
+)
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import NotIdentifiableError

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import (
-    ControlledJoints,
-    disturbance_norm,
-    theorem_2,
-    ultimate_bound,
-)
-from clie_blocks.analysis.stability.simulated_bounds import (
+from clie_blocks.analysis.stability_report.simulated_bounds import (
     identification_errors,
     modelling_error,
     pd_trajectory,
     ultimate_radius,
+)
+from clie_blocks.analysis.theory.bounds import (
+    ControlledJoints,
+    disturbance_norm,
+    theorem_2,
+    ultimate_bound,
 )
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.analysis import stability_report
 from clie_blocks.analysis.report import render
-from clie_blocks.analysis.stability import plots
-from clie_blocks.analysis.stability.document import document, verdict
-from clie_blocks.analysis.stability.quantities import bounds_of
-from clie_blocks.analysis.stability.study import paper_study
+from clie_blocks.analysis.stability_report import command, plots
+from clie_blocks.analysis.stability_report.document import document, verdict
+from clie_blocks.analysis.stability_report.quantities import bounds_of
+from clie_blocks.analysis.stability_report.study import paper_study
 from clie_blocks.output import guarded
 
 ISSUE_KEYS = ("schema_version", "mu_0", "eta", "k_1", "k_1_printed", "k_2", "k_3", "k_4", "mu_1",
@@ -20,19 +19,19 @@ ISSUE_KEYS = ("schema_version", "mu_0", "eta", "k_1", "k_1_printed", "k_2", "k_3
 
 @pytest.fixture(scope="module")
 def found():
-    return stability_report.analyse(paper_study())
+    return command.analyse(paper_study())
 
 
 @pytest.fixture
 def reused(found, monkeypatch):
     """Other gains get their own bounds; the slower parts are those of the paper's gains."""
     monkeypatch.setattr(plots, "SWEEP", np.array([0.3, 3.0]))
-    monkeypatch.setattr(stability_report, "analyse", lambda study, advance=None: {
+    monkeypatch.setattr(command, "analyse", lambda study, advance=None: {
         **found, "bounds": bounds_of(study)})
 
 
 def test_json_has_the_agreed_keys_and_the_papers_numbers(found):
-    numbers = stability_report.as_dict(paper_study(), found)
+    numbers = command.as_dict(paper_study(), found)
     assert set(ISSUE_KEYS) <= set(numbers)
     assert numbers["mu_0"] == pytest.approx(0.9637, abs=5e-5)
     assert numbers["eta"] == 0.8768 and numbers["eta_computed"] == pytest.approx(.876945, abs=1e-5)
@@ -59,7 +58,7 @@ def test_verdict_of_the_papers_gains_is_good(found):
 def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(render, "drawings", lambda document: {})
     monkeypatch.setattr(render, "html", lambda document, drawn: "")
-    assert stability_report.main(["--kd", "2", "--json", "-o", str(tmp_path)]) == 1
+    assert command.main(["--kd", "2", "--json", "-o", str(tmp_path)]) == 1
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["condition"]["holds"] is False and numbers["mu_1"] is None
     assert "raise Kd from 2 above 2.91" in numbers["advice"][0]
@@ -69,7 +68,7 @@ def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsy
 
 
 def test_report_is_written_and_its_verdict_comes_first(reused, tmp_path, capsys):
-    assert stability_report.main(["-o", str(tmp_path)]) == 0
+    assert command.main(["-o", str(tmp_path)]) == 0
     assert capsys.readouterr().out.startswith("Stable")
     page = (tmp_path / "stability.html").read_text()
     order = ["Stable: K_bar", "<h2>The condition", "The mu_0 circle", "Bode plots", "<h2>Errata"]
@@ -103,7 +102,7 @@ def test_diverging_simulation_is_reported_not_raised(found):
     (["--eps-bar", "-1"], 2), (["--theta", "1", "2"], 2),
     (["--theta", "1"], 2), (["--robot", "nowhere.toml"], 3)])
 def test_wrong_options_are_refused_in_words(arguments, code, capsys):
-    assert guarded(stability_report.main, arguments) == code
+    assert guarded(command.main, arguments) == code
     assert capsys.readouterr().err.startswith("error:")
 
 
@@ -111,7 +110,7 @@ def test_wrong_options_are_refused_in_words(arguments, code, capsys):
 @pytest.mark.parametrize("trial", ["trial-000", "trial-004", "trial-008"])
 def test_works_from_a_robot_file(shared, trial, tmp_path, capsys):
     path = shared / "blind" / "practice" / trial / "robot.toml"
-    assert stability_report.main(["--robot", str(path), "--json", "-o", str(tmp_path)]) == 0
+    assert command.main(["--robot", str(path), "--json", "-o", str(tmp_path)]) == 0
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["condition"]["holds"] and numbers["worst_case"]["condition"]["holds"]
     assert 0 < numbers["simulated"]["pd_radius"] < numbers["mu_0"]
@@ -120,7 +119,7 @@ def test_works_from_a_robot_file(shared, trial, tmp_path, capsys):
 
 @pytest.mark.parametrize("gains, mu_0", list(paper.MU_0.items()))
 def test_mu_0_of_the_three_gain_pairs_through_the_study(gains, mu_0):
-    from clie_blocks.analysis.bounds import ultimate_bound
+    from clie_blocks.analysis.theory.bounds import ultimate_bound
 
     study = paper_study().with_gains(*gains)
     assert ultimate_bound(study.joints, study.eta_norm).mu_0 == pytest.approx(mu_0, abs=5e-5)

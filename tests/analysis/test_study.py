@@ -5,7 +5,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis.records import read_robot
-from clie_blocks.analysis.stability.study import paper_study, robot_study
+from clie_blocks.analysis.stability_report.study import paper_study, robot_study
 from clie_blocks.errors import RecordError
 from clie_blocks.signals import DiagramError
 
@@ -71,7 +71,7 @@ def test_box_holds_the_parameters_and_grows_with_tolerances(tmp_path):
 
 
 def test_balanced_gain_makes_the_robot_converge_like_the_papers(tmp_path):
-    from clie_blocks.analysis.averaging import averaged_rates
+    from clie_blocks.analysis.theory.averaging import averaged_rates
 
     study = robot_study(robot(tmp_path))
     rate = averaged_rates(study.loop, [20.0])[0, 0]
@@ -123,7 +123,7 @@ def test_estimates_may_stand_in_for_the_parameters():
 
 
 def test_a_balanced_gain_beats_every_scalar_one_on_the_papers_robot():
-    from clie_blocks.analysis.convergence import floquet_rates
+    from clie_blocks.analysis.theory.convergence import floquet_rates
 
     scalar, balanced = paper_study(), paper_study().balanced()
     assert np.ptp(scalar.gamma_diagonal) == 0 < np.ptp(balanced.gamma_diagonal)

@@ -5,18 +5,18 @@ import pytest
 import sympy as sp
 
 from clie_blocks import paper
-from clie_blocks.analysis.bounds import (
+from clie_blocks.analysis.stability_report.worst_case import (
+    ParameterBox,
+    worst_case,
+    worst_disturbance_norm,
+    worst_gain,
+)
+from clie_blocks.analysis.theory.bounds import (
     ControlledJoints,
     condition,
     disturbance_norm,
     theorem_2,
     ultimate_bound,
-)
-from clie_blocks.analysis.stability.worst_case import (
-    ParameterBox,
-    worst_case,
-    worst_disturbance_norm,
-    worst_gain,
 )
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.signals import DiagramError

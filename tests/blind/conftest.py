@@ -7,8 +7,8 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.motion import Motion  # noqa: E402
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
+from clie_blocks.analysis.blind.engine.experiments import Motion  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 
 
 @dataclasses.dataclass
@@ -26,7 +26,7 @@ class Bench:
 
     def run(self, motion, **numbers):
         """Angle and command under changed numbers."""
-        from clie_blocks.analysis.blind.loop import run
+        from clie_blocks.analysis.blind.engine.control_loop import run
 
         lane = {**self.truth, **{key: np.full(self.robot.n, value)
                                  for key, value in numbers.items()}}

@@ -5,23 +5,21 @@ import functools
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.blind import ablations
-from clie_blocks.analysis.blind.answers import Answer
-from clie_blocks.analysis.blind.baselines import BASELINES, motion
-from clie_blocks.analysis.blind.baselines.weighing import bic
-from clie_blocks.analysis.gap import bench as benches
-from clie_blocks.analysis.gap import noise as noises
-from clie_blocks.analysis.gap import pipeline
-from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.blind.comparison import ablations
+from clie_blocks.analysis.blind.comparison.baselines import BASELINES, smoothed_motion
+from clie_blocks.analysis.blind.comparison.baselines.model_selection import bic
+from clie_blocks.analysis.blind.scoring.decisions import Answer
+from clie_blocks.analysis.gap.calibration.robots import draw_cases
+from clie_blocks.analysis.gap.causes import vocabulary
 from clie_blocks.analysis.gap.causes.friction import COULOMB
-from clie_blocks.analysis.gap.own_robots import cases
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.problem.problem import problem
 
 
 @functools.cache
 def robot(effect):
     kind = "none" if effect == "none" else "single"
-    return cases(1, 9, ["coulomb"], [kind], duration=8.0)[0]
+    return draw_cases(1, 9, ["coulomb"], [kind], duration=8.0)[0]
 
 
 @pytest.mark.parametrize("name", sorted(BASELINES))
@@ -43,9 +41,9 @@ def test_a_healthy_robot_has_no_friction_by_simulation(name):
 def test_the_measured_motion_has_the_torque_of_a_cause():
     made = robot("coulomb")
     asked = problem(made.robot, made.records)
-    (found,) = motion.motions(asked, asked.fit[:1])
+    (found,) = smoothed_motion.motions(asked, asked.fit[:1])
     level = np.full(asked.n, 0.3)
-    torque = motion.opposing(found, COULOMB, {"level": level})
+    torque = smoothed_motion.opposing(found, COULOMB, {"level": level})
     assert np.allclose(torque, 0.3 * np.sign(found.state.dq), atol=1e-12)
 
 
@@ -59,14 +57,14 @@ def test_other_weighing_keeps_healthy_errors_at_size_one():
     rng = np.random.default_rng(0)
     from scipy.signal import lfilter
 
-    from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity
+    from clie_blocks.analysis.gap.residual.sensitivity import noise_responses, sensor_sensitivity
 
     k, joints = 0, (asked.nominal.inertia, asked.nominal.damping)
     sensitivity = sensor_sensitivity(asked.law, k, *(numbers[k] for numbers in joints))
     for weigh in (ablations.unwhitened, ablations.as_torques):
         noise = weigh(asked, k, noise_responses(asked, k, *joints))
         error = lfilter(*sensitivity, noise.sigma * rng.standard_normal(400_000))
-        seen = noises.white(noises.decimated(error, asked.period), noise.whitener)
+        seen = noise.whiten(noise.decimated(error, asked.period), noise.whitener)
         assert np.std(seen) == pytest.approx(1.0, rel=0.05)
 
 
@@ -74,21 +72,21 @@ def test_other_weighing_keeps_healthy_errors_at_size_one():
 def test_another_weighing_reaches_the_bench_and_is_gone_afterwards(weigh):
     made = robot("coulomb")
     asked = problem(made.robot, made.records)
-    own = baseline(asked)[0].noises[0].whitener
+    own = fit_nominal(asked)[0].noises[0].whitener
     with ablations.weighing(weigh):
-        other = baseline(asked)[0].noises[0].whitener
+        other = fit_nominal(asked)[0].noises[0].whitener
     assert other.shape != own.shape or not np.allclose(other, own)
-    assert np.array_equal(baseline(asked)[0].noises[0].whitener, own)
+    assert np.array_equal(fit_nominal(asked)[0].noises[0].whitener, own)
 
 
 def test_a_stage_comes_back_after_its_ablation():
-    before = benches.noise, pipeline.homed
+    before = whitening.noise, vocabulary.homed
     made = robot("coulomb")
     found = ablations.ABLATIONS["no whitening"](made.robot, made.records)
     assert "coulomb" in Answer(found).order[:3]
-    with pytest.raises(ValueError), ablations.replaced(pipeline, "homed", None):
+    with pytest.raises(ValueError), ablations.replaced(vocabulary, "homed", None):
         raise ValueError
-    assert (benches.noise, pipeline.homed) == before
+    assert (whitening.noise, vocabulary.homed) == before
 
 
 def test_without_polish_numbers_stay_as_the_regression_left_them(monkeypatch):

@@ -4,11 +4,11 @@ from collections import Counter
 
 import pytest
 
-from clie_blocks.analysis.blind.answers import Answer
-from clie_blocks.analysis.blind.compare import given, paired, spread_over
-from clie_blocks.analysis.blind.hidden import EFFECTS
-from clie_blocks.analysis.blind.rates import difference
-from clie_blocks.analysis.blind.trial import KINDS, SEVERITY, plan
+from clie_blocks.analysis.blind.comparison.methods import given, paired, spread_over
+from clie_blocks.analysis.blind.population.effects import EFFECTS
+from clie_blocks.analysis.blind.population.standard import KINDS, SEVERITY, plan
+from clie_blocks.analysis.blind.scoring.decisions import Answer
+from clie_blocks.analysis.blind.scoring.intervals import difference
 
 
 def study(seeds, trials):

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.blind import engines
-from clie_blocks.analysis.gap import calibrate
-from clie_blocks.analysis.gap.evidence import Row, Table, to_json
-from clie_blocks.analysis.gap.verdict import Calibration
+from clie_blocks.analysis.blind.comparison import cross_engine
+from clie_blocks.analysis.gap.calibration import learn
+from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.verdict.evidence import Row, Table, to_json
 
 CLEAR = Table(100.0, 0.0, 0, (), [Row(("coulomb",), 0.1, 2), Row(("backlash",), 80.0, 4)])
 HEALTHY = Table(0.1, 0.0, 0, (), [Row(("coulomb",), 0.1, 2)])
@@ -26,7 +26,7 @@ def test_tables_of_a_study_are_read_with_their_truth():
     diagnoses, labels = study("single", "none", "single")
     diagnoses["2"]["decisions"] = ["the velocity filter that ran is another"]
     diagnoses["3"], labels["3"] = {"error": "too short"}, labels["0"]
-    found = engines.examples(diagnoses, labels)
+    found = cross_engine.examples(diagnoses, labels)
     assert [one.truth for one in found] == [("coulomb",), ("none",)]
     assert found[0].table.rows[0].excess == CLEAR.rows[0].excess
 
@@ -35,15 +35,15 @@ def test_each_engine_judges_what_the_other_taught(tmp_path):
     diagnoses, labels = study("single", "none", "single", "none")
     own = [{**diagnoses["0"]["evidence"], "truth": ["coulomb"]}] * 3
     (tmp_path / "own.json").write_text(json.dumps(own))
-    rows = engines.compared(tmp_path / "own.json", diagnoses, labels)
+    rows = cross_engine.compared(tmp_path / "own.json", diagnoses, labels)
     ways = [(row["learned_on"], row["tested_on"], row["robots"]) for row in rows]
-    assert ways == [(engines.BY_HAND, "MuJoCo", 4), (engines.OWN, "MuJoCo", 4),
-                    (engines.BY_HAND, engines.OWN, 3), ("MuJoCo", engines.OWN, 3)]
+    assert ways == [(cross_engine.BY_HAND, "MuJoCo", 4), (cross_engine.OWN, "MuJoCo", 4),
+                    (cross_engine.BY_HAND, cross_engine.OWN, 3), ("MuJoCo", cross_engine.OWN, 3)]
     assert all(row["top_1"]["rate"] == 1.0 for row in rows)
     assert all(0.0 <= row["loss"]["value"] < 0.5 for row in rows)
 
 
 def test_the_loss_is_that_of_the_calibration():
-    robots = engines.examples(*study("single", "none"))
-    found = engines.judged(Calibration(), robots, engines.BY_HAND, "MuJoCo")
-    assert found["loss"]["value"] == pytest.approx(calibrate.loss(Calibration(), robots))
+    robots = cross_engine.examples(*study("single", "none"))
+    found = cross_engine.judged(Calibration(), robots, cross_engine.BY_HAND, "MuJoCo")
+    assert found["loss"]["value"] == pytest.approx(learn.loss(Calibration(), robots))

@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import cont2discrete, lfilter
 
-from clie_blocks.analysis.blind.controller import filter_coefficients
-from clie_blocks.analysis.blind.robot import G
+from clie_blocks.analysis.blind.engine.controller import filter_coefficients
+from clie_blocks.analysis.blind.engine.robot import G
 
 
 def test_a_healthy_joint_moves_as_the_exact_solution_of_its_equation(bench):

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind import compare, left_out, misdescribed, spatial, wrong_controller
-from clie_blocks.analysis.blind.page import save_page
-from clie_blocks.analysis.blind.rates import figure, rate
-from clie_blocks.analysis.blind.score import score
-from clie_blocks.analysis.blind.targets import judged
+from clie_blocks.analysis.blind.comparison import leave_one_out, methods
+from clie_blocks.analysis.blind.population import spatial_arms, wrong_controller
+from clie_blocks.analysis.blind.protocol.targets import judged
+from clie_blocks.analysis.blind.report.page import save_page
+from clie_blocks.analysis.blind.scoring import robustness
+from clie_blocks.analysis.blind.scoring.intervals import figure, rate
+from clie_blocks.analysis.blind.scoring.score import score
 
 PHONE = 390
 
@@ -41,16 +43,16 @@ def page(tmp_path):
     answers, labels = trials(60)
     found = {"seeds": [41, 42], "command": "clie blind --trials 30 --seed 41 42 --baselines",
              **score(answers, labels)}
-    found |= {"targets": judged(found), **left_out.scored(answers, labels),
-              "compared": [compare.row(name, answers, labels)
-                           | {"paired": compare.paired(answers, answers, labels)}
-                           for name in (compare.FULL, "no sensitivity filter")],
-              "controllers": misdescribed.scored(answers, {
+    found |= {"targets": judged(found), **leave_one_out.scored(answers, labels),
+              "compared": [methods.row(name, answers, labels)
+                           | {"paired": methods.paired(answers, answers, labels)}
+                           for name in (methods.FULL, "no sensitivity filter")],
+              "controllers": robustness.scored(answers, {
                   name: {"labels": [list(wrong_controller.WRONG)[i % 6]], "wrong": "x 1.1",
                          "robot": "arm of 2",
                          "present": []} for i, name in enumerate(labels)}),
-              "spatial": misdescribed.scored(answers, {
-                  name: {"labels": [spatial.UNTOLD], "wrong": "links hold 12% of the inertia",
+              "spatial": robustness.scored(answers, {
+                  name: {"labels": [spatial_arms.UNTOLD], "wrong": "links hold 12% of the inertia",
                          "robot": "spatial of 3", "present": []} for name in labels}),
               "engines": [{"learned_on": "own_robots", "tested_on": "MuJoCo", "robots": 60,
                            "loss": figure([0.1, 0.2], max), "top_1": rate([True, False]),

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind.seeds import disjoint
-from clie_blocks.analysis.blind.targets import judged
+from clie_blocks.analysis.blind.protocol.seeds import disjoint
+from clie_blocks.analysis.blind.protocol.targets import judged
 
 BOARD = Path(__file__).resolve().parents[2] / "docs" / "blind" / "scoreboard.json"
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from clie_blocks.analysis.blind.family import make_trial
-from clie_blocks.analysis.blind.folder import write_trial
-from clie_blocks.analysis.blind.trial import HIDDEN
-from clie_blocks.analysis.gap import trials
+from clie_blocks.analysis.blind.population.files import write_trial
+from clie_blocks.analysis.blind.population.maker import make_trial
+from clie_blocks.analysis.blind.population.standard import HIDDEN
+from clie_blocks.analysis.gap import batch
 
 
 @pytest.mark.slow
@@ -17,7 +17,7 @@ def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_s
     made = make_trial(HIDDEN, seed, index)
     assert made.label["effects"][0]["effect"] == foreign
     write_trial(made, tmp_path / "trial")
-    said = trials.diagnose_trial(*trials.find_trials([tmp_path]))
+    said = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
     assert said["verdict"] == "unexplained"
     assert {"unknown", *alike} <= set(said["set_90"])
 
@@ -26,6 +26,6 @@ def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_s
 def test_a_fault_that_truly_sets_in_has_no_rival(tmp_path):
     made = make_trial(HIDDEN, 75, 61)
     write_trial(made, tmp_path / "trial")
-    said = trials.diagnose_trial(*trials.find_trials([tmp_path]))
+    said = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
     assert said["effects"][0] == {**said["effects"][0], "effect": "step_fault", "rival": ""}
     assert said["effects"][0]["probability"] > 0.95

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind import seeds
-from clie_blocks.analysis.blind.left_out import chosen, scored
-from clie_blocks.analysis.blind.main import lines
-from clie_blocks.analysis.blind.page import save_page
-from clie_blocks.analysis.blind.rates import figure, rate
-from clie_blocks.analysis.blind.score import calibration_error, score
-from clie_blocks.analysis.blind.targets import judged
+from clie_blocks.analysis.blind.command import lines
+from clie_blocks.analysis.blind.comparison.leave_one_out import chosen, scored
+from clie_blocks.analysis.blind.protocol import seeds
+from clie_blocks.analysis.blind.protocol.targets import judged
+from clie_blocks.analysis.blind.report.page import save_page
+from clie_blocks.analysis.blind.scoring.intervals import figure, rate
+from clie_blocks.analysis.blind.scoring.score import calibration_error, score
 
 GAP = {"nominal": 4e-4, "true_model": 1e-4, "achievable_reduction": 0.75}
 NAMES = {"single": ["coulomb"], "none": ["none"], "unknown": ["soft_stop"],

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.blind import seal
+from clie_blocks.analysis.blind.protocol import seal
 from clie_blocks.errors import RecordError
 
 LABELS = {"trial-000": {"kind": "single", "labels": ["coulomb"]}}

@@ -8,13 +8,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind import motion, spatial  # noqa: E402
-from clie_blocks.analysis.blind.family import make_trial  # noqa: E402
-from clie_blocks.analysis.blind.folder import robot_text  # noqa: E402
-from clie_blocks.analysis.blind.hidden import EFFECTS, NEEDS  # noqa: E402
-from clie_blocks.analysis.blind.motion import draw_motions  # noqa: E402
-from clie_blocks.analysis.blind.robot import draw_robot, link_inertia  # noqa: E402
-from clie_blocks.analysis.blind.spatial import SPATIAL, UNTOLD, plan  # noqa: E402
+from clie_blocks.analysis.blind.engine import experiments
+from clie_blocks.analysis.blind.engine.experiments import draw_motions  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, link_inertia  # noqa: E402
+from clie_blocks.analysis.blind.population import spatial_arms  # noqa: E402
+from clie_blocks.analysis.blind.population.effects import EFFECTS, NEEDS  # noqa: E402
+from clie_blocks.analysis.blind.population.files import robot_text  # noqa: E402
+from clie_blocks.analysis.blind.population.maker import make_trial  # noqa: E402
+from clie_blocks.analysis.blind.population.spatial_arms import SPATIAL, UNTOLD, plan  # noqa: E402
 
 FIRST = np.array([1.0, 0.0, 0.0])
 
@@ -62,7 +63,7 @@ def test_half_of_the_arms_are_sound_and_the_others_have_every_effect_they_can():
 
 
 def test_the_label_says_what_is_there_and_what_the_links_hold(monkeypatch):
-    monkeypatch.setattr(motion, "DURATIONS", (2.0,))
+    monkeypatch.setattr(experiments, "DURATIONS", (2.0,))
     index = next(i for i in range(1, 80, 2) if plan(7001, i)[0] == ("dead_zone",))
     label = make_trial(SPATIAL, 7001, index).label
     assert label["labels"] == label["present"] == ["dead_zone"]
@@ -71,7 +72,7 @@ def test_the_label_says_what_is_there_and_what_the_links_hold(monkeypatch):
 
 
 def test_a_sound_arm_has_nothing_that_could_be_named(monkeypatch):
-    monkeypatch.setattr(spatial, "afflicted", lambda rng, *asked: types.SimpleNamespace(
+    monkeypatch.setattr(spatial_arms, "afflicted", lambda rng, *asked: types.SimpleNamespace(
         robot=draw_robot(rng, "spatial"), label={}))
     label = make_trial(SPATIAL, 7001, 0).label
     assert label["labels"] == [UNTOLD] and label["present"] == []

@@ -4,10 +4,11 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.blind import compare, repeats, seal, study
-from clie_blocks.analysis.blind.ablations import ABLATIONS
-from clie_blocks.analysis.blind.baselines import BASELINES
-from clie_blocks.analysis.blind.main import main
+from clie_blocks.analysis.blind.command import main
+from clie_blocks.analysis.blind.comparison import methods, rerun
+from clie_blocks.analysis.blind.comparison.ablations import ABLATIONS
+from clie_blocks.analysis.blind.comparison.baselines import BASELINES
+from clie_blocks.analysis.blind.protocol import seal, study
 from clie_blocks.errors import ClieError
 
 LABEL = {"kind": "none", "labels": ["none"], "effects": [], "severity": None, "ratio": 1.0,
@@ -34,7 +35,7 @@ def quick(monkeypatch):
         return [(trial.name, ANSWER) for trial in found]
 
     monkeypatch.setattr(study, "_spread", spread)
-    monkeypatch.setattr("clie_blocks.analysis.gap.trials.diagnose_all", diagnosed)
+    monkeypatch.setattr("clie_blocks.analysis.gap.batch.diagnose_all", diagnosed)
 
 
 def test_the_log_proves_the_order(quick, tmp_path, capsys):
@@ -74,16 +75,16 @@ def test_several_seeds_make_one_study(quick, tmp_path, capsys):
 
 
 def test_methods_are_compared_on_the_same_trials(quick, tmp_path, monkeypatch):
-    monkeypatch.setattr(repeats, "_answer", lambda method, path: ANSWER | {"seconds": 0.5})
-    monkeypatch.setattr(repeats, "_spread", lambda tasks, jobs: map(repeats.answered, tasks))
+    monkeypatch.setattr(rerun, "_answer", lambda method, path: ANSWER | {"seconds": 0.5})
+    monkeypatch.setattr(rerun, "_spread", lambda tasks, jobs: map(rerun.answered, tasks))
     main(["--trials", "3", "--seed", "4", "--baselines", "--ablations", "--subset", "2",
           "-o", str(tmp_path)])
     rows = json.loads((tmp_path / "scoreboard.json").read_text())["compared"]
-    assert [row["method"] for row in rows] == [compare.FULL, *BASELINES, *ABLATIONS]
+    assert [row["method"] for row in rows] == [methods.FULL, *BASELINES, *ABLATIONS]
     assert all(row["false_alarm"]["of"] == row["trials"] == 2 for row in rows)
     assert [row["seconds"]["median"] for row in rows] == [1.0] + [0.5] * 8
     assert [row["paired"]["lost"]["value"] for row in rows[1:]] == [0.0] * 8
-    kept = tmp_path / repeats.PARTS / "no-polish"
+    kept = tmp_path / rerun.PARTS / "no-polish"
     assert [path.name for path in sorted(kept.iterdir())] == ["trial-000.json", "trial-002.json"]
     assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 

@@ -11,15 +11,10 @@ import numpy as np
 import pytest
 
 import clie_blocks.analysis.blind as blind
-from clie_blocks.analysis.blind import trial
-from clie_blocks.analysis.blind.answers import FAMILY
-from clie_blocks.analysis.blind.drive import Chance
-from clie_blocks.analysis.blind.family import Family, RejectedError, Trial, make_trial
-from clie_blocks.analysis.blind.folder import robot_text, write_trial
-from clie_blocks.analysis.blind.hidden import EFFECTS, OUTSIDERS, Scene, draw_hidden
-from clie_blocks.analysis.blind.loop import run
-from clie_blocks.analysis.blind.motion import draw_motions
-from clie_blocks.analysis.blind.robot import (
+from clie_blocks.analysis.blind.engine.control_loop import run
+from clie_blocks.analysis.blind.engine.drive import Chance
+from clie_blocks.analysis.blind.engine.experiments import draw_motions
+from clie_blocks.analysis.blind.engine.robot import (
     NEUTRAL,
     SAG,
     G,
@@ -28,8 +23,13 @@ from clie_blocks.analysis.blind.robot import (
     link_inertia,
     restated,
 )
-from clie_blocks.analysis.blind.size import prediction, ratio_of, reference
-from clie_blocks.analysis.blind.trial import HIDDEN, KINDS, ONE_OF, SEVERITY, plan
+from clie_blocks.analysis.blind.population import standard
+from clie_blocks.analysis.blind.population.effect_size import prediction, ratio_of, reference
+from clie_blocks.analysis.blind.population.effects import EFFECTS, OUTSIDERS, Scene, draw_hidden
+from clie_blocks.analysis.blind.population.files import robot_text, write_trial
+from clie_blocks.analysis.blind.population.maker import Family, RejectedError, Trial, make_trial
+from clie_blocks.analysis.blind.population.standard import HIDDEN, KINDS, ONE_OF, SEVERITY, plan
+from clie_blocks.analysis.blind.scoring.decisions import FAMILY
 from clie_blocks.analysis.records import read_trial
 
 FILES = sorted(Path(blind.__file__).parent.glob("*.py"))
@@ -132,17 +132,17 @@ def test_link_inertia_of_a_stretched_arm_is_that_of_its_masses():
     (lambda s: np.log(s) + 5.0 * (s > 5), 4.0)],
     ids=["plain", "strong", "weak", "far too strong", "wild beyond", "rings beyond"])
 def test_the_size_of_an_effect_is_found_wherever_it_lies(monkeypatch, trace, size):
-    monkeypatch.setattr(trial, "_traces", lambda robot, lanes, *rest: trace(np.array(lanes)))
+    monkeypatch.setattr(standard, "_traces", lambda robot, lanes, *rest: trace(np.array(lanes)))
     hidden = types.SimpleNamespace(name="coulomb", onto=lambda truth, size: size)
-    monkeypatch.setitem(trial.SEVERITY, "four", np.sqrt(17.0))
-    found, reached = trial._sized(None, None, None, None, None, hidden, "four", 0)
+    monkeypatch.setitem(standard.SEVERITY, "four", np.sqrt(17.0))
+    found, reached = standard._sized(None, None, None, None, None, hidden, "four", 0)
     assert reached and found == pytest.approx(size, rel=1e-6)
 
 
 def test_a_size_that_no_robot_shows_is_said_to_be_missed(monkeypatch):
-    monkeypatch.setattr(trial, "_traces", lambda robot, lanes, *rest: np.tanh(lanes) - 2.0)
+    monkeypatch.setattr(standard, "_traces", lambda robot, lanes, *rest: np.tanh(lanes) - 2.0)
     hidden = types.SimpleNamespace(name="coulomb", onto=lambda truth, size: size)
-    assert not trial._sized(None, None, None, None, None, hidden, "strong", 0)[1]
+    assert not standard._sized(None, None, None, None, None, hidden, "strong", 0)[1]
 
 
 def test_chance_is_the_same_for_copies_of_an_experiment_and_differs_between_experiments():

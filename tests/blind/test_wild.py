@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.blind.loop import NOWHERE, run
+from clie_blocks.analysis.blind.engine.control_loop import NOWHERE, run
 
 
 def test_a_wild_copy_does_not_spoil_its_neighbours(bench):

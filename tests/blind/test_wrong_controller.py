@@ -7,14 +7,14 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind import misdescribed  # noqa: E402
-from clie_blocks.analysis.blind.controller import Controller  # noqa: E402
-from clie_blocks.analysis.blind.family import make_trial  # noqa: E402
-from clie_blocks.analysis.blind.folder import write_trial  # noqa: E402
-from clie_blocks.analysis.blind.misdescribed import CONTROLLER, outcome  # noqa: E402
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth, neutral  # noqa: E402
-from clie_blocks.analysis.blind.wrong_controller import CONTROLLERS, WRONG  # noqa: E402
-from clie_blocks.analysis.gap.trials import diagnose_trial, find_trials  # noqa: E402
+from clie_blocks.analysis.blind.engine.controller import Controller  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth, neutral  # noqa: E402
+from clie_blocks.analysis.blind.population.files import write_trial  # noqa: E402
+from clie_blocks.analysis.blind.population.maker import make_trial  # noqa: E402
+from clie_blocks.analysis.blind.population.wrong_controller import CONTROLLERS, WRONG  # noqa: E402
+from clie_blocks.analysis.blind.scoring import robustness  # noqa: E402
+from clie_blocks.analysis.blind.scoring.robustness import CONTROLLER, outcome  # noqa: E402
+from clie_blocks.analysis.gap.batch import diagnose_trial, find_tasks  # noqa: E402
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -70,7 +70,7 @@ def test_the_scores_are_shares_by_what_is_wrong():
     labels = {f"trial-{i:03d}": {"labels": [name], "wrong": "x 1.1", "robot": "arm of 2",
                                   "present": [CONTROLLER]}
               for i, name in enumerate(WRONG)}
-    found = misdescribed.scored(
+    found = robustness.scored(
         {name: answer("unknown" if i else "spring") for i, name in enumerate(labels)}, labels)
     assert found["accused"]["hits"] == 1 and found["unknown"]["hits"] == len(WRONG) - 1
     assert found["by_hidden"][next(iter(WRONG))]["accused"]["rate"] == 1.0
@@ -81,5 +81,5 @@ def test_a_wrong_word_about_the_controller_is_no_fault_of_the_robot(index, tmp_p
     trial = make_trial(CONTROLLERS, 30, index)
     assert trial.label["labels"] == [list(WRONG)[index]]
     write_trial(trial, tmp_path / "trial")
-    said = diagnose_trial(find_trials([tmp_path / "trial"])[0])
+    said = diagnose_trial(find_tasks([tmp_path / "trial"])[0])
     assert outcome(said, trial.label["present"]) == "named"

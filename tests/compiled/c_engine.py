@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import emit_c
-from clie_blocks.compiled.parameters import Parameters
+from clie_blocks.compiled.codegen import c
+from clie_blocks.compiled.frontend.parameters import Parameters
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
 
@@ -30,7 +30,7 @@ class CEngine:
     """Expressions of x as the outputs of an exported program."""
 
     def __init__(self, layout, method):
-        text = emit_c.source("p", layout, layout.derivatives, Parameters(), method, [])
+        text = c.source("p", layout, layout.derivatives, Parameters(), method, [])
         with tempfile.TemporaryDirectory() as folder:
             self._output = shared_library(text, folder).p_output
         self._output.restype, self._size = None, len(layout.derivatives)

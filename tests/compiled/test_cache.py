@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import cache, compile_diagram, machine
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled.cache import store
+from clie_blocks.compiled.codegen import machine
 
 DRIVE = {"q_d": [1.0, -0.5]}
 
@@ -38,7 +40,7 @@ def test_damaged_file_is_built_again(loop, folder, damage):
 def test_sound_file_with_foreign_code_is_built_again(loop, folder):
     compile_diagram(loop)
     (file,) = folder.glob("*.bin")
-    cache.save(file.stem, b"not machine code at all")
+    store.save(file.stem, b"not machine code at all")
     again = compile_diagram(loop)
     assert not again.cached
     assert np.all(np.isfinite(final(again)))
@@ -72,8 +74,8 @@ def test_cache_that_cannot_be_written_is_no_reason_to_stop(loop, tmp_path, monke
 
 
 def test_oldest_programs_are_forgotten(folder, monkeypatch):
-    monkeypatch.setattr(cache, "KEPT", 3)
+    monkeypatch.setattr(store, "KEPT", 3)
     for k in range(6):
-        cache.save(cache.key(str(k)), b"content")
+        store.save(store.key(str(k)), b"content")
     assert len(list(folder.glob("*.bin"))) == 3
-    assert cache.load(cache.key("5")) == b"content"
+    assert store.load(store.key("5")) == b"content"

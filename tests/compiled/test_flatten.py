@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import compile_diagram
-from clie_blocks.compiled.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import flatten
 from clie_blocks.signals import DiagramError, interconnect, signals
 
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import METHODS, InputError, compile_diagram, held_normal, simulate
+from clie_blocks.compiled import METHODS, InputError, compile_diagram, held_normal
+from clie_blocks.compiled.runtime import simulate
 
 STEP = 1e-2
 TIMES = np.arange(50) * STEP

@@ -9,15 +9,10 @@ import control as ct
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import (
-    compile_diagram,
-    held_normal,
-    keeping,
-    reduce,
-    simulate,
-    vector_math,
-)
-from clie_blocks.compiled.batch import lanes_and_threads
+from clie_blocks.compiled import compile_diagram, held_normal
+from clie_blocks.compiled.codegen import vector_math
+from clie_blocks.compiled.runtime import recorder, reduce, simulate
+from clie_blocks.compiled.runtime.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
 
@@ -88,7 +83,7 @@ def test_noise_is_the_same_for_all_runs_and_as_in_a_single_one(program):
 
 @pytest.mark.parametrize("buffer", [1 << 20, 1])
 def test_reductions_equal_those_of_the_whole_run(program, monkeypatch, buffer):
-    monkeypatch.setattr("clie_blocks.compiled.batch.BUFFER", buffer)
+    monkeypatch.setattr("clie_blocks.compiled.runtime.batch.BUFFER", buffer)
 
     def power(state, time, values):
         assert values.shape[1:] == (2, 16) or len(time) == 1
@@ -167,7 +162,7 @@ def test_two_programs_in_two_threads_do_not_disturb_each_other(loop, make_block)
     ({"reduce": {"a": reduce.mean("q_e")}}, "no signal 'q_e'"),
     ({"reduce": {"a": reduce.mean("q", minus="u[0]")}}, "has 2 signals and 'u"),
     ({"reduce": {"a": reduce.mean("q", start=0.605)}}, "no row lies between 0.605 s and inf s"),
-    ({"reduce": {"a": np.mean}}, r"must come from clie_blocks.compiled.reduce"),
+    ({"reduce": {"a": np.mean}}, r"must come from clie_blocks.compiled.runtime.reduce"),
     ({"reduce": {"a": reduce.fold("q", lambda state, time, values: 1.0)}}, "last axis must be"),
     ({"threads": 0}, "threads must be a whole number"),
 ])
@@ -187,7 +182,7 @@ def test_a_result_that_is_not_there_is_named(program):
 
 
 def test_rows_that_fit_no_memory_are_refused_before_the_run(program, monkeypatch):
-    monkeypatch.setattr(keeping, "ROOM", 1000)
+    monkeypatch.setattr(recorder, "ROOM", 1000)
     with pytest.raises(ClieError, match="keep fewer with log= or every=, or use reduce="):
         program.batch(**CALL, params={"pd.gain": GAINS})
 

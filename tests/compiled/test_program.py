@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import METHODS, Program, compile_diagram
-from clie_blocks.compiled.selfcheck import CompiledDifferenceError
+from clie_blocks.compiled.verification import CompiledDifferenceError
 from clie_blocks.errors import ClieError, DivergedError
 from clie_blocks.signals import DiagramError
 

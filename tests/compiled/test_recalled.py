@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import compile_diagram
-from clie_blocks.compiled.description import described
-from clie_blocks.compiled.recalled import Recalled, recalled, sources
+from clie_blocks.compiled.cache.cached_program import Recalled, recalled, sources
+from clie_blocks.compiled.cache.signature import described
 
 SETS = {"map.gain": np.array([0.5, 0.6, 0.7]), "map.offset": np.array([[1.0, 2.0]])}
 ROWS = np.random.default_rng(0).standard_normal((40, 2))

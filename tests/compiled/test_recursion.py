@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from clie_blocks.compiled import recursion
-from clie_blocks.compiled.recursion import lfilter
+from clie_blocks import linear_filters
+from clie_blocks.linear_filters import lfilter
 
 FILTERS = [signal.butter(4, 0.1), ([1.0, 0.2, 0.1], [1.0]), ([1.0], [2.0, -0.5, 0.1]),
            ([3.0], [2.0]), (np.sin(np.arange(21.0)), [1.0]), ([1.0, 0.5], [1.0, -0.3, 0.1, 0.2])]
@@ -28,9 +28,9 @@ def test_reversed_and_whole_numbers_are_signals_too():
 
 
 def test_without_machine_code_scipy_filters(monkeypatch):
-    recursion._kernel.cache_clear()
-    monkeypatch.setitem(sys.modules, "clie_blocks.compiled.machine", None)
+    linear_filters._kernel.cache_clear()
+    monkeypatch.setitem(sys.modules, "clie_blocks.compiled.codegen.machine", None)
     x = np.random.default_rng(0).standard_normal((50, 3))
     found = lfilter(*FILTERS[0], x)
-    recursion._kernel.cache_clear()
+    linear_filters._kernel.cache_clear()
     np.testing.assert_array_equal(found, signal.lfilter(*FILTERS[0], x, axis=0))

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from clie_blocks import paper
-from clie_blocks.compiled import METHODS, compile_diagram, sampled, simulate
+from clie_blocks.compiled import METHODS, compile_diagram, sampled
+from clie_blocks.compiled.runtime import simulate
 from clie_blocks.controllers import pd_controller
 from clie_blocks.diagrams.sampled_joint_loop import sampled_controller, sampled_joint_loop
 from clie_blocks.effects import LIBRARY, with_effects

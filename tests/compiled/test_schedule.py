@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import compile_diagram
-from clie_blocks.compiled.schedule import schedule
+from clie_blocks.compiled.frontend.flatten import schedule
 from clie_blocks.signals import DiagramError, interconnect, signals
 
 

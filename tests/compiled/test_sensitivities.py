@@ -7,12 +7,13 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from clie_blocks import paper
-from clie_blocks.compiled import METHODS, compile_diagram, sensitivities
-from clie_blocks.compiled.layout import Layout
-from clie_blocks.compiled.native import NativeEngine
-from clie_blocks.compiled.operations import OPERATIONS
-from clie_blocks.compiled.scalars import F, apply
-from clie_blocks.compiled.symbols import Graph
+from clie_blocks.compiled import METHODS, compile_diagram
+from clie_blocks.compiled.codegen.native import NativeEngine
+from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.operations import OPERATIONS
+from clie_blocks.compiled.ir.scalars import F, apply
+from clie_blocks.compiled.ir.symbols import Graph
+from clie_blocks.compiled.runtime import sensitivities
 from clie_blocks.diagrams.paper_experiment import Experiment
 from clie_blocks.errors import ClieError, DivergedError
 

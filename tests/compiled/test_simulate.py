@@ -4,7 +4,8 @@ import tracemalloc
 
 import numpy as np
 
-from clie_blocks.compiled import compile_diagram, held_normal, simulate
+from clie_blocks.compiled import compile_diagram, held_normal
+from clie_blocks.compiled.runtime import simulate
 
 DRIVE = {"q_d": held_normal(1.0, 0)}
 

@@ -12,7 +12,7 @@ from numpy import zeros as blank
 
 from clie_blocks import controllers
 from clie_blocks.compiled import TraceError, compile_diagram
-from clie_blocks.compiled.tracing import trace
+from clie_blocks.compiled.frontend.tracing import trace
 from clie_blocks.controllers import pd_torque
 from clie_blocks.signals import DiagramError, interconnect, signals
 

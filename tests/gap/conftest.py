@@ -5,8 +5,8 @@ import functools
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.own_robots import cases
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.calibration.robots import draw_cases
+from clie_blocks.analysis.gap.problem.problem import problem
 
 ROBOT = """joints = {n}
 [motor]
@@ -41,7 +41,7 @@ resolution_rad = {lsb}
 def made(name, seed):
     """Robot with one effect, or ``none``; 6 s per log."""
     kind = "none" if name == "none" else "single"
-    return cases(1, seed, [name] if kind == "single" else ["coulomb"], [kind], duration=6.0)[0]
+    return draw_cases(1, seed, [name] if kind == "single" else ["coulomb"], [kind], duration=6.0)[0]
 
 
 @pytest.fixture(scope="session")
@@ -86,9 +86,9 @@ def write_trial():
 def engine_arm(tmp_path_factory):
     """Function that runs a drawn arm in MuJoCo: robot as its file says, and two records."""
     pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
-    from clie_blocks.analysis.blind.folder import robot_text
-    from clie_blocks.analysis.blind.loop import run
-    from clie_blocks.analysis.blind.motion import Motion, draw_motions
+    from clie_blocks.analysis.blind.engine.control_loop import run
+    from clie_blocks.analysis.blind.engine.experiments import Motion, draw_motions
+    from clie_blocks.analysis.blind.population.files import robot_text
     from clie_blocks.analysis.records import Record, read_robot
 
     def simulated(rng, body, truth, rows):

@@ -6,8 +6,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.any_loop import TOLERANCE
-from clie_blocks.analysis.gap.loop_ports import checked, loop_ports
+from clie_blocks.analysis.gap.user_loop.ports import as_closed_loop, loop_ports
+from clie_blocks.analysis.gap.user_loop.problem import TOLERANCE
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import ClieError
@@ -171,10 +171,10 @@ def test_an_encoder_error_enters_at_a_port_of_its_own():
 
 def test_ports_that_do_not_fit_are_refused():
     with pytest.raises(ClieError, match="input torque"):
-        checked(foreign_loop(inputs=["q_d", "u_in", "torque"]))
+        as_closed_loop(foreign_loop(inputs=["q_d", "u_in", "torque"]))
     with pytest.raises(ClieError, match="no output 'u'"):
-        checked(foreign_loop(inputs=["q_d", "pe", "u_in"], outputs=["q", "command", "dq"]))
-    assert loop_ports(checked(cut_loop())).torque == "torque"
+        as_closed_loop(foreign_loop(inputs=["q_d", "pe", "u_in"], outputs=["q", "command", "dq"]))
+    assert loop_ports(as_closed_loop(cut_loop())).torque == "torque"
 
 
 @pytest.mark.slow

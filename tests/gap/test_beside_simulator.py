@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.own_robots import run
+from clie_blocks.analysis.gap.calibration.plant import simulate as run
 from clie_blocks.errors import RecordError
 
 FRICTION = 0.03  # of the torque scale 0.3 kp

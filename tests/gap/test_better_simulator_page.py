@@ -67,13 +67,13 @@ def robot_folder(tmp_path, case, monkeypatch):
 
 def simulate(folder, at):
     """Write logs of a simulator that holds the refitted nominal model, and nothing else."""
-    from clie_blocks.analysis.gap.baseline import baseline
-    from clie_blocks.analysis.gap.problem import problem
+    from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+    from clie_blocks.analysis.gap.problem.problem import problem
     from clie_blocks.analysis.records import Record, read_trial, write_record
 
     robot, records = read_trial(folder)
     asked = problem(robot, records)
-    nominal = baseline(asked)[1].hypothesis
+    nominal = fit_nominal(asked)[1].hypothesis
     at.mkdir()
     for j, (log, record) in enumerate(zip(asked.logs, records, strict=True)):
         q, u = nominal.simulator.run(log, nominal.of_log(j))

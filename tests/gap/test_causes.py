@@ -19,8 +19,9 @@ from clie_blocks.analysis.gap.causes import (
     timed,
     transmission,
 )
-from clie_blocks.analysis.gap.pipeline import FROM_CHECK
-from clie_blocks.analysis.gap.simulated import State
+from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
+from clie_blocks.analysis.gap.simulation import dynamics
+from clie_blocks.analysis.gap.simulation.dynamics import State
 from clie_blocks.effects import (
     asymmetric_coulomb,
     backlash,
@@ -65,7 +66,7 @@ def waves(sine, cosine):
 
 
 def test_every_effect_that_is_searched_for_is_in_the_catalogue():
-    named = {cause.name for cause in CAUSES} | set(FROM_CHECK)
+    named = {cause.name for cause in CAUSES} | set(FOUND_BY_REPLAY)
     assert named <= set(effects.LIBRARY)
 
 
@@ -149,15 +150,15 @@ def test_a_lag_gives_the_mean_of_the_lagged_torque_over_a_period(u, z, time):
 def test_a_delay_gives_the_mean_of_the_late_staircase(samples):
     rng = np.random.default_rng(3)
     h, commands = 1e-3, rng.standard_normal((80, N))
-    memory = [np.zeros(N)] * drive.DELAY_TAPS
+    memory = [np.zeros(N)] * dynamics.DELAY_TAPS
     given_out = []
     for u in commands:
         late, memory = drive.TIME_DELAY.pieces[0].act(u, memory, {"time": np.full(N, samples * h)},
                                                       h)
         given_out.append(late)
-    staircase = np.vstack([np.zeros((drive.DELAY_TAPS, N)), commands])
+    staircase = np.vstack([np.zeros((dynamics.DELAY_TAPS, N)), commands])
     whole, part = divmod(samples, 1)
-    at = np.arange(80) + drive.DELAY_TAPS - int(whole)
+    at = np.arange(80) + dynamics.DELAY_TAPS - int(whole)
     expected = (1 - part) * staircase[at] + part * staircase[at - 1]
     assert np.allclose(given_out, expected)
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller_check import controller_check
+from clie_blocks.analysis.gap.controller.replay import check_controller
 
 EVERY = slice(None)
 
@@ -17,21 +17,21 @@ def foreign(problem, law):
 
 
 def test_the_stated_law_is_replayed_to_its_rounding(healthy):
-    check = controller_check(healthy)
+    check = check_controller(healthy)
     assert not check.wrong and not check.coarse
     assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
 
 
 def test_a_filter_with_other_corners_is_found(healthy):
     ran = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
-    found = controller_check(foreign(healthy, ran))
+    found = check_controller(foreign(healthy, ran))
     assert found.wrong == tuple(range(healthy.n))
     assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)
 
 
 def test_a_filter_of_another_discretisation_is_no_fault(healthy):
     ran = healthy.law.with_filter(EVERY, "matched", healthy.law.corners)
-    found = controller_check(foreign(healthy, ran))
+    found = check_controller(foreign(healthy, ran))
     assert not found.wrong and found.law.variant == "matched"
     assert "'matched', not 'tustin'" in found.decisions[0]
 
@@ -40,7 +40,7 @@ def test_a_command_at_its_limit_is_still_the_stated_law(healthy):
     limit = 0.3 * np.max([np.abs(log.u).max(axis=0) for log in healthy.logs], axis=0)
     limited = dataclasses.replace(healthy.law, saturation=limit)
     problem = dataclasses.replace(foreign(healthy, limited), law=limited)
-    found = controller_check(problem)
+    found = check_controller(problem)
     assert not found.wrong and not found.replay_error.any()
 
 
@@ -54,19 +54,19 @@ def cut(problem, first=3000):
 
 
 def test_a_log_that_was_cut_is_replayed_from_where_its_filter_is_known(healthy):
-    check = controller_check(cut(healthy))
+    check = check_controller(cut(healthy))
     assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
     at_rest = tuple(dataclasses.replace(log, at_rest=True) for log in cut(healthy).fit)
     believed = dataclasses.replace(cut(healthy), fit=at_rest)
-    assert np.any(controller_check(believed).replay_error > 3 * check.replay_error)
+    assert np.any(check_controller(believed).replay_error > 3 * check.replay_error)
 
 
 def test_gains_and_corners_that_ran_are_found_in_logs_that_were_cut(healthy):
     gains = dataclasses.replace(healthy.law, kd=0.8 * healthy.law.kd)
-    found = controller_check(cut(foreign(healthy, gains)))
+    found = check_controller(cut(foreign(healthy, gains)))
     assert found.gains == tuple(range(healthy.n))
     np.testing.assert_allclose(found.law.kd, gains.kd, rtol=1e-3)
     corners = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
-    found = controller_check(cut(foreign(healthy, corners)))
+    found = check_controller(cut(foreign(healthy, corners)))
     assert found.wrong == tuple(range(healthy.n))
     assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)

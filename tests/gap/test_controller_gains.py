@@ -5,11 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.controller_check import controller_check
-from clie_blocks.analysis.gap.controller_gains import beyond_the_library
-from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.pipeline import diagnose
-from clie_blocks.analysis.gap.verdict import Standing
+from clie_blocks.analysis.gap.controller.replay import check_controller
+from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.verdict.posterior import RankedCause, unknown_for_none
 
 
 def commanded(problem, commands):
@@ -25,7 +24,7 @@ def test_the_gains_that_ran_are_read_from_the_log(healthy, key):
     gains = getattr(healthy.law, key).copy()
     gains[0] *= 1.04
     ran = dataclasses.replace(healthy.law, **{key: gains})
-    found = controller_check(commanded(
+    found = check_controller(commanded(
         healthy, [ran.replay(log.q, log.q_d, log.pe) for log in healthy.logs]))
     assert found.gains == (0,) and not found.wrong and found.misdescribed
     assert found.law.kp == pytest.approx(ran.kp, rel=1e-3)
@@ -38,11 +37,11 @@ def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
         return (healthy.law.replay(log.q, log.q_d, log.pe)
                 + 0.05 * healthy.law.kp * healthy.period * np.cumsum(log.q_d - log.q, axis=0))
     problem = commanded(healthy, map(leaning, healthy.logs))
-    found = controller_check(problem)
+    found = check_controller(problem)
     assert not found.gains and not found.late and not found.wrong
     assert found.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
     assert "integral part" in found.decisions[0] and found.misdescribed
-    assert not controller_check(found.mended(problem)).misdescribed
+    assert not check_controller(found.mended(problem)).misdescribed
 
 
 def test_a_drift_of_the_command_is_no_integral(healthy):
@@ -51,7 +50,7 @@ def test_a_drift_of_the_command_is_no_integral(healthy):
     def drifting(log):
         return (healthy.law.replay(log.q, log.q_d, log.pe) + 20 * healthy.law.resolution
                 * np.cumsum(rng.normal(size=log.q.shape), axis=0) / np.sqrt(len(log)))
-    assert not controller_check(commanded(healthy, map(drifting, healthy.logs))).integral
+    assert not check_controller(commanded(healthy, map(drifting, healthy.logs))).integral
 
 
 def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
@@ -59,24 +58,24 @@ def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
         u = healthy.law.replay(log.q, log.q_d, log.pe)
         return np.concatenate([u[:1], u[:-1]])
     problem = commanded(healthy, map(late, healthy.logs))
-    found = controller_check(problem)
+    found = check_controller(problem)
     assert found.late and not found.gains and not found.wrong
     mended = found.mended(problem)
-    assert not controller_check(mended).misdescribed
+    assert not check_controller(mended).misdescribed
     (delay,) = mended.inside
     assert delay.cause.name == "time_delay"
     assert delay.values["time"] == pytest.approx(healthy.period)
 
 
 def test_a_stated_law_that_ran_is_left_as_it_is(healthy):
-    found = controller_check(healthy)
+    found = check_controller(healthy)
     assert not found.misdescribed and found.mended(healthy).inside == ()
 
 
 def test_with_other_gains_nothing_else_is_something_unknown():
-    ranking = [Standing(("none",), None, 0.0, 0.9), Standing(("spring",), None, 0.0, 0.08),
-               Standing(("unknown",), None, 0.0, 0.02)]
-    found = beyond_the_library(ranking)
+    ranking = [RankedCause(("none",), None, 0.0, 0.9), RankedCause(("spring",), None, 0.0, 0.08),
+               RankedCause(("unknown",), None, 0.0, 0.02)]
+    found = unknown_for_none(ranking)
     assert [s.names[0] for s in found] == ["unknown", "spring", "none"]
     assert [s.probability for s in found] == pytest.approx([0.92, 0.08, 0.0])
 

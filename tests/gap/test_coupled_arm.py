@@ -7,14 +7,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
-from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.causes import load  # noqa: E402
-from clie_blocks.analysis.gap.evidence import excess  # noqa: E402
-from clie_blocks.analysis.gap.fit import fit  # noqa: E402
-from clie_blocks.analysis.gap.hypothesis import Hypothesis, Member, hypothesis  # noqa: E402
-from clie_blocks.analysis.gap.problem import problem  # noqa: E402
-from clie_blocks.analysis.gap.slopes import linearised  # noqa: E402
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, hypothesis  # noqa: E402
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian  # noqa: E402
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
+    excess,  # noqa: E402
+    fit,  # noqa: E402
+)
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
 
 ROWS = 6000
 
@@ -39,31 +41,31 @@ def quick(monkeypatch):
 
 def slopes(at, bench):
     """Columns of a hypothesis that no bench has seen."""
-    return linearised(at.with_values(at.values), bench).columns[:-len(at.open)]
+    return jacobian(at.with_values(at.values), bench).columns[:-len(at.open)]
 
 
 def far(columns, at, bench):
     """Relative distance of the column of the second rotor from a central difference."""
     entry = at.open[1]
     step = 0.02 * entry.size
-    sides = [linearised(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])),
+    sides = [jacobian(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])),
                         bench).residual[:-len(at.open)] for sign in (-1, 1)]
     slope = (sides[1] - sides[0]) * entry.size / (2 * step)
     return np.linalg.norm(columns[:, 1] - slope) / np.linalg.norm(slope)
 
 
 def test_slopes_hold_what_one_joint_does_to_another(arm):
-    bench, base = baseline(arm)
+    bench, base = fit_nominal(arm)
     assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) < 0.05
 
 
 def test_without_it_a_slope_is_another(arm, quick):
-    bench, base = baseline(arm)
+    bench, base = fit_nominal(arm)
     assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) > 0.05
 
 
 def test_the_refit_of_a_coupled_arm_is_not_stuck(arm, monkeypatch):
-    bench, base = baseline(arm)
+    bench, base = fit_nominal(arm)
     monkeypatch.setattr(Hypothesis, "coupled", False)
     stuck = fit(hypothesis(bench.problem, ()), bench, 40)
     assert base.cost < 0.7 * stuck.cost

@@ -7,20 +7,20 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.bound import modelling_error, predicted_radius
-from clie_blocks.analysis.gap.cross_validation import blocks, folds, unseen_errors
-from clie_blocks.analysis.gap.own_robots import cases
-from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
-from clie_blocks.analysis.gap.shrinkage import square_errors
+from clie_blocks.analysis.gap.assessment.gap_reduction import blocks, folds, unseen_errors
+from clie_blocks.analysis.gap.assessment.ultimate_bound import modelling_error, ultimate_bound
+from clie_blocks.analysis.gap.calibration.robots import draw_cases
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.fitting.prediction_error import square_errors
+from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.residual.sensitivity import torque_sensitivity
 
 
 @pytest.fixture(scope="module")
 def alone():
-    made = cases(1, 6, ["coulomb"], ["single"], duration=12.0)[0]
+    made = draw_cases(1, 6, ["coulomb"], ["single"], duration=12.0)[0]
     asked = problem(made.robot, made.records[:1])
-    return made, *baseline(asked)
+    return made, *fit_nominal(asked)
 
 
 def test_blocks_are_long_and_cover_the_log():
@@ -43,10 +43,10 @@ def test_each_sample_is_left_out_once_whatever_the_lengths_of_the_logs():
 
 def test_a_short_log_is_judged_by_a_model_that_saw_the_other_one_only(case):
     made = case("coulomb")
-    bench, base = baseline(problem(made.robot, made.records[:2], held_out=[]))
+    bench, base = fit_nominal(problem(made.robot, made.records[:2], held_out=[]))
     unseen = unseen_errors(base.hypothesis, bench, [1])
     assert len(unseen) == 1 and len(unseen[0]) == len(base.hypothesis.problem.fit[1])
-    _, other = baseline(problem(made.robot, made.records[:2], held_out=[1]))
+    _, other = fit_nominal(problem(made.robot, made.records[:2], held_out=[1]))
     alone = np.mean(square_errors(other.hypothesis, 1))
     assert np.mean(square_errors(base.hypothesis, 1)) < np.mean(unseen[0])
     assert np.mean(unseen[0]) == pytest.approx(alone, rel=0.05)
@@ -85,6 +85,6 @@ def test_the_modelling_error_is_what_made_the_prediction_error(alone):
 
 def test_theorem_2_gives_a_smaller_radius_to_a_better_model(alone):
     made, bench, base = alone
-    level = predicted_radius(base.hypothesis)
-    after = predicted_radius(diagnose(made.robot, made.records[:1]).model.hypothesis)
+    level = ultimate_bound(base.hypothesis)
+    after = ultimate_bound(diagnose(made.robot, made.records[:1]).model.hypothesis)
     assert after[0] < 0.4 * level[0] and after[1] < 0.4 * level[1]

@@ -57,13 +57,13 @@ def test_a_log_that_is_too_short_is_not_identifiable(case):
 
 @pytest.mark.slow
 def test_practice_trials(shared):
-    from clie_blocks.analysis.gap.trials import Trial, diagnose_trial
+    from clie_blocks.analysis.gap.batch import Task, diagnose_trial
 
     folder = shared / "blind" / "practice"
     labels = json.loads((folder / "labels.json").read_text())
     right = []
     for name, label in labels.items():
-        told = diagnose_trial(Trial(name, (str(folder / name),)))
+        told = diagnose_trial(Task(name, (str(folder / name),)))
         named = {e["effect"] for e in told["effects"] if e["probability"] >= 0.5}
         expected = set(label["labels"]) if label["kind"] in ("single", "pair") else {
             label["kind"]}

@@ -43,8 +43,8 @@ def test_stopwatch_counts_no_second_twice(benchmark):
 
 
 def test_peer_simulates_the_same_loop(benchmark, trial):
-    from clie_blocks.analysis.gap.hypothesis import hypothesis
-    from clie_blocks.analysis.gap.problem import problem
+    from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+    from clie_blocks.analysis.gap.problem.problem import problem
 
     asked = problem(*benchmark.arm.read(trial))
     at = hypothesis(asked, ())

@@ -7,24 +7,24 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import drive, friction, timed
-from clie_blocks.analysis.gap.evidence import (
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, Open
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
+from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_names
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.residual.sensitivity import sensor_sensitivity
+from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
+from clie_blocks.analysis.gap.verdict.evidence import (
     Row,
     Table,
-    contradicted,
     evidence,
-    excess,
     from_json,
-    numbers_of,
-    repeats,
-    simpler,
+    is_contradicted,
+    parameter_count,
     to_json,
 )
-from clie_blocks.analysis.gap.hypothesis import Member, Open
-from clie_blocks.analysis.gap.rivals import SOFT_STOP
-from clie_blocks.analysis.gap.sensitivity import sensor_sensitivity
-from clie_blocks.analysis.gap.verdict import Calibration, weighed
+from clie_blocks.analysis.gap.verdict.posterior import posterior
 
 
 def fitted(slope, doubt=1.0):
@@ -50,19 +50,19 @@ def asymmetric(backward, *inside):
 
 
 def test_beside_a_simulator_with_friction_more_of_it_is_another_number_and_not_a_cause():
-    assert repeats(asymmetric(1.02, friction.COULOMB))
-    assert not repeats(asymmetric(1.2, friction.COULOMB))
-    assert not repeats(asymmetric(1.0)) and not repeats(asymmetric(1.0, friction.QUADRATIC_DRAG))
+    assert repeats_simulator(asymmetric(1.02, friction.COULOMB))
+    assert not repeats_simulator(asymmetric(1.2, friction.COULOMB))
+    assert not repeats_simulator(asymmetric(1.0)) and not repeats_simulator(asymmetric(1.0, friction.QUADRATIC_DRAG))
 
 
 @pytest.mark.parametrize("slope, names", [(0.0, ("coulomb",)), (0.01, None)])
 def test_load_dependent_friction_without_a_slope_is_coulomb_friction(slope, names):
-    assert simpler(fitted(slope)) == names
+    assert simpler_names(fitted(slope)) == names
 
 
 def test_a_small_number_counts_where_the_logs_tell_it_beyond_doubt():
-    assert simpler(fitted(5e-4, doubt=1e-4)) == ("coulomb",)
-    assert simpler(fitted(5e-4, doubt=1e-5)) is None
+    assert simpler_names(fitted(5e-4, doubt=1e-4)) == ("coulomb",)
+    assert simpler_names(fitted(5e-4, doubt=1e-5)) is None
 
 
 def test_a_table_survives_a_file():
@@ -90,27 +90,27 @@ def known_within(cause, *spreads):
     (friction.COULOMB, 1), (timed.STEP_FAULT[0], 3), (timed.PERIODIC_DISTURBANCE, 5),
     (drive.TORQUE_RIPPLE, 3)])
 def test_what_was_chosen_in_each_log_counts_there(cause, count):
-    assert numbers_of(known_within(cause)) == count
+    assert parameter_count(known_within(cause)) == count
 
 
 def test_a_number_that_the_logs_do_not_determine_costs_nothing():
     found = known_within(friction.STRIBECK, 0.0, 0.0, 30.0)
-    assert numbers_of(found) == pytest.approx(2, abs=0.01)
+    assert parameter_count(found) == pytest.approx(2, abs=0.01)
 
 
 def test_a_fall_at_the_start_is_no_health_where_the_start_is_stated(healthy):
-    bench, base = baseline(healthy)
-    assert not contradicted(base, bench)
+    bench, base = fit_nominal(healthy)
+    assert not is_contradicted(base, bench)
     fallen = [falling(log, bench, base) for log in healthy.logs]
-    bench, base = baseline(dataclasses.replace(healthy, fit=tuple(fallen[:2]),
+    bench, base = fit_nominal(dataclasses.replace(healthy, fit=tuple(fallen[:2]),
                                                held_out=tuple(fallen[2:])))
     assert excess(base) < 1.0
-    assert contradicted(base, bench)
-    said = weighed(evidence(base, [], bench), Calibration())
+    assert is_contradicted(base, bench)
+    said = posterior(evidence(base, [], bench), Calibration())
     assert said[0].names == ("unknown",)
-    assert weighed(evidence(base, []), Calibration())[0].names == ("none",)
+    assert posterior(evidence(base, []), Calibration())[0].names == ("none",)
     unstated = [dataclasses.replace(log, at_rest=False) for log in fallen]
-    assert not contradicted(base, dataclasses.replace(bench, problem=dataclasses.replace(
+    assert not is_contradicted(base, dataclasses.replace(bench, problem=dataclasses.replace(
         bench.problem, fit=tuple(unstated), held_out=())))
 
 

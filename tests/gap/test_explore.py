@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from clie_blocks.analysis.gap import explore
 from clie_blocks.analysis.gap.causes import CAUSES
+from clie_blocks.analysis.gap.search import strategy
 
 WHOLE = 1000.0  # excess of the refitted nominal model
 
@@ -29,8 +29,8 @@ def explored(monkeypatch):
             "_completed": lambda bench, base, fits, causes: fits, "_distinct": lambda some: some,
             "_with_another": lambda *a: [SimpleNamespace(left=third, members=a)]}
         for name, stage in stages.items():
-            monkeypatch.setattr(explore, name, stage)
-        return explore.explore(None, leaving(WHOLE, 0), CAUSES)
+            monkeypatch.setattr(strategy, name, stage)
+        return strategy.search_causes(None, leaving(WHOLE, 0), CAUSES)
     return run
 
 

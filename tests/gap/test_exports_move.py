@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.report.exports import corrected_model
 
 SUBSTEPS = 8  # a step of 0.125 ms

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path, told
+from clie_blocks.analysis.gap.problem.position_path import (
+    dead_times,
+    describe,
+    error_by_hypothesis,
+    goal_path,
+    servo_response,
+)
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 
@@ -20,7 +26,7 @@ def goal():
 
 
 def test_a_known_servo_is_found(goal):
-    q = followed(goal, goal[0], PERIOD, 25.0, 1.2, 0.01, 0.035)
+    q = servo_response(goal, goal[0], PERIOD, 25.0, 1.2, 0.01, 0.035)
     q = q + np.random.default_rng(3).normal(0, 1e-3, q.size)
     found = goal_path(record(goal, q), 0)
     assert found.frequency == pytest.approx(25.0, rel=0.03)
@@ -33,7 +39,7 @@ def test_a_known_servo_is_found(goal):
 def test_dead_time_counts_lag_and_delay(goal):
     ideal = np.concatenate([np.repeat(goal[:1], 3), goal[:-3]])
     assert np.median(dead_times(record(goal, ideal), 0)) == pytest.approx(0.06)
-    slow = followed(goal, goal[0], PERIOD, 25.0, 1.0, 0.0, 0.0)
+    slow = servo_response(goal, goal[0], PERIOD, 25.0, 1.0, 0.0, 0.0)
     assert np.median(dead_times(record(goal, slow), 0)) == pytest.approx(PERIOD)
 
 
@@ -58,7 +64,7 @@ def second_route(goal, delay, level, period=PERIOD, fine=200):
 
 
 def test_the_servo_with_dry_friction_agrees_with_small_steps(goal):
-    mine = followed(goal[:200], goal[0], PERIOD, 25.0, 1.2, 0.0, 0.0, 0.02)
+    mine = servo_response(goal[:200], goal[0], PERIOD, 25.0, 1.2, 0.0, 0.0, 0.02)
     assert np.abs(mine - second_route(goal[:200], 0.0, 0.02)).max() < 2e-3
 
 
@@ -68,7 +74,7 @@ def test_a_late_goal_and_dry_friction_are_told_apart(delay, level, cause, goal):
     rng = np.random.default_rng(4)
     logs = [record(moved, second_route(moved, delay, level) + rng.normal(0, 5e-4, moved.size))
             for moved in (goal[:600], goal[800:1400])]
-    found = explained(*logs, 0)
+    found = error_by_hypothesis(*logs, 0)
     path, left = found[cause]
     assert path.delay == pytest.approx(delay, abs=1.5e-3)
     assert path.level == pytest.approx(level, abs=1e-3)
@@ -80,7 +86,7 @@ def test_a_late_goal_and_dry_friction_are_told_apart(delay, level, cause, goal):
 
 def test_intervals_hold_the_truth_and_the_sentence_parts_the_dead_time(goal):
     rng, within = np.random.default_rng(5), []
-    clean = followed(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, 0.035, 0.01)
+    clean = servo_response(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, 0.035, 0.01)
     for _ in range(3):
         found = goal_path(record(goal, clean + rng.normal(0, 1e-3, clean.size)), 0,
                           ("delay", "level"))
@@ -88,7 +94,7 @@ def test_intervals_hold_the_truth_and_the_sentence_parts_the_dead_time(goal):
             assert 0.0 < found.half_widths[name] < 0.2 * truth
             within.append(abs(getattr(found, name) - truth) < 1.5 * found.half_widths[name])
     assert all(within)
-    said = told(record(goal, clean), 0)
+    said = describe(record(goal, clean), 0)
     late = 1e3 * np.median(dead_times(record(goal, clean), 0))
     assert "goals act 35 +- " in said and "up to 10 +- " in said
     assert f"dead time is {late + 20:.0f} ms" in said and f"({late:.0f} ms from the tick" in said

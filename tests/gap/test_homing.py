@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
-from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.homing import homed
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.fitting.refinement import refine_to_prior
+from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Motor, Robot
 
@@ -79,7 +79,7 @@ def stated(robots, noise=LSB, late=0.0):
 
 def fitted(asked):
     """Bench of a joint, and the fit of a weak drive from the datasheet's numbers."""
-    bench, _ = baseline(asked)
+    bench, _ = fit_nominal(asked)
     slight = {"error": np.array([0.05])}
     weak = Member(TORQUE_GAIN_ERROR, (0,), slight, slight)
     return bench, fit(hypothesis(asked, (weak,)), bench, 12)
@@ -106,8 +106,8 @@ def test_intervals_hold_the_true_numbers_wherever_the_datasheet_allows_them(weak
     robots = [truth(seed, weak) for seed in range(24)]
     errors = []
     for robot, asked in zip(robots, stated(robots, noise)):
-        bench, found = fitted(asked) if weak else baseline(asked)
-        found = homed(found, bench)
+        bench, found = fitted(asked) if weak else fit_nominal(asked)
+        found = refine_to_prior(found, bench)
         names = [entry.key for entry in found.hypothesis.open]
         errors.append((numbers(found) - [robot[name] for name in names]) / found.spread)
         assert found.spread[0] < 0.6 * TOLERANCE["inertia"]
@@ -121,7 +121,7 @@ def test_of_models_that_are_equal_the_nearest_to_the_datasheet_is_told():
     true_ratio = (1.0 + robot["torque_gain_error.error"]) / robot["inertia"]
     ends = []
     for scale in (0.985, 1.0, 1.015):  # along the valley, and beyond the datasheet
-        home = homed(fit(along(found.hypothesis, scale), bench, 0), bench)
+        home = refine_to_prior(fit(along(found.hypothesis, scale), bench, 0), bench)
         assert gain_over_inertia(home) == pytest.approx(true_ratio, rel=1e-3)
         assert home.chi2.sum() < found.chi2.sum() + 1.0
         ends.append(numbers(home))
@@ -131,8 +131,8 @@ def test_of_models_that_are_equal_the_nearest_to_the_datasheet_is_told():
 
 def test_what_the_logs_tell_is_left():
     asked, = stated([truth(2, weak=False)])
-    bench, found = baseline(asked)
-    home = homed(found, bench)
+    bench, found = fit_nominal(asked)
+    home = refine_to_prior(found, bench)
     assert np.all(np.abs(numbers(home) - numbers(found)) < 0.05 * home.spread)
     assert home.spread == pytest.approx(np.sqrt(np.diag(found.covariance)), rel=0.1)
 
@@ -142,7 +142,7 @@ def test_a_fit_reaches_the_floor_of_a_flat_valley(error):
     """Slopes taken so widely that curvature shows in them lead along the valley, never into it."""
     asked, = stated([truth(3)])
     bench, found = fitted(asked)
-    home = homed(found, bench)
+    home = refine_to_prior(found, bench)
     far = Member(TORQUE_GAIN_ERROR, (0,), {"error": np.array([error])}, {"error": np.array([0.3])})
     tried = fit(hypothesis(asked, (far,)), bench, 8)
     assert tried.cost < home.cost + 0.01 * tried.samples.sum()

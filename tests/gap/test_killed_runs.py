@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from clie_blocks.analysis.gap import trials
+from clie_blocks.analysis.gap import batch
 from clie_blocks.errors import ClieError, MissingExtraError
 
 KILLED = """
@@ -45,9 +45,9 @@ class Broken(Executor):
 
 
 def test_a_killed_worker_is_told_in_words():
-    waiting = [trials.Trial("one", ("nowhere",))]
+    waiting = [batch.Task("one", ("nowhere",))]
     with pytest.raises(ClieError, match="killed.*run the same command again"):
-        list(trials.diagnose_all(waiting, jobs=2, executor=Broken()))
+        list(batch.diagnose_all(waiting, jobs=2, executor=Broken()))
 
 
 def test_a_cluster_that_lacks_or_does_not_answer_is_told_in_words(monkeypatch):
@@ -55,9 +55,9 @@ def test_a_cluster_that_lacks_or_does_not_answer_is_told_in_words(monkeypatch):
         raise OSError("Timed out")
 
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtraError, match="cluster"), trials.cluster("tcp://here:1"):
+    with pytest.raises(MissingExtraError, match="cluster"), batch.cluster("tcp://here:1"):
         pass
     monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=silent))
     with pytest.raises(ClieError, match="no Dask scheduler answers at tcp://here:1"), \
-            trials.cluster("tcp://here:1"):
+            batch.cluster("tcp://here:1"):
         pass

@@ -7,14 +7,16 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
-from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.causes import CAUSES, drive, sensor  # noqa: E402
-from clie_blocks.analysis.gap.evidence import excess  # noqa: E402
-from clie_blocks.analysis.gap.fit import fit  # noqa: E402
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis  # noqa: E402
-from clie_blocks.analysis.gap.problem import problem  # noqa: E402
-from clie_blocks.analysis.gap.screen import screen  # noqa: E402
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis  # noqa: E402
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
+    excess,  # noqa: E402
+    fit,  # noqa: E402
+)
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
+from clie_blocks.analysis.gap.search.screening import screen_causes  # noqa: E402
 
 ROWS, LATE = 6000, 4.3e-3
 
@@ -51,7 +53,7 @@ def test_delays_of_all_encoders_are_those_of_all_drives_and_of_one_are_not(late)
 
 
 def test_the_late_encoder_of_the_engine_is_measured_and_the_drive_cannot_stand_for_it(late):
-    bench, _ = baseline(late)
+    bench, _ = fit_nominal(late)
     left, times = {}, {}
     for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY):
         found = fit(delayed(bench.problem, cause, (0,), 2e-3), bench, 12)
@@ -63,6 +65,6 @@ def test_the_late_encoder_of_the_engine_is_measured_and_the_drive_cannot_stand_f
 
 
 def test_it_is_asked_only_where_a_delay_leads(late):
-    bench, base = baseline(late)
+    bench, base = fit_nominal(late)
     assert sensor.ENCODER_DELAY in CAUSES
-    assert not screen(bench, base, (sensor.ENCODER_DELAY,)).columns
+    assert not screen_causes(bench, base, (sensor.ENCODER_DELAY,)).columns

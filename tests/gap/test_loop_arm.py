@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.any_loop import loop_problem
+from clie_blocks.analysis.gap.user_loop.problem import loop_problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.manipulator import two_link_arm

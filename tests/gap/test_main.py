@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.gap import trials
-from clie_blocks.analysis.gap.main import main, sentence
+from clie_blocks.analysis.gap import batch
+from clie_blocks.analysis.gap.command import main
+from clie_blocks.analysis.gap.report.summary import summary_line
 from clie_blocks.output import guarded
 
 
@@ -25,10 +26,10 @@ def test_a_set_is_diagnosed_kept_and_read_back(folder, tmp_path, capsys):
     kept = tmp_path / "kept" / "trial-1.json"
     marked = json.loads(kept.read_text())
     kept.write_text(json.dumps({**marked, "seconds": -1.0}))
-    (again,) = trials.diagnose_all(trials.find_trials([folder]), folder=kept.parent)
+    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=kept.parent)
     assert again[1]["seconds"] == -1.0
     kept.write_text("{broken")
-    (again,) = trials.diagnose_all(trials.find_trials([folder]), folder=kept.parent)
+    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=kept.parent)
     assert again[1]["seconds"] > 0.0
 
 
@@ -48,29 +49,29 @@ def test_a_sentence_says_cause_joint_and_what_it_buys():
         {"effect": "coulomb", "joint": [1, 2], "probability": 0.93},
         {"effect": "stribeck", "joint": [1], "probability": 0.05}],
         "closed_percent": {"value": 96.4, "unseen_data": True}}
-    assert sentence("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
+    assert summary_line("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
                                      "of the reducible gap on unseen data")
     unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck"]}
-    assert sentence("arm", {**told, **unsure}).startswith(
+    assert summary_line("arm", {**told, **unsure}).startswith(
         "arm: not_identifiable: coulomb or stribeck; closes 96 %")
     family = {"families": {"friction": 0.7}, "effects": [
         {"effect": "coulomb", "joint": [1], "probability": 0.4}]}
     assert "not_identifiable: friction of some kind (70%), most likely coulomb at joint 1 (40%);" \
-        in sentence("arm", {**told, **unsure, **family})
+        in summary_line("arm", {**told, **unsure, **family})
     one_of_many = {"families": {"friction": 0.95}, "effects": [
         {"effect": "coulomb", "joint": [1], "probability": 0.6}]}
-    assert "effect: coulomb at joint 1 (60%; friction of some kind 95%);" in sentence(
+    assert "effect: coulomb at joint 1 (60%; friction of some kind 95%);" in summary_line(
         "arm", {**told, **one_of_many})
     fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
-    assert sentence("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
-    assert "; the nearest closes 96 %" in sentence("arm", {**told, "verdict": "unexplained"})
+    assert summary_line("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
+    assert "; the nearest closes 96 %" in summary_line("arm", {**told, "verdict": "unexplained"})
     wrong = {"verdict": "parametric", "noise": [{}], "joint_model": {"inertia": {
         "value": [0.05], "stated": [0.04], "tolerance": [4e-4], "unit": "kg m^2"}}}
-    assert sentence("arm", {**told, **wrong}) == (
+    assert summary_line("arm", {**told, **wrong}) == (
         "arm: parametric: inertia at joint 1 0.05 kg m^2, stated 0.04")
     rest = {"beside": ["coulomb"], "percent": 31.5}
-    assert sentence("arm", {**told, "repeatable": rest}).endswith(
+    assert summary_line("arm", {**told, "repeatable": rest}).endswith(
         "unseen data; a torque table over place and speed beside coulomb removes 32 % of what "
         "that leaves")
-    assert "beside the refitted model removes" in sentence(
+    assert "beside the refitted model removes" in summary_line(
         "arm", {**told, "repeatable": {**rest, "beside": []}})

@@ -7,15 +7,19 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.assessment.next_experiment import next_experiment
+from clie_blocks.analysis.gap.assessment.test_motions import (
+    elementary_motions,
+    motion_limits,
+    scale_inside,
+)
+from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.causes.load import GRAVITY, SPRING
-from clie_blocks.analysis.gap.explore import explore
-from clie_blocks.analysis.gap.next_experiment import next_experiment
-from clie_blocks.analysis.gap.own_robots import cases
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.gap.report import write_report
-from clie_blocks.analysis.gap.runs import elementary, inside, limits
-from clie_blocks.analysis.gap.verdict import Standing, set_90
+from clie_blocks.analysis.gap.search.strategy import search_causes
+from clie_blocks.analysis.gap.verdict.posterior import RankedCause, credible_set
 from clie_blocks.analysis.records import Record
 
 RIVALS = ("spring", "gravity")
@@ -24,19 +28,19 @@ RIVALS = ("spring", "gravity")
 @pytest.fixture(scope="module")
 def doubtful():
     """A spring, and two causes of even odds: itself, and gravity."""
-    made = cases(1, 3, ["spring"], ["single"], duration=12.0)[0]
-    bench, base = baseline(problem(made.robot, made.records[:1]))
-    fits = {name: explore(bench, base, (cause,))[0]
+    made = draw_cases(1, 3, ["spring"], ["single"], duration=12.0)[0]
+    bench, base = fit_nominal(problem(made.robot, made.records[:1]))
+    fits = {name: search_causes(bench, base, (cause,))[0]
             for name, cause in zip(RIVALS, (SPRING, GRAVITY))}
-    ranking = [Standing((name,), fit, 0.1, 0.5) for name, fit in fits.items()]
+    ranking = [RankedCause((name,), fit, 0.1, 0.5) for name, fit in fits.items()]
     return made, bench, fits, next_experiment(bench, base, ranking, None)
 
 
 def test_runs_stay_inside_what_the_robot_may_do(doubtful):
     _, bench, fits, _ = doubtful
-    bounds, at = limits(bench.problem), fits["spring"].hypothesis
-    for log in elementary(bench.problem, bounds):
-        log, moved = inside(at, log, bounds)
+    bounds, at = motion_limits(bench.problem), fits["spring"].hypothesis
+    for log in elementary_motions(bench.problem, bounds):
+        log, moved = scale_inside(at, log, bounds)
         q, u = at.simulator.run(log, at.of_log(0))
         np.testing.assert_array_equal(q, moved)
         assert np.all(q >= bounds.lowest - 1e-6) and np.all(q <= bounds.highest + 1e-6)
@@ -73,9 +77,9 @@ def test_the_run_shrinks_the_set_whichever_cause_is_true(doubtful, true):
                for log in (bench.problem.fit[0], advice.run)]
     before, after = (diagnose(made.robot, logs, held_out=[], effects=RIVALS)
                      for logs in (records[:1], records))
-    assert set_90(after.ranking) == [true]
+    assert credible_set(after.ranking) == [true]
     if true == "spring":  # the old log alone leaves both
-        assert set(set_90(before.ranking)) == set(RIVALS)
+        assert set(credible_set(before.ranking)) == set(RIVALS)
 
 
 def recorded(at, log, sigma, rng):

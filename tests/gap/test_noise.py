@@ -4,18 +4,23 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.noise import decimated, noise, sensor_noise, white
-from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.residual.noise import (
+    decimated,
+    sensor_noise,
+    sensor_noise_model,
+    whiten,
+)
+from clie_blocks.analysis.gap.residual.sensitivity import noise_responses, sensor_sensitivity
 
 
 def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
     problem = healthy
     inertia, damping = problem.nominal.inertia, problem.nominal.damping
     sensitivity = sensor_sensitivity(problem.law, 0, inertia[0], damping[0])
-    found = noise(problem, 0, noise_responses(problem, 0, inertia, damping))
+    found = sensor_noise_model(problem, 0, noise_responses(problem, 0, inertia, damping))
     drawn = found.sigma * np.random.default_rng(1).standard_normal(400_000)
-    left = white(decimated(lfilter(*sensitivity, drawn), problem.period), found.whitener)
+    left = whiten(decimated(lfilter(*sensitivity, drawn), problem.period), found.whitener)
     assert np.mean(left**2) == pytest.approx(1.0, rel=0.03)
     correlation = [np.mean(left[lag:] * left[:-lag]) for lag in (1, 2, 5, 10)]
     assert np.max(np.abs(correlation)) < 0.03
@@ -24,7 +29,7 @@ def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
 
 def test_a_healthy_robot_leaves_noise_alone(healthy):
     problem = healthy
-    _, base = baseline(problem)
+    _, base = fit_nominal(problem)
     assert np.all(base.chi2 / base.samples < 1.35)
     assert base.penalty == pytest.approx(0.0, abs=1.0)
     assert sensor_noise(problem, 0) > 0.0
@@ -35,4 +40,4 @@ def test_whitening_in_blocks_is_the_filter_itself(shape):
     rng = np.random.default_rng(5)
     x, whitener = rng.standard_normal(shape), rng.standard_normal(21)
     filtered = lfilter(whitener, [1.0], x, axis=0)[20:]
-    np.testing.assert_allclose(white(x, whitener), filtered, atol=1e-12)
+    np.testing.assert_allclose(whiten(x, whitener), filtered, atol=1e-12)

@@ -8,12 +8,12 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.folder import robot_text  # noqa: E402
-from clie_blocks.analysis.blind.loop import run  # noqa: E402
-from clie_blocks.analysis.blind.motion import Motion, draw_motions  # noqa: E402
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
+from clie_blocks.analysis.blind.engine.control_loop import run  # noqa: E402
+from clie_blocks.analysis.blind.engine.experiments import Motion, draw_motions  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
+from clie_blocks.analysis.blind.population.files import robot_text  # noqa: E402
 from clie_blocks.analysis.gap import answer, diagnose  # noqa: E402
-from clie_blocks.analysis.gap.main import main  # noqa: E402
+from clie_blocks.analysis.gap.command import main  # noqa: E402
 from clie_blocks.analysis.records import Record, read_robot, write_record  # noqa: E402
 
 SECONDS = 8.0

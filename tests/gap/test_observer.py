@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.hypothesis import hypothesis
-from clie_blocks.analysis.gap.observer import RATE, held, let_go
-from clie_blocks.analysis.gap.preparation import prepared
-from clie_blocks.analysis.gap.problem import problem
+from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fitting.observer import RATE, with_observer, without_observer
+from clie_blocks.analysis.gap.problem.preparation import prepare
+from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Motor
 
@@ -34,23 +34,23 @@ def loose():
                   controller=Controller(law="unknown", sample_time=PERIOD))
     records = [Record(time=PERIOD * np.arange(len(q)), q=q, u=u, robot=robot)
                for q, u in (swung(10.0, 1), swung(10.0, 2))]
-    return problem(*prepared(robot, records))
+    return problem(*prepare(robot, records))
 
 
 def test_a_loop_that_is_held_is_left_alone(case):
     made = case("none")
     stated = problem(made.robot, made.records)
-    assert held(stated) is stated
+    assert with_observer(stated) is stated
     at = hypothesis(stated, ())
-    assert let_go(at, stated) is at
+    assert without_observer(at, stated) is at
 
 
 def test_the_observer_takes_nothing_from_a_true_model_and_much_of_a_wrong_one(loose):
-    led = held(loose)
+    led = with_observer(loose)
     assert led.law.kp[0] == pytest.approx(RATE**2 * INERTIA, rel=1e-6)
     true = hypothesis(led, ())
     wrong = true.with_values({**true.values, "load": np.array([0.05])})
-    alone = [np.abs(let_go(at, loose).error(1, dithered=False)).max() for at in (true, wrong)]
+    alone = [np.abs(without_observer(at, loose).error(1, dithered=False)).max() for at in (true, wrong)]
     beside = [np.abs(at.error(1, dithered=False)).max() for at in (true, wrong)]
     assert max(alone[0], beside[0]) < 0.02 * alone[1]
     assert beside[1] == pytest.approx(0.05 / (RATE**2 * INERTIA), rel=0.1)  # a spring holds it
@@ -58,13 +58,13 @@ def test_the_observer_takes_nothing_from_a_true_model_and_much_of_a_wrong_one(lo
 
 
 def test_commands_are_those_of_the_observers_law(loose):
-    led = held(loose)
+    led = with_observer(loose)
     for log, stated in zip(led.logs, loose.logs, strict=True):
         np.testing.assert_allclose(led.law.replay(log.q, log.q_d, log.pe), stated.u, atol=1e-9)
 
 
 def test_a_model_that_learned_from_all_logs_keeps_the_observer(loose):
-    led = held(loose)
+    led = with_observer(loose)
     pooled = dataclasses.replace(led, fit=led.logs, held_out=())
     at = hypothesis(pooled, ())
-    assert let_go(at, loose) is at
+    assert without_observer(at, loose) is at

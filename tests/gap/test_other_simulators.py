@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.main import main
-from clie_blocks.analysis.gap.simulator_log import commanded, completed
+from clie_blocks.analysis.gap.command import main
+from clie_blocks.analysis.gap.simulator_comparison.logs import complete, with_command
 from clie_blocks.analysis.records import Record, read_robot, write_record
 from clie_blocks.errors import RecordError
 from clie_blocks.output import guarded
@@ -142,17 +142,17 @@ def test_a_simulator_that_moves_otherwise_altogether_is_refused(dragged, file, f
 
 def test_columns_that_lack_are_filled_in(dragged):
     bare = dragged[1].replace(qd=None, pe=None, u=None)
-    whole = completed(bare, 1, dragged)
+    whole = complete(bare, 1, dragged)
     np.testing.assert_array_equal(whole.pe, dragged[1].pe)
     assert "no qd and no pe: taken from log-2" in whole.decisions[-1]
-    assert completed(bare, 2, dragged) is bare and completed(dragged[0], 0, dragged) is dragged[0]
+    assert complete(bare, 2, dragged) is bare and complete(dragged[0], 0, dragged) is dragged[0]
 
 
 def test_the_command_of_a_simulator_is_worked_out(dragged, file):
     from clie_blocks.analysis.records.control_law import control_law
 
     law = control_law(read_robot(file).controller, PERIOD)
-    found = commanded(dragged[0].replace(u=None), law)
+    found = with_command(dragged[0].replace(u=None), law)
     np.testing.assert_allclose(found.u, dragged[0].u, atol=1e-12)
 
 

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.goal_path import followed
-from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.paths import (
-    PathCause,
-    established_by,
-    needed,
-    path_causes,
-    with_paths,
+from clie_blocks.analysis.gap.method import load_calibration
+from clie_blocks.analysis.gap.problem.position_path import servo_response
+from clie_blocks.analysis.gap.problem.preparation import prepare
+from clie_blocks.analysis.gap.problem.torque_path import path_torque
+from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.verdict.signal_findings import (
+    SignalFinding,
+    established_names,
+    needed_causes,
+    signal_findings,
+    with_signal_findings,
 )
-from clie_blocks.analysis.gap.preparation import prepared
-from clie_blocks.analysis.gap.torque_path import delivered
-from clie_blocks.analysis.gap.verdict import learned
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller
 
@@ -40,15 +40,15 @@ def servo_logs(delay, level):
     records = []
     for _ in range(2):
         goal = np.repeat(rng.uniform(-0.5, 0.5, 20), 40)
-        q = followed(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, delay, level)
+        q = servo_response(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, delay, level)
         q = q + rng.normal(0, SIGMA, q.size)
         records.append(Record(time=PERIOD * np.arange(q.size), q=q[:, None], qd=goal[:, None],
                               robot=robot))
-    return prepared(robot, records)[1]
+    return prepare(robot, records)[1]
 
 
 def test_a_late_servo_that_sticks_is_late_first_of_all():
-    (cause,) = path_causes(servo_logs(0.03, 0.01), bench(), check(), learned())
+    (cause,) = signal_findings(servo_logs(0.03, 0.01), bench(), check(), load_calibration())
     assert cause.effect == "time_delay" and cause.joints == (0,) and cause.probability > 0.9
     low, high = np.ravel(cause.parameters["time"]["interval"])
     assert low < 0.03 < high and high - low < 2e-3
@@ -63,26 +63,26 @@ def test_a_late_servo_that_sticks_is_late_first_of_all():
 
 
 def test_a_servo_that_only_sticks_is_not_late():
-    assert path_causes(servo_logs(0.0, 0.01), bench(), check(), learned()) == ()
+    assert signal_findings(servo_logs(0.0, 0.01), bench(), check(), load_calibration()) == ()
 
 
 def test_goals_that_rest_tell_nothing():
     logs = [record.replace(qd=0 * record.qd, u=-record.q) for record in servo_logs(0.0, 0.01)]
-    assert path_causes(logs, bench(), check(), learned()) == ()
+    assert signal_findings(logs, bench(), check(), load_calibration()) == ()
 
 
 def test_steps_that_make_the_noise_are_named_unless_stated():
     logs = servo_logs(0.0, 0.01)
-    (cause,) = path_causes(logs, bench(), check(STEP), learned())
+    (cause,) = signal_findings(logs, bench(), check(STEP), load_calibration())
     assert cause.effect == "encoder_quantization"
     np.testing.assert_allclose(cause.parameters["step"]["value"], [STEP])
-    assert path_causes(logs, bench(resolution=STEP), check(STEP), learned()) == ()
-    assert path_causes(logs, bench(sigma=5 * SIGMA), check(STEP), learned()) == ()
+    assert signal_findings(logs, bench(resolution=STEP), check(STEP), load_calibration()) == ()
+    assert signal_findings(logs, bench(sigma=5 * SIGMA), check(STEP), load_calibration()) == ()
 
 
 def test_a_stated_law_says_nothing_of_paths(case):
     made = case("none")
-    assert path_causes(made.records, None, None, learned()) == ()
+    assert signal_findings(made.records, None, None, load_calibration()) == ()
 
 
 def torque_logs(gain, lag, noise=0.01):
@@ -91,14 +91,14 @@ def torque_logs(gain, lag, noise=0.01):
     records = []
     for rate in (0.3, 0.5):
         u = np.stack([np.sin(2 * np.pi * (0.2 + rate * time) * time), 0 * time], 1)
-        tau = np.stack([delivered(u[:, 0], 0.002, gain, lag, 0.0, 0.0), 0 * time], 1)
+        tau = np.stack([path_torque(u[:, 0], 0.002, gain, lag, 0.0, 0.0), 0 * time], 1)
         records.append(Record(time=time, q=np.cumsum(u, axis=0) * 1e-3, u=u,
                               tau=tau + rng.normal(0, noise, tau.shape), robot=robot))
-    return prepared(robot, records)[1]
+    return prepare(robot, records)[1]
 
 
 def test_a_late_and_weak_drive_is_told_with_intervals():
-    late, weak = path_causes(torque_logs(0.8, 0.02), None, None, learned())
+    late, weak = signal_findings(torque_logs(0.8, 0.02), None, None, load_calibration())
     assert (late.effect, weak.effect) == ("actuator_lag", "torque_gain_error")
     for cause, name, truth in ((late, "time", 0.02), (weak, "error", -0.2)):
         low, high = np.ravel(cause.parameters[name]["interval"])
@@ -107,8 +107,8 @@ def test_a_late_and_weak_drive_is_told_with_intervals():
 
 
 def test_a_drive_that_gives_what_is_asked_is_no_cause():
-    assert path_causes(torque_logs(1.0, 0.0), None, None, learned()) == ()
-    assert path_causes(torque_logs(1.0, 0.0, noise=0.0), None, None, learned()) == ()
+    assert signal_findings(torque_logs(1.0, 0.0), None, None, load_calibration()) == ()
+    assert signal_findings(torque_logs(1.0, 0.0, noise=0.0), None, None, load_calibration()) == ()
 
 
 @pytest.mark.parametrize("left, late", [
@@ -117,43 +117,43 @@ def test_a_drive_that_gives_what_is_asked_is_no_cause():
     ({"lag": 200.0, "setpoint_delay": 190.0, "coulomb": 180.0, "both": 20.0}, True),
     ({"lag": 0.1, "setpoint_delay": 0.1, "coulomb": 0.1, "both": 0.1}, False)])
 def test_a_delay_is_believed_where_it_is_needed(left, late):
-    assert needed(left, learned()) > 0.9 if late else needed(left, learned()) < 0.2
+    assert needed_causes(left, load_calibration()) > 0.9 if late else needed_causes(left, load_calibration()) < 0.2
 
 
 def test_what_the_path_shows_is_an_effect_though_the_motion_does_not_ask_for_one():
-    found = (PathCause("time_delay", (0,), 0.9, {}),)
-    assert with_paths("none", found) == with_paths("not_identifiable", found) == "effect"
-    assert with_paths("unexplained", found) == "unexplained"
-    assert with_paths("none", ()) == "none"
+    found = (SignalFinding("time_delay", (0,), 0.9, {}),)
+    assert with_signal_findings("none", found) == with_signal_findings("not_identifiable", found) == "effect"
+    assert with_signal_findings("unexplained", found) == "unexplained"
+    assert with_signal_findings("none", ()) == "none"
 
 
 def test_what_is_left_out_is_not_named_and_explains_nothing():
     logs = servo_logs(0.03, 0.01)
-    assert path_causes(logs, bench(), check(), learned(), {"time_delay"}) == ()
-    (cause,) = path_causes(logs, bench(), check(), learned(), {"coulomb"})
+    assert signal_findings(logs, bench(), check(), load_calibration(), {"time_delay"}) == ()
+    (cause,) = signal_findings(logs, bench(), check(), load_calibration(), {"coulomb"})
     assert cause.effect == "time_delay" and set(cause.left) == {"lag", "setpoint_delay"}
-    assert path_causes(servo_logs(0.0, 0.01), bench(), check(STEP), learned(),
+    assert signal_findings(servo_logs(0.0, 0.01), bench(), check(STEP), load_calibration(),
                        {"encoder_quantization"}) == ()
 
 
 def test_a_late_torque_goes_to_the_cause_that_is_not_left_out():
     logs, lag = torque_logs(0.8, 0.02), {"actuator_lag"}
-    late, weak = path_causes(logs, None, None, learned(), lag)
+    late, weak = signal_findings(logs, None, None, load_calibration(), lag)
     assert (late.effect, weak.effect) == ("time_delay", "torque_gain_error")
     assert late.parameters["time"]["value"][0] == pytest.approx(0.02, abs=1e-3)
-    (weak,) = path_causes(logs, None, None, learned(), lag | {"time_delay"})
+    (weak,) = signal_findings(logs, None, None, load_calibration(), lag | {"time_delay"})
     assert weak.parameters["error"]["value"][0] == pytest.approx(-0.2, abs=0.01)
-    (late,) = path_causes(logs, None, None, learned(), {"torque_gain_error"})
+    (late,) = signal_findings(logs, None, None, load_calibration(), {"torque_gain_error"})
     assert late.effect == "actuator_lag"
 
 
 def test_the_check_establishes_only_what_is_not_left_out():
     found = SimpleNamespace(wrong=(0,), coarse=(0,), step=np.array([STEP]),
                             corners=np.array([[200.0], [300.0]]))
-    assert [cause.effect for cause in established_by(found)] == [
+    assert [cause.effect for cause in established_names(found)] == [
         "velocity_filter_mismatch", "encoder_quantization"]
-    assert established_by(found)[0].as_dict()["parameters"]["lowpass"]["value"] == [300.0]
-    assert [cause.effect for cause in established_by(found, {"encoder_quantization"})] == [
+    assert established_names(found)[0].as_dict()["parameters"]["lowpass"]["value"] == [300.0]
+    assert [cause.effect for cause in established_names(found, {"encoder_quantization"})] == [
         "velocity_filter_mismatch"]
 
 

@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import followed
-from clie_blocks.analysis.gap.preparation import even, prepared
+from clie_blocks.analysis.gap.problem.position_path import servo_response
+from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Links, Motor
 from clie_blocks.errors import NotIdentifiableError, RecordError
@@ -25,7 +25,7 @@ def motion(inertia, damping):
 
 def test_a_stated_robot_is_left_alone(case):
     made = case("none")
-    robot, records = prepared(made.robot, made.records)
+    robot, records = prepare(made.robot, made.records)
     assert robot is made.robot
     assert all(after is before for after, before in zip(records, made.records, strict=True))
 
@@ -34,7 +34,7 @@ def test_a_command_without_a_law_is_excitation():
     q, u = motion(0.4, 0.9)
     robot = Robot(n=1, motor=Motor(inertia=[0.4]),
                   controller=Controller(law="unknown", sample_time=0.005))
-    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, u=u, robot=robot)])
+    ready, (record,) = prepare(robot, [Record(time=TIME, q=q, u=u, robot=robot)])
     assert ready.controller.law == "pd" and not ready.controller.kp.any()
     assert ready.motor.viscous_friction[0] > 0.0
     np.testing.assert_array_equal(record.pe, u)
@@ -47,7 +47,7 @@ def test_duty_becomes_the_torque_of_the_stalled_motor():
         links=Links(mass=[0.5], length=[0.1], com=[0.1], inertia=[0.0]),
         controller=Controller(law="servo", kp=[2.0], saturation=[1.0], supply=7.5,
                               sample_time=0.005))
-    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, qd=q, u=u, robot=robot)])
+    ready, (record,) = prepare(robot, [Record(time=TIME, q=q, qd=q, u=u, robot=robot)])
     np.testing.assert_allclose(record.u, 0.75 * u)
     assert ready.controller.kp[0] == pytest.approx(1.5)
     assert ready.controller.saturation[0] == pytest.approx(0.75)
@@ -58,39 +58,39 @@ def test_duty_becomes_the_torque_of_the_stalled_motor():
 def test_without_a_command_the_position_error_stands_for_it():
     q, _ = motion(1.0, 1.0)
     robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.005))
-    ready, (record,) = prepared(robot, [Record(time=TIME, q=q, qd=q + 0.1, robot=robot)])
+    ready, (record,) = prepare(robot, [Record(time=TIME, q=q, qd=q + 0.1, robot=robot)])
     np.testing.assert_allclose(record.u, 0.1)
     assert ready.controller.kp[0] == 1.0 and "position error" in record.decisions[-1]
     with pytest.raises(NotIdentifiableError, match="neither"):
-        prepared(robot, [Record(time=TIME, q=q, robot=robot)])
+        prepare(robot, [Record(time=TIME, q=q, robot=robot)])
 
 
 def test_a_jittered_clock_becomes_even():
     q, _ = motion(1.0, 1.0)
     jitter = np.random.default_rng(0).uniform(-1e-3, 1e-3, TIME.size)
-    record = even(Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None]))
+    record = on_even_clock(Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None]))
     assert np.std(np.diff(record.time)) < 1e-9
     inside = (record.time > 1) & (record.time < 18)
     np.testing.assert_allclose(record.q[inside, 0],
                                np.interp(record.time[inside], TIME, q[:, 0]), atol=5e-3)
     whole = dataclasses.replace(record)
-    assert even(whole) is whole
+    assert on_even_clock(whole) is whole
 
 
 def test_logs_of_two_robots_are_not_mixed(case):
     made = case("none")
     other = dataclasses.replace(made.robot, name="another")
     with pytest.raises(RecordError, match="different robots"):
-        prepared(made.robot, [made.records[0], made.records[1].replace(robot=other)])
+        prepare(made.robot, [made.records[0], made.records[1].replace(robot=other)])
 
 
 def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command():
     goal = np.repeat(np.random.default_rng(5).uniform(-0.5, 0.5, 25), 40)
-    q = followed(goal, goal[0], 0.02, 25.0, 1.2, 0.0, 0.03, 0.01)
+    q = servo_response(goal, goal[0], 0.02, 25.0, 1.2, 0.0, 0.03, 0.01)
     robot = Robot(n=2, controller=Controller(law="unknown", sample_time=0.02))
     record = Record(time=0.02 * np.arange(1000), q=np.stack([q, 0 * q], 1),
                     qd=np.stack([goal, 0 * goal], 1), robot=robot)
-    said = prepared(robot, [record])[1][0].decisions[-1]
+    said = prepare(robot, [record])[1][0].decisions[-1]
     assert re.search(r"joint1: goals act 30 \+- \S+ ms late, and dry friction holds up to 10 \+-",
                      said)
     assert "joint2:" not in said
@@ -99,7 +99,7 @@ def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command()
 def test_without_a_reference_what_was_asked_is_read_from_the_command(case):
     made = case("none")
     logged = [record.replace(qd=None) for record in made.records]
-    records = prepared(made.robot, logged)[1]
+    records = prepare(made.robot, logged)[1]
     kp = made.robot.controller.kp
     for before, after in zip(made.records, records, strict=True):
         asked = before.pe + kp * (before.qd - before.q[0])
@@ -119,5 +119,5 @@ def test_a_law_that_did_not_run_is_not_taken_for_a_reference(case):
     still = [record.replace(qd=None) for record in made.records
              if not np.ptp(record.qd, axis=0).any()]
     assert still
-    for before, after in zip(still, prepared(robot, still)[1], strict=True):
+    for before, after in zip(still, prepare(robot, still)[1], strict=True):
         assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12

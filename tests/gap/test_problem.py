@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem import as_log
+from clie_blocks.analysis.gap.problem.problem import as_log
 
 
 def test_a_stated_start_is_believed_unless_the_log_begins_elsewhere(case):

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import race
-from clie_blocks.analysis.gap.candidates import Candidate
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.search import racing
+from clie_blocks.analysis.gap.search.candidates import Candidate
 
 SAMPLES = 1000.0
 STEP = STEP_FAULT[0]
@@ -31,38 +31,38 @@ def candidate(left, *causes):
 
 
 def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
-    assert race.promised(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
+    assert racing.predicted_excess(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("left, competes", [(5.0, True), (24.0, True), (26.0, False)])
 def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
-    assert race._competes(candidate(left, SPRING, COULOMB), best) == competes
+    assert racing._can_compete(candidate(left, SPRING, COULOMB), best) == competes
 
 
 def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     best = fitted(0.0, SPRING, ACTUATOR_LAG)
-    assert race._competes(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
-    assert not race._competes(candidate(90.0, COULOMB, TIME_DELAY), best)
+    assert racing._can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
+    assert not racing._can_compete(candidate(90.0, COULOMB, TIME_DELAY), best)
 
 
 @pytest.mark.parametrize("left, whole, promising", [
     (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
 def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, whole, promising):
-    assert race.promising(candidate(left, SPRING, COULOMB), fitted(whole)) == promising
+    assert racing.worth_extending(candidate(left, SPRING, COULOMB), fitted(whole)) == promising
 
 
 def test_moments_are_found_anew_only_where_a_cause_has_explained_a_fair_share(monkeypatch):
-    monkeypatch.setattr(race, "settled", lambda found, bench: "in time")
-    assert race._in_time(fitted(79.0, STEP), None, fitted(100.0)) == "in time"
+    monkeypatch.setattr(racing, "refit_event_times", lambda found, bench: "in time")
+    assert racing._with_event_times(fitted(79.0, STEP), None, fitted(100.0)) == "in time"
     far = fitted(81.0, STEP)
-    assert race._in_time(far, None, fitted(100.0)) is far
+    assert racing._with_event_times(far, None, fitted(100.0)) is far
 
 
 def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
     done = fitted(-0.1, SPRING)
     more = Candidate((SimpleNamespace(cause=COULOMB),), 0.2 * SAMPLES, done)
-    assert not race.promising(more, fitted(100.0))
+    assert not racing.worth_extending(more, fitted(100.0))
 
 
 def beside_nominal(left, *causes):
@@ -74,14 +74,14 @@ def beside_nominal(left, *causes):
 def test_a_pair_must_promise_more_than_the_best_single_cause_has_reached():
     alone = [beside_nominal(40.0, SPRING), beside_nominal(60.0, COULOMB)]
     pairs = [beside_nominal(5.0, SPRING, COULOMB), beside_nominal(35.0, SPRING, TIME_DELAY)]
-    kept = race.believed(pairs, alone, [fitted(30.0, SPRING)], fitted(100.0))
+    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(30.0, SPRING)], fitted(100.0))
     assert kept == pairs[:1]
 
 
 def test_where_a_fit_does_far_better_than_promised_no_promise_is_believed():
     alone = [beside_nominal(40.0, SPRING)]
     pairs = [beside_nominal(35.0, COULOMB, TIME_DELAY), beside_nominal(5.0, SPRING, TIME_DELAY)]
-    kept = race.believed(pairs, alone, [fitted(10.0, SPRING)], fitted(100.0))
+    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(10.0, SPRING)], fitted(100.0))
     assert kept == pairs[:1]  # what may be added to the spring, the fit of the spring tells
 
 
@@ -95,11 +95,11 @@ def test_a_part_of_a_leader_that_starts_far_behind_it_is_left_there(monkeypatch,
         steps.append(iterations)
         return fitted(left, *causes)
 
-    monkeypatch.setattr(race, "fit", fit)
-    monkeypatch.setattr(race, "started", lambda *_: None)
+    monkeypatch.setattr(racing, "fit", fit)
+    monkeypatch.setattr(racing, "initial_guess", lambda *_: None)
     members = tuple(SimpleNamespace(cause=cause) for cause in causes)
     alike = Candidate(members, 0.0, fitted(1.0, SPRING, COULOMB))
-    race._first_steps(alike, None, fitted(100.0))
+    racing._first_steps(alike, None, fitted(100.0))
     assert (steps[-1] > 0) == goes_on
 
 
@@ -107,4 +107,4 @@ def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
         alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)
-        assert race._competes(alike, best)
+        assert racing._can_compete(alike, best)

@@ -3,14 +3,19 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.goal_path import dead_times, explained, followed, goal_path
-from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.pipeline import diagnose
-from clie_blocks.analysis.gap.preparation import even, prepared
+from clie_blocks.analysis.gap.assessment.torque_map import corrected_error
+from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.problem.position_path import (
+    dead_times,
+    error_by_hypothesis,
+    goal_path,
+    servo_response,
+)
+from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
+from clie_blocks.analysis.gap.problem.torque_path import torque_paths
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.checks import checks_section, saturated_share
-from clie_blocks.analysis.gap.report.words import units_of
-from clie_blocks.analysis.gap.torque_path import torque_paths
-from clie_blocks.analysis.gap.torque_table import corrected_error
+from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.analysis.records import Record, Robot, read_records
 from clie_blocks.analysis.records.repeatability import noise_floor
 from clie_blocks.analysis.records.robot import Controller
@@ -42,7 +47,7 @@ def told(name, found):
 
 def test_emps_is_dry_friction_without_delay(shared):
     records = read_records(shared / "data" / "emps")
-    robot, records = prepared(records[0].robot, records)
+    robot, records = prepare(records[0].robot, records)
     found = diagnose(robot, records)
     said = told("EMPS", found)
     assert cause_names(found)[0] == "coulomb" and "coulomb" in said["set_90"]
@@ -69,7 +74,7 @@ def test_emps_is_dry_friction_without_delay(shared):
 def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     records = read_records(shared / "data" / "bam_xl330")
     records = named(records, "(sin_sin, P 800)", "(sin_time_square, P 800)")
-    found = diagnose(*prepared(records[0].robot, records))
+    found = diagnose(*prepare(records[0].robot, records))
     said = told("BAM, P 800, whole library", found)
     print("  samples at the limit", saturated_share(found))
     assert saturated_share(found)[0] > 0.1
@@ -91,7 +96,7 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
 def test_logs_with_several_gains_are_diagnosed_one_gain_at_a_time(shared):
     records = read_records(shared / "data" / "bam_xl330")
     with pytest.raises(RecordError, match="one set of gains"):
-        prepared(records[0].robot, records)
+        prepare(records[0].robot, records)
 
 
 def test_so101_is_late_and_sticks_and_each_hides_the_other(shared):
@@ -100,8 +105,8 @@ def test_so101_is_late_and_sticks_and_each_hides_the_other(shared):
     late = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
             if dead_times(motion, k).size]
     assert np.median(late) == pytest.approx(0.04, abs=1e-3)  # second tick with the new goal
-    fitted, judged = map(even, named(records, "prbs_excitation", "step_response"))
-    found = {fitted.joints[k]: explained(fitted, judged, k) for k in range(5)}
+    fitted, judged = map(on_even_clock, named(records, "prbs_excitation", "step_response"))
+    found = {fitted.joints[k]: error_by_hypothesis(fitted, judged, k) for k in range(5)}
     for joint, by in found.items():
         print(f"  {joint:12}", {name: round(1e3 * left, 2) for name, (_, left) in by.items()},
               by["both"][0])
@@ -119,7 +124,7 @@ def test_so101_is_late_and_sticks_and_each_hides_the_other(shared):
 
 def reaction(path, goal=0.2, period=0.02):
     """Time that a fitted servo takes to 5 % of a step when nothing is late [s]."""
-    late = [followed(np.repeat([0.0, goal], [1, 20]), 0.0, period, path.frequency,
+    late = [servo_response(np.repeat([0.0, goal], [1, 20]), 0.0, period, path.frequency,
                      path.damping_ratio, 0.0, early, path.level)[2]
             for early in np.linspace(0.0, 0.02, 81)]
     return period - np.linspace(0.0, 0.02, 81)[np.flatnonzero(np.array(late) > 0.05 * goal)[-1]]
@@ -127,7 +132,7 @@ def reaction(path, goal=0.2, period=0.02):
 
 def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
     records = read_records(shared / "data" / "sage_so101")
-    robot, ready = prepared(*one_joint(named(
+    robot, ready = prepare(*one_joint(named(
         records, "prbs_excitation", "multisine", "step_response"), 0))
     found = diagnose(robot, ready)
     said = told("SO-101, rotation", found)
@@ -180,7 +185,7 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
           [round(path.gain, 2) for path in paths])
     assert all(0.01 < path.late < 0.04 for path in paths if path.lag > 1e-4)
     assert np.ptp([path.gain for path in paths]) > 0.2
-    robot, ready = prepared(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
+    robot, ready = prepare(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
     assert all("the measured torque is" in record.decisions[-1] for record in ready)
     found = diagnose(robot, ready, exclude=LOOSE)
     said = told("DFKI, design C.1", found)
@@ -198,4 +203,4 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
 def test_a_log_that_says_nothing_of_its_drive_is_refused_in_words(shared):
     record = read_records(shared / "data" / "sage_so101")[0]
     with pytest.raises(NotIdentifiableError, match="neither a command u nor a reference"):
-        prepared(record.robot, [record.replace(qd=None)])
+        prepare(record.robot, [record.replace(qd=None)])

@@ -11,22 +11,22 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.paths import PathCause
-from clie_blocks.analysis.gap.pipeline import diagnose
+from clie_blocks.analysis.gap.assessment.localisation import BLOCKS, block_shares
+from clie_blocks.analysis.gap.assessment.torque_map import JointTorqueMap, TorqueMap
+from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.report import write_report
-from clie_blocks.analysis.gap.report.blocks import BLOCKS, block_shares
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
-from clie_blocks.analysis.gap.report.repeatable import repeatable_section
-from clie_blocks.analysis.gap.report.where_sections import block_section
-from clie_blocks.analysis.gap.report.words import (
-    listed,
+from clie_blocks.analysis.gap.report.localisation import block_section
+from clie_blocks.analysis.gap.report.torque_map import torque_map_section
+from clie_blocks.analysis.gap.report.wording import (
+    join_words,
     local_unit,
     percent,
     simulator_units,
-    size,
+    with_prefix,
 )
-from clie_blocks.analysis.gap.torque_table import JointTable, TorqueTable
+from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
 from clie_blocks.output import to_json
 
 NASTY = "<script>alert('x')</script> & $y_1 \"q\""
@@ -122,10 +122,10 @@ def test_simulator_text_is_read_by_mujoco(diagnosed, paths):
 
 
 def test_words():
-    assert listed(["a", "b", "c"]) == "a, b and c" and listed([]) == ""
+    assert join_words(["a", "b", "c"]) == "a, b and c" and join_words([]) == ""
     assert [percent(x) for x in (0.0, 0.004, 0.5, 0.995, 1.0)] == [
         "0 %", "< 1 %", "50 %", "> 99 %", "100 %"]
-    assert [size(x, "rad") for x in (2.0, 2e-3, 2e-6)] == ["2 rad", "2 mrad", "2 urad"]
+    assert [with_prefix(x, "rad") for x in (2.0, 2e-3, 2e-6)] == ["2 rad", "2 mrad", "2 urad"]
 
 
 def test_units_follow_the_machine():
@@ -170,11 +170,11 @@ def test_page_fits_a_phone(page, tmp_path):
 def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
     found, _ = diagnosed
     places, speeds = np.linspace(-1.0, 1.0, 16), np.linspace(0.1, 2.0, 8)
-    table = JointTable(0, places, speeds, np.stack([places, -places]), np.ones((2, 8)),
+    table = JointTorqueMap(0, places, speeds, np.stack([places, -places]), np.ones((2, 8)),
                        np.full((2, 16), 0.1), np.full((2, 8), 0.2))
-    rest = TorqueTable((table,), 2e-4, 31.5, (20.8, 42.4), ("coulomb",))
+    rest = TorqueMap((table,), 2e-4, 31.5, (20.8, 42.4), ("coulomb",))
     told, units = {"repeatable": rest.as_dict()}, {"q": "rad", "u": "N m"}
-    section = repeatable_section(dataclasses.replace(found, repeatable=rest), told, units)
+    section = torque_map_section(dataclasses.replace(found, repeatable=rest), told, units)
     assert "removes 31.5 % (20.8 .. 42.4) of the reducible gap that coulomb leaves" in (
         section.sentences[0])
     assert "changes no verdict" in section.sentences[0]
@@ -182,7 +182,7 @@ def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
     assert np.allclose(place.lines[0].get_ydata(), places)
     assert "<script>" in place.get_xlabel() and speed.get_xlabel().endswith("[rad/s]")
     section.pictures[0].figure.canvas.draw()
-    assert repeatable_section(found, {"repeatable": None}, units) is None
+    assert torque_map_section(found, {"repeatable": None}, units) is None
 
 
 def of_servo():
@@ -192,7 +192,7 @@ def of_servo():
              for name, value in (("time", 0.02), ("dead_time", 0.06))}
     left = {name: np.array([rms]) for name, rms in (
         ("lag", 7e-3), ("setpoint_delay", 6e-3), ("coulomb", 5e-3), ("both", 2e-3))}
-    return PathCause("time_delay", (0,), 0.95, times, 0.4, left)
+    return SignalFinding("time_delay", (0,), 0.95, times, 0.4, left)
 
 
 def test_late_goals_stand_first_and_only_the_delay_goes_to_a_simulator(diagnosed, tmp_path):

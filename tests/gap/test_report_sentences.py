@@ -2,11 +2,11 @@
 
 import pytest
 
-from clie_blocks.analysis.gap.main import sentence as line
 from clie_blocks.analysis.gap.report.causes import TOLD_APART, confusion_section
 from clie_blocks.analysis.gap.report.document import sentence
-from clie_blocks.analysis.gap.report.words import FOREIGN
-from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.report.summary import summary_line as line
+from clie_blocks.analysis.gap.report.wording import FOREIGN
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
 
 
 def test_sentence_names_cause_joint_and_gain():

@@ -3,36 +3,36 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import own_robots
-from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap.calibration import robots
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
-from clie_blocks.analysis.gap.pipeline import diagnose
-from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.ripple import _peaks, ripples
-from clie_blocks.analysis.gap.rivals import SOFT_STOP
-from clie_blocks.analysis.gap.search import residuals
+from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.search.events import whitened_errors
+from clie_blocks.analysis.gap.search.ripple_spectrum import _peaks, ripple_candidates
+from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 
 
 @pytest.mark.parametrize("order", [23.7, 61.3])
 def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch):
-    monkeypatch.setitem(own_robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
+    monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
         ripple=2e-3 * joint["kp"], order=order))
-    made, = own_robots.cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
-    bench, base = baseline(problem(made.robot, made.records))
-    (member, drop), = ripples(bench, base, residuals(bench, base), (TORQUE_RIPPLE,))
+    made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
+    bench, base = fit_nominal(problem(made.robot, made.records))
+    (member, drop), = ripple_candidates(bench, base, whitened_errors(bench, base), (TORQUE_RIPPLE,))
     k = made.causes["torque_ripple"] - 1
     travel = np.ptp(np.concatenate([log.q[:, k] for log in bench.problem.fit]))
     assert drop[k] > 0.5 * (base.chi2[:2, k].sum() - base.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
-    assert ripples(bench, base, residuals(bench, base), ()) == []
+    assert ripple_candidates(bench, base, whitened_errors(bench, base), ()) == []
 
 
 @pytest.mark.parametrize("waves, said", [(0.5, "torque_ripple"), (0.1, "spring")])
 def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, said, monkeypatch):
     travel = 0.43  # rad, of the joint
-    monkeypatch.setitem(own_robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
+    monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
         ripple=2e-3 * joint["kp"], order=2 * np.pi * waves / travel))
-    made, = own_robots.cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
+    made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
     k = made.causes["torque_ripple"] - 1
     places = np.concatenate([record.q[:, k] for record in made.records[:2]])
     assert np.ptp(places) == pytest.approx(travel, rel=0.05)

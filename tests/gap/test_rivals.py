@@ -8,8 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clie_blocks.analysis.gap.causes import drive, friction, load, timed
-from clie_blocks.analysis.gap.hypothesis import Member
-from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP, apart, rival
+from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.verdict.confounders import (
+    CONTACT,
+    SOFT_STOP,
+    are_separable,
+    confounder,
+)
 
 PERIOD = 0.01
 NEVER = 1e9
@@ -47,19 +52,19 @@ def rippled(order, size, gear=50.0):
     (8.0, 50.0, False), (13.0, 50.0, False), (13.0, 14.0, True), (26.0, 50.0, True),
     (50.0, 50.0, True)])
 def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown):
-    assert (rival(rippled([order, 60.0], [1.0, 0.0], gear)) == "") is shown
+    assert (confounder(rippled([order, 60.0], [1.0, 0.0], gear)) == "") is shown
 
 
 def test_one_joint_that_shows_a_ripple_is_enough_unless_it_is_idle():
-    assert rival(rippled([8.0, 60.0], [1.0, 0.5])) == ""
-    assert rival(rippled([8.0, 60.0], [1.0, 0.01])) == SOFT_STOP
+    assert confounder(rippled([8.0, 60.0], [1.0, 0.5])) == ""
+    assert confounder(rippled([8.0, 60.0], [1.0, 0.01])) == SOFT_STOP
 
 
 def test_a_spring_and_a_weight_bend_together_like_any_torque_of_the_pose():
     spring, weight = (Member(cause, (0,), {}, {}) for cause in (load.SPRING, load.GRAVITY))
     rubs = Member(friction.COULOMB, (0,), {}, {})
-    assert rival(holding(spring, weight)) == rival(holding(rubs, weight, spring)) == SOFT_STOP
-    assert rival(holding(spring)) == rival(holding(weight, rubs)) == rival(holding(rubs)) == ""
+    assert confounder(holding(spring, weight)) == confounder(holding(rubs, weight, spring)) == SOFT_STOP
+    assert confounder(holding(spring)) == confounder(holding(weight, rubs)) == confounder(holding(rubs)) == ""
 
 
 T = PERIOD * np.arange(1000)
@@ -76,36 +81,36 @@ def faulted(courses, *moments, torque=(1.0, 0.0), cause=timed.STEP_FAULT[0]):
 
 
 def test_a_fault_that_sets_in_while_the_robot_comes_and_goes_has_no_rival():
-    assert rival(faulted([SWAY] * 3, 4.0, 4.0, 4.0)) == ""
-    assert rival(faulted([HELD, SWAY, SWAY], 3.0, NEVER, NEVER)) == ""
+    assert confounder(faulted([SWAY] * 3, 4.0, 4.0, 4.0)) == ""
+    assert confounder(faulted([HELD, SWAY, SWAY], 3.0, NEVER, NEVER)) == ""
 
 
 @pytest.mark.parametrize("cause", timed.STEP_FAULT[:3])
 def test_a_fault_that_is_met_at_one_place_alone_may_be_something_in_the_way(cause):
-    assert rival(faulted([HELD, SWAY, SWAY], 8.0, NEVER, NEVER, cause=cause)) == CONTACT
+    assert confounder(faulted([HELD, SWAY, SWAY], 8.0, NEVER, NEVER, cause=cause)) == CONTACT
 
 
 def test_what_stands_in_the_way_pushes_back():
-    assert rival(faulted([HELD, SWAY, SWAY], 8.0, NEVER, NEVER, torque=(-1.0, 0.0))) == ""
-    assert rival(faulted([-HELD, SWAY, SWAY], 8.0, NEVER, NEVER, torque=(-1.0, 0.0))) == CONTACT
+    assert confounder(faulted([HELD, SWAY, SWAY], 8.0, NEVER, NEVER, torque=(-1.0, 0.0))) == ""
+    assert confounder(faulted([-HELD, SWAY, SWAY], 8.0, NEVER, NEVER, torque=(-1.0, 0.0))) == CONTACT
 
 
 def test_a_log_that_goes_beyond_the_place_without_the_fault_clears_it():
-    assert rival(faulted([HELD, 1.01 * HELD, SWAY], 8.0, NEVER, NEVER)) == ""
-    assert rival(faulted([HELD, 0.99 * HELD, SWAY], 8.0, NEVER, NEVER)) == CONTACT
+    assert confounder(faulted([HELD, 1.01 * HELD, SWAY], 8.0, NEVER, NEVER)) == ""
+    assert confounder(faulted([HELD, 0.99 * HELD, SWAY], 8.0, NEVER, NEVER)) == CONTACT
 
 
 def test_a_short_way_beyond_the_place_is_not_overlooked_in_a_long_log():
     calm = np.tile(0.5 * SWAY, (30, 1))
     short = calm.copy()
     short[12345] = 1.5  # beyond where the first log rests
-    assert rival(faulted([HELD, calm, calm], 8.0, NEVER, NEVER)) == CONTACT
-    assert rival(faulted([HELD, short, calm], 8.0, NEVER, NEVER)) == ""
+    assert confounder(faulted([HELD, calm, calm], 8.0, NEVER, NEVER)) == CONTACT
+    assert confounder(faulted([HELD, short, calm], 8.0, NEVER, NEVER)) == ""
 
 
 def test_a_fault_that_never_sets_in_or_always_was_has_no_rival():
-    assert rival(faulted([HELD] * 3, NEVER, NEVER, NEVER)) == ""
-    assert rival(faulted([HELD] * 3, 0.0, 0.0, 0.0)) == ""
+    assert confounder(faulted([HELD] * 3, NEVER, NEVER, NEVER)) == ""
+    assert confounder(faulted([HELD] * 3, 0.0, 0.0, 0.0)) == ""
 
 
 @given(st.integers(1, 4), st.integers(0, 2**32 - 1), st.floats(0.0, 0.5))
@@ -117,5 +122,5 @@ def test_places_on_two_sides_of_a_plane_are_apart_in_any_number_of_joints(n, see
     places -= np.outer(places @ across, across) / (across @ across)  # on the plane
     well = places - np.outer(rng.uniform(0.0, 1.0, 200), across) / (across @ across)
     ill = places[::-1] + np.outer(rng.uniform(0.0, 1.0, 200) + between, across) / (across @ across)
-    assert apart(ill, well, np.zeros(n))
-    assert not apart(np.concatenate([ill, well]), well, np.zeros(n))
+    assert are_separable(ill, well, np.zeros(n))
+    assert not are_separable(np.concatenate([ill, well]), well, np.zeros(n))

@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import closed_loop, pruning
-from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
-from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.lanes import WIDE, side_by_side
-from clie_blocks.analysis.gap.problem import problem as state_problem
-from clie_blocks.analysis.gap.pruning import pruned
-from clie_blocks.analysis.gap.response import base_motion, responses
+from clie_blocks.analysis.gap.fitting import refinement
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.fitting.refinement import prune_joints
+from clie_blocks.analysis.gap.problem.problem import problem as state_problem
+from clie_blocks.analysis.gap.search.screening import base_motion, responses
+from clie_blocks.analysis.gap.simulation import closed_loop
+from clie_blocks.analysis.gap.simulation.batch_runs import WIDE, batch_signals
 
 
 @pytest.fixture(scope="module")
 def fitted(healthy):
-    return baseline(healthy)
+    return fit_nominal(healthy)
 
 
 @pytest.fixture
@@ -27,9 +27,9 @@ def simulated(monkeypatch):
 
     def counted(simulator, log, *asked, **how):
         logs.append(log)
-        return side_by_side(simulator, log, *asked, **how)
+        return batch_signals(simulator, log, *asked, **how)
 
-    monkeypatch.setattr(closed_loop, "side_by_side", counted)
+    monkeypatch.setattr(closed_loop, "batch_signals", counted)
     return logs
 
 
@@ -52,24 +52,24 @@ def test_a_fit_is_freed_from_idle_joints_once(fitted, healthy, simulated):
     bench, base = fitted
     member = everywhere(COULOMB, healthy.n, level=1e-3 * np.abs(healthy.fit[0].u).max())
     found = fit(hypothesis(healthy, (member,), base.hypothesis), bench, 2)
-    first = pruned(found, bench, excess(base))
+    first = prune_joints(found, bench, excess(base))
     simulated.clear()
-    assert pruned(found, bench, excess(base)) is first
+    assert prune_joints(found, bench, excess(base)) is first
     assert not simulated
 
 
 def test_what_slopes_promise_of_a_joint_left_out_is_what_its_fit_leaves(case):
     asked = case("coulomb")
     problem = state_problem(asked.robot, asked.records)
-    bench, base = baseline(problem)
+    bench, base = fit_nominal(problem)
     level = 0.1 * np.abs(problem.fit[0].u).max(axis=0)
     found = fit(hypothesis(problem, (everywhere(COULOMB, problem.n, level=level),),
                            base.hypothesis), bench, 8)
     acting = int(np.argmax(found.hypothesis.values["coulomb.level"]))
-    fewer = pruning._without(found.hypothesis, 0, [acting])
+    fewer = refinement._without(found.hypothesis, 0, [acting])
     if fewer is None:
         fewer = hypothesis(problem, (), found.hypothesis)
-    promised = pruning._promised(fewer, found, bench)
+    promised = refinement._predicted_cost(fewer, found, bench)
     assert promised > 10.0
     assert excess(fit(fewer, bench, 3)) - excess(found) > 0.3 * promised
 
@@ -82,9 +82,9 @@ def test_a_joint_that_promises_to_be_needed_is_not_left_out(fitted, healthy, mon
     size = 1e-3 * np.abs(healthy.fit[0].u).max()
     found = fit(hypothesis(healthy, (everywhere(COULOMB, healthy.n, level=size),),
                            base.hypothesis), bench, 0)
-    monkeypatch.setattr(pruning, "fit", unasked)
-    monkeypatch.setattr(pruning, "_promised", lambda *args: 3.1)
-    assert pruning._tried(found, 0, [0], bench, 1.0) is found
+    monkeypatch.setattr(refinement, "fit", unasked)
+    monkeypatch.setattr(refinement, "_predicted_cost", lambda *args: 3.1)
+    assert refinement._refitted(found, 0, [0], bench, 1.0) is found
 
 
 def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):

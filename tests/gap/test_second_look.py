@@ -5,15 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import second_look as look
-from clie_blocks.analysis.gap.baseline import baseline
+from clie_blocks.analysis.gap import backlash
+from clie_blocks.analysis.gap.backlash import explain_backlash, soften_loop, to_stated_loop
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.transmission import BACKLASH
-from clie_blocks.analysis.gap.evidence import Row, Table, excess
-from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.second_look import in_the_loop, second_look, softened
-from clie_blocks.analysis.gap.verdict import Calibration, Standing
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.verdict.evidence import Row, Table
+from clie_blocks.analysis.gap.verdict.posterior import RankedCause
 
 STATED = Calibration()
 
@@ -38,23 +39,23 @@ class Examined:
 
 
 def test_a_model_that_moves_as_the_robot_gets_the_recorded_command(healthy):
-    led = softened(healthy)
+    led = soften_loop(healthy)
     for log, recorded in zip(led.logs, healthy.logs):
         assert np.allclose(led.law.replay(log.q, log.q_d, log.pe), recorded.u, atol=1e-12)
     assert np.all(led.law.kp < healthy.law.kp) and np.all(led.law.kd < healthy.law.kd)
 
 
 def test_what_a_healthy_robot_leaves_is_noise_in_both_loops(healthy):
-    for problem in (healthy, softened(healthy)):
-        assert abs(excess(baseline(problem)[1])) < 0.15
+    for problem in (healthy, soften_loop(healthy)):
+        assert abs(excess(fit_nominal(problem)[1])) < 0.15
 
 
 def test_play_that_is_missed_at_first_is_found(healthy, monkeypatch):
-    monkeypatch.setattr(look, "restarted", lambda found, bench: found)
-    monkeypatch.setattr(look, "excess", lambda found: 2.0)
+    monkeypatch.setattr(backlash, "multistart", lambda found, bench: found)
+    monkeypatch.setattr(backlash, "excess", lambda found: 2.0)
     examined = Examined(table(backlash=3.0, nothing=200.0),
                         table(backlash=3.0, joint_elasticity=120.0, nothing=200.0))
-    found = second_look(healthy, table(joint_elasticity=80.0, nothing=150.0), CAUSES, examined,
+    found = explain_backlash(healthy, table(joint_elasticity=80.0, nothing=150.0), CAUSES, examined,
                         STATED)
     left = {row.names: row.excess for row in found[2].rows}
     assert left == {("backlash",): 2.0, ("joint_elasticity",): 120.0}
@@ -67,30 +68,30 @@ def test_play_that_is_missed_at_first_is_found(healthy, monkeypatch):
     ids=["explained", "nothing there", "play already"])
 def test_no_second_look_where_the_first_will_do(healthy, first):
     examined = Examined(None, None)
-    assert second_look(healthy, table(**first), CAUSES, examined, STATED) is None
+    assert explain_backlash(healthy, table(**first), CAUSES, examined, STATED) is None
     assert not examined.asked
 
 
 def test_no_whole_library_where_play_explains_next_to_nothing(healthy):
     examined = Examined(table(backlash=190.0, nothing=200.0), None)
     first = table(coulomb=80.0, nothing=150.0)
-    assert second_look(healthy, first, CAUSES, examined, STATED) is None
+    assert explain_backlash(healthy, first, CAUSES, examined, STATED) is None
     assert len(examined.asked) == 1
 
 
 def test_a_second_look_that_finds_no_play_is_not_believed(healthy, monkeypatch):
     """Recorded commands hide a fault of the controller, and nothing seems to be left."""
-    monkeypatch.setattr(look, "restarted", lambda found, bench: found)
-    monkeypatch.setattr(look, "excess", lambda found: 1.5)
+    monkeypatch.setattr(backlash, "multistart", lambda found, bench: found)
+    monkeypatch.setattr(backlash, "excess", lambda found: 1.5)
     examined = Examined(table(backlash=0.3, nothing=2.0), table(coulomb=0.01, nothing=2.0))
-    assert second_look(healthy, table(coulomb=80.0, nothing=150.0), CAUSES, examined,
+    assert explain_backlash(healthy, table(coulomb=80.0, nothing=150.0), CAUSES, examined,
                        STATED) is None
 
 
 def test_no_whole_library_where_play_leaves_more_than_a_good_first_look(healthy):
     examined = Examined(table(backlash=60.0, nothing=200.0), None)
     first = table(coulomb=2.0, nothing=150.0)
-    assert second_look(healthy, first, CAUSES, examined, STATED) is None
+    assert explain_backlash(healthy, first, CAUSES, examined, STATED) is None
     assert len(examined.asked) == 1
 
 
@@ -100,15 +101,15 @@ def test_no_second_look_beside_a_simulator_nor_without_a_law_that_damps(healthy)
     servo = dataclasses.replace(healthy, law=dataclasses.replace(healthy.law,
                                                                  kd=0.0 * healthy.law.kd))
     for problem in (dataclasses.replace(healthy, quiet=True), loop, servo):
-        assert second_look(problem, first, CAUSES, examined, STATED) is None
+        assert explain_backlash(problem, first, CAUSES, examined, STATED) is None
     assert not examined.asked
 
 
 def test_a_model_of_the_second_look_predicts_in_the_stated_loop(healthy):
-    bench, base = baseline(healthy)
-    _, led = baseline(softened(healthy))
-    ranking, model = in_the_loop([Standing(("none",), led, 0.0, 1.0),
-                                  Standing(("unknown",), None, 0.0, 0.0)], led, bench.problem)
+    bench, base = fit_nominal(healthy)
+    _, led = fit_nominal(soften_loop(healthy))
+    ranking, model = to_stated_loop([RankedCause(("none",), led, 0.0, 1.0),
+                                  RankedCause(("unknown",), None, 0.0, 0.0)], led, bench.problem)
     assert ranking[1].fit is None
     for one in (ranking[0].fit, model):
         difference = one.hypothesis.error(0) - base.hypothesis.error(0)
@@ -127,13 +128,13 @@ def test_play_is_found_from_a_start_beside_it(healthy):
         return Member(BACKLASH, joints, values, {**values, "half_gap": 1e-3 * every,
                                                  "bearing_share": 0.5 * every})
 
-    bench, base = baseline(problem)
+    bench, base = fit_nominal(problem)
     robot = hypothesis(bench.problem, [loose(2e-3)], base.hypothesis)
     log, = bench.problem.fit
     moved = dataclasses.replace(log, q=log.q - robot.error(0) + log.dither)
     problem = dataclasses.replace(bench.problem, fit=(moved,))
     begun = fit(hypothesis(problem, [loose(1e-3)], base.hypothesis),
                 dataclasses.replace(bench, problem=problem), 0)
-    found = look.restarted(begun, dataclasses.replace(bench, problem=problem))
+    found = backlash.multistart(begun, dataclasses.replace(bench, problem=problem))
     assert found.total < 0.1 * begun.total
     assert np.allclose(found.hypothesis.values["backlash.half_gap"], 2e-3, rtol=0.2)

@@ -2,11 +2,10 @@
 
 import pytest
 
-from clie_blocks.analysis.gap import own_robots
-from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.pipeline import diagnose
-from clie_blocks.analysis.gap.search import NEVER
-from clie_blocks.analysis.gap.settling import settled
+from clie_blocks.analysis.gap.calibration import robots
+from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.search.events import NEVER, refit_event_times
 
 SET_IN = 6.0  # s
 
@@ -14,9 +13,9 @@ SET_IN = 6.0  # s
 @pytest.fixture(scope="module")
 def diagnosed():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(own_robots.EFFECTS, "step_fault", lambda rng, joint: joint.update(
+        patch.setitem(robots.EFFECTS, "step_fault", lambda rng, joint: joint.update(
             step=0.02 * joint["kp"], step_at=SET_IN))
-        made, = own_robots.cases(1, 2, ["step_fault"], ["single"], duration=12.0)
+        made, = robots.draw_cases(1, 2, ["step_fault"], ["single"], duration=12.0)
     found = diagnose(made.robot, made.records, effects=("step_fault", "friction_drift"))
     right = next(row.fit for row in found.evidence.rows if row.names == ("step_fault",))
     return found.bench, right, made.causes["step_fault"] - 1
@@ -36,7 +35,7 @@ def test_a_moment_that_was_missed_is_found_again(diagnosed, change):
     bench, right, k = diagnosed
     key, at = displaced(right, k, change)
     wrong = fit(at, bench, 0)
-    again = settled(wrong, bench)
+    again = refit_event_times(wrong, bench)
     assert wrong.total > right.total + 1000.0
     assert again.hypothesis.values[key][:, k] == pytest.approx(SET_IN, abs=0.02)
     assert again.total < right.total + 20.0

@@ -5,11 +5,11 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from clie_blocks.analysis.blind.robot import draw_robot, draw_truth  # noqa: E402
-from clie_blocks.analysis.gap import sensitivity  # noqa: E402
-from clie_blocks.analysis.gap.baseline import baseline  # noqa: E402
-from clie_blocks.analysis.gap.problem import problem  # noqa: E402
-from clie_blocks.analysis.gap.sensitivity import noise_responses, sensor_sensitivity  # noqa: E402
+from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
+from clie_blocks.analysis.gap.residual import sensitivity  # noqa: E402
+from clie_blocks.analysis.gap.residual.sensitivity import noise_responses, sensor_sensitivity  # noqa: E402
 
 ROWS = 10_000
 
@@ -24,7 +24,7 @@ def healthy_arm(engine_arm):
 
 def left(asked):
     """chi^2 per sample of each joint over all logs, beside the refitted nominal model."""
-    base = baseline(asked)[1]
+    base = fit_nominal(asked)[1]
     return base.chi2.sum(axis=0) / base.samples.sum(axis=0)
 
 

@@ -6,22 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
-from clie_blocks.analysis.gap.evidence import excess
-from clie_blocks.analysis.gap.fit import fit
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.siblings import siblings
-from clie_blocks.analysis.gap.slopes import linearised
-from clie_blocks.analysis.gap.start import started
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.search.alternatives import alternatives
 
 
 @pytest.fixture(scope="module")
 def rubbing(case):
     """Bench and refitted nominal model of a robot with dry friction."""
     made = case("coulomb")
-    return baseline(problem(made.robot, made.records))
+    return fit_nominal(problem(made.robot, made.records))
 
 
 def member(cause, n, **values):
@@ -48,10 +47,10 @@ def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubb
             member(drive.TORQUE_GAIN_ERROR, n, error=0.1))
     far, near = leading(base, *pair), leading(base, *pair, left=1.0)
     assert excess(far) > 1.0 > 0.3 > excess(near)
-    wide = keys(siblings(far, [far], CAUSES, bench))
+    wide = keys(alternatives(far, [far], CAUSES, bench))
     for alone in ({"coulomb"}, {"torque_gain_error"}, {"stribeck"}):
         assert alone in wide
-    narrow = keys(siblings(near, [near], CAUSES, bench))
+    narrow = keys(alternatives(near, [near], CAUSES, bench))
     assert {"stribeck"} not in narrow and {"coulomb"} in narrow
     assert {"stribeck", "torque_gain_error"} in narrow
 
@@ -62,12 +61,12 @@ def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated
     plain, grows = "load_dependent_friction", "load_dependent_friction:links"
     dry = member(friction.COULOMB, n, level=0.1)
     known, stated = leading(base, dry), leading(base, dry, links=True)
-    assert {plain} in keys(siblings(known, [known], CAUSES, bench))
-    assert {grows} not in keys(siblings(known, [known], CAUSES, bench))
-    assert {grows} in keys(siblings(stated, [stated], CAUSES, bench))
+    assert {plain} in keys(alternatives(known, [known], CAUSES, bench))
+    assert {grows} not in keys(alternatives(known, [known], CAUSES, bench))
+    assert {grows} in keys(alternatives(stated, [stated], CAUSES, bench))
     loaded = leading(base, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
                      links=True)
-    (swapped,) = [one for one in siblings(loaded, [loaded], CAUSES, bench)
+    (swapped,) = [one for one in alternatives(loaded, [loaded], CAUSES, bench)
                   if keys([one]) == [{plain}]]
     assert np.all(swapped.members[0].values["slope"] == 0.2)
 
@@ -75,8 +74,8 @@ def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
     bench, base = rubbing
     found = leading(base, member(friction.COULOMB, base.hypothesis.problem.n, level=0.1))
-    first = siblings(found, [found], CAUSES, bench)
-    assert first and siblings(found, [found], CAUSES, bench, first) == []
+    first = alternatives(found, [found], CAUSES, bench)
+    assert first and alternatives(found, [found], CAUSES, bench, first) == []
 
 
 def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
@@ -86,10 +85,10 @@ def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
     dry = member(friction.COULOMB, n, level=0.1)
     found = dataclasses.replace(base, hypothesis=hypothesis(at.problem, (dry,),
                                                             at.with_values(other)))
-    swapped = next(one for one in siblings(found, [found], CAUSES, bench)
+    swapped = next(one for one in alternatives(found, [found], CAUSES, bench)
                    if keys([one]) == [{"stribeck"}])
     generous = dataclasses.replace(base, chi2=1e9 * base.samples)
-    start = started(swapped, bench, generous)
+    start = initial_guess(swapped, bench, generous)
     assert np.array_equal(start.values["inertia"], other["inertia"])
 
 
@@ -106,8 +105,8 @@ def test_a_fit_that_ended_in_a_false_minimum_starts_again_beside_the_leader(rubb
     leader = dataclasses.replace(plain, hypothesis=hypothesis(
         at.problem, (uneven,), at.with_values({**values, "load": values["load"] - tilt * level})))
     stuck = dataclasses.replace(plain, chi2=2.0 * plain.chi2)
-    (again,) = [one for one in siblings(leader, [leader, stuck], CAUSES, bench)
+    (again,) = [one for one in alternatives(leader, [leader, stuck], CAUSES, bench)
                 if keys([one]) == [{"coulomb"}]]
     start = hypothesis(at.problem, again.members, again.after.hypothesis)
-    assert linearised(start, bench).cost == pytest.approx(plain.cost, rel=1e-6)
-    assert {"coulomb"} not in keys(siblings(leader, [leader, plain], CAUSES, bench))
+    assert jacobian(start, bench).cost == pytest.approx(plain.cost, rel=1e-6)
+    assert {"coulomb"} not in keys(alternatives(leader, [leader, plain], CAUSES, bench))

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.gap.baseline import baseline
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.causes.sensor import ENCODER_DELAY
-from clie_blocks.analysis.gap.closed_loop import SHORT
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.noise import decimated, decimation
-from clie_blocks.analysis.gap.sensitivity import slowed, torque_sensitivity
-from clie_blocks.analysis.gap.slopes import linearised
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.residual.noise import decimated, decimation
+from clie_blocks.analysis.gap.residual.sensitivity import decimated_filter, torque_sensitivity
+from clie_blocks.analysis.gap.simulation.closed_loop import SHORT
 
 
 @pytest.fixture(scope="module")
 def fitted(healthy):
-    return baseline(healthy)
+    return fit_nominal(healthy)
 
 
 def test_any_number_of_sets_side_by_side_are_single_runs(fitted):
@@ -66,11 +66,11 @@ def test_a_line_of_delays_is_as_long_as_a_delay_needs(healthy, cause, samples):
 
 def test_columns_are_slopes_of_the_residual(fitted):
     bench, at = fitted[0], fitted[1].hypothesis
-    here = linearised(at, bench)
-    assert linearised(at, bench) is here
+    here = jacobian(at, bench)
+    assert jacobian(at, bench) is here
     entry = at.open[0]
     step = 0.02 * entry.size
-    sides = [linearised(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])), bench)
+    sides = [jacobian(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])), bench)
              for sign in (-1, 1)]
     slope = (sides[1].residual - sides[0].residual) * entry.size / (2 * step)
     rows = slice(0, sum(len(part) for part in here.parts))
@@ -84,5 +84,5 @@ def test_a_slow_filter_gives_the_means_of_the_quick_one(healthy):
     width = decimation(healthy.period)
     torque = np.repeat(np.random.default_rng(0).standard_normal(300), width)
     expected = decimated(lfilter(b, a, torque), healthy.period)
-    found = lfilter(*slowed(b, a, width), decimated(torque, healthy.period))
+    found = lfilter(*decimated_filter(b, a, width), decimated(torque, healthy.period))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.abs(expected).max())

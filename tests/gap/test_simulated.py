@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.gap import simulated
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.residual.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.simulation import dynamics
 
 
 def test_friction_stops_a_joint_and_never_turns_it_round():
     rates = np.linspace(-1.0, 1.0, 101)
     for rate in rates:
-        after = simulated.stopped(np.array([rate]), np.array([2.0]), None,
+        after = dynamics.velocity_after_friction(np.array([rate]), np.array([2.0]), None,
                                   (np.array([0.4]), np.array([0.4])), 1.0)[0]
         assert after * rate >= 0.0
         assert abs(after) == pytest.approx(max(abs(rate) - 0.2, 0.0))
@@ -22,7 +22,7 @@ def test_friction_stops_a_joint_and_never_turns_it_round():
 def test_friction_of_coupled_joints_leaves_the_other_joint_its_share():
     own, cross = np.array([2.0, 1.0]), np.array([[2.0, 0.3], [0.3, 1.0]])
     limits = np.array([10.0, 0.0]), np.array([10.0, 0.0])
-    after = simulated.stopped(np.array([0.5, 0.1]), own, cross, limits, 1.0)
+    after = dynamics.velocity_after_friction(np.array([0.5, 0.1]), own, cross, limits, 1.0)
     mass = np.array([[2.0, 0.3], [0.3, 1.0]])
     momentum = mass @ (after - np.array([0.5, 0.1]))
     assert after[0] == pytest.approx(0.0, abs=1e-9)

@@ -5,23 +5,22 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.candidates import Candidate, extended
 from clie_blocks.analysis.gap.causes import drive, friction
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.pooling import pooled
-from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.siblings import siblings
-from clie_blocks.analysis.gap.slopes import Tangent, linearised
-from clie_blocks.analysis.gap.start import started
-from clie_blocks.analysis.gap.step import step
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
+from clie_blocks.analysis.gap.fitting.jacobian import Tangent, jacobian
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal, pool_logs
+from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.search.alternatives import alternatives
+from clie_blocks.analysis.gap.search.candidates import Candidate, extensions
 
 
 @pytest.fixture(scope="module")
 def rubbing(case):
     """Bench and refitted nominal model of a robot with dry friction."""
     made = case("coulomb")
-    return baseline(problem(made.robot, made.records))
+    return fit_nominal(problem(made.robot, made.records))
 
 
 def dry(n, level):
@@ -33,27 +32,27 @@ def test_all_logs_are_learned_from_where_the_judging_one_holds_the_gap(rubbing):
     _, base = rubbing
     asked = base.hypothesis.problem
     silent = np.array(base.samples)
-    assert pooled(asked, dataclasses.replace(base, chi2=silent)) is asked
+    assert pool_logs(asked, dataclasses.replace(base, chi2=silent)) is asked
     loud = silent.copy()
     loud[len(asked.fit):] *= 10.0
-    wide = pooled(asked, dataclasses.replace(base, chi2=loud))
+    wide = pool_logs(asked, dataclasses.replace(base, chi2=loud))
     assert wide.fit == asked.logs and wide.held_out == ()
-    assert pooled(asked, dataclasses.replace(base, chi2=10.0 * silent)) is asked
+    assert pool_logs(asked, dataclasses.replace(base, chi2=10.0 * silent)) is asked
 
 
 def test_a_start_is_no_worse_than_what_it_extends(rubbing):
     bench, base = rubbing
     level = 3.0 * np.abs(np.concatenate([log.u for log in base.hypothesis.problem.fit])).max()
-    start = started(Candidate((dry(base.hypothesis.problem.n, level),), 0.0), bench, base)
+    start = initial_guess(Candidate((dry(base.hypothesis.problem.n, level),), 0.0), bench, base)
     alone = hypothesis(base.hypothesis.problem,
                        (dry(base.hypothesis.problem.n, level),), base.hypothesis)
-    assert linearised(start, bench).cost < linearised(alone, bench).cost
+    assert jacobian(start, bench).cost < jacobian(alone, bench).cost
 
 
 def test_a_step_of_some_keys_leaves_the_others(rubbing):
     bench, base = rubbing
     at = hypothesis(base.hypothesis.problem, (), None)
-    moved = step(at, linearised(at, bench), keys=("damping",))
+    moved = damped_step(at, jacobian(at, bench), keys=("damping",))
     assert np.array_equal(moved.values["inertia"], at.values["inertia"])
     assert not np.array_equal(moved.values["damping"], at.values["damping"])
 
@@ -69,7 +68,7 @@ def test_a_step_changes_a_time_or_a_range_by_a_factor_and_other_numbers_as_far_a
         residual = -pull * columns.sum(axis=1)
         here = Tangent([], np.append(residual, 0 * at.stray()),
                        np.vstack([columns, np.zeros((len(at.open), len(at.open)))]))
-        moved = step(at, here).values
+        moved = damped_step(at, here).values
         assert moved["presliding.range"][0] == pytest.approx(0.01 * 2.5 ** np.sign(pull))
         assert moved["presliding.level"][0] == pytest.approx(0.0 if pull < 0 else 0.08)
 
@@ -83,7 +82,7 @@ def test_a_wider_friction_takes_the_place_of_the_one_inside_it(rubbing):
     more = Member(friction.STRIBECK, tuple(range(n)),
                   {"level": zero + 0.02, "excess": zero + 0.05, "speed": zero + 0.03},
                   {"level": zero + 0.02, "excess": zero + 0.05, "speed": zero + 0.03})
-    found, = extended(first, [Candidate((more,), 1.0)])
+    found, = extensions(first, [Candidate((more,), 1.0)])
     assert [member.cause.name for member in found.members] == ["stribeck"]
     assert np.allclose(found.members[0].values["level"], 0.12)
 
@@ -96,5 +95,5 @@ def test_each_of_two_causes_must_show_that_it_is_needed(rubbing):
     both = dataclasses.replace(base, hypothesis=hypothesis(
         base.hypothesis.problem, (dry(n, 0.1), gain), base.hypothesis))
     names = [{member.cause.name for member in one.members}
-             for one in siblings(both, [both], (friction.COULOMB,), bench)]
+             for one in alternatives(both, [both], (friction.COULOMB,), bench)]
     assert {"coulomb"} in names and {"torque_gain_error"} in names

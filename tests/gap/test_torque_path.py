@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.torque_path import delivered, told, torque_paths
+from clie_blocks.analysis.gap.problem.torque_path import describe, path_torque, torque_paths
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 
@@ -17,7 +17,7 @@ def record(**signals):
 def test_a_known_path_is_found():
     noise = np.random.default_rng(1).normal(0, 0.01, TIME.size)
     u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
-    tau = delivered(u, 0.002, 0.8, 0.02, 0.006, 0.05) + noise
+    tau = path_torque(u, 0.002, 0.8, 0.02, 0.006, 0.05) + noise
     still = np.zeros_like(u)
     (path,) = torque_paths(record(u=np.stack([u, still], 1), tau=np.stack([tau, still], 1)))
     assert path.joint == "a" and path.gain == pytest.approx(0.8, abs=0.01)
@@ -27,7 +27,7 @@ def test_a_known_path_is_found():
 
 
 def test_lag_follows_its_differential_equation():
-    step = delivered(np.ones(200), 1e-3, 2.0, 0.05, 0.0, 0.0)
+    step = path_torque(np.ones(200), 1e-3, 2.0, 0.05, 0.0, 0.0)
     np.testing.assert_allclose(step, 2.0 * (1 - np.exp(-1e-3 * np.arange(1, 201) / 0.05)))
 
 
@@ -43,7 +43,7 @@ def test_a_path_is_told_where_both_torques_are_logged():
     u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
     still = np.zeros_like(u)
     both = np.stack([u, still], 1)
-    tau = np.stack([delivered(u, 0.002, 0.8, 0.02, 0.006, 0.0), still], 1)
-    (said,) = told(record(u=both, tau=tau))
+    tau = np.stack([path_torque(u, 0.002, 0.8, 0.02, 0.006, 0.0), still], 1)
+    (said,) = describe(record(u=both, tau=tau))
     assert "a: the measured torque is 0.80 times the command, 26 ms late" in said
-    assert told(record(u=both)) == [] == told(record(u=0 * both, tau=0 * both))
+    assert describe(record(u=both)) == [] == describe(record(u=0 * both, tau=0 * both))

@@ -5,18 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.baseline import baseline
-from clie_blocks.analysis.gap.own_robots import run
-from clie_blocks.analysis.gap.problem import problem
-from clie_blocks.analysis.gap.torque_table import corrected_error, torque_table
+from clie_blocks.analysis.gap.assessment.torque_map import corrected_error, torque_map
+from clie_blocks.analysis.gap.calibration.plant import simulate as run
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Encoder, Motor
 from clie_blocks.output import to_json
 
 TIME = 1e-3 * np.arange(8000)
 WAVY = 2.0  # times 6e-3 kp sin(9 q), where that is positive
-
-
 KP, KD, INERTIA = 40.0, 8.0, 0.5
 MOTIONS = (0.6 * np.sin(2 * np.pi * 0.5 * TIME), 0.6 * np.sin(2 * np.pi * 0.33 * TIME)
            + 0.1 * np.sin(2 * np.pi * 1.7 * TIME))
@@ -39,7 +37,7 @@ def model_of(**physics):
     records = [Record(time=TIME, q=q[:, [j]], u=u[:, [j]], qd=MOTIONS[j][:, None],
                       pe=np.zeros((TIME.size, 1)), joints=robot.joints, robot=robot)
                for j in range(2)]
-    bench, base = baseline(problem(robot, records))
+    bench, base = fit_nominal(problem(robot, records))
     return base.hypothesis, bench
 
 
@@ -47,7 +45,7 @@ def model_of(**physics):
 def wavy():
     """A joint whose dry friction changes with place, and its table."""
     model, bench = model_of(wavy_friction=WAVY)
-    return model, bench, torque_table(model, bench)
+    return model, bench, torque_map(model, bench)
 
 
 def test_friction_that_changes_with_place_is_drawn(wavy):
@@ -86,10 +84,10 @@ def test_the_answer_holds_the_table(wavy):
 
 def test_nothing_left_needs_no_table():
     model, bench = model_of()
-    assert torque_table(model, bench) is None
+    assert torque_map(model, bench) is None
 
 
 def test_what_does_not_come_back_is_no_table():
     model, bench = model_of(random_torque=3.0)
     assert np.std(model.error(1)) > 3 * bench.noises[0].floor
-    assert torque_table(model, bench) is None
+    assert torque_map(model, bench) is None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes import transmission
-from clie_blocks.analysis.gap.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
 
 SECONDS, FINER = 1.5, 50
 AS_ONE = 3e-5  # rad: drag is that of the beginning of a step; the sensor's noise is 1e-4

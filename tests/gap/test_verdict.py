@@ -5,25 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.calibrate import LEARNED
-from clie_blocks.analysis.gap.evidence import Row, Table
-from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
-from clie_blocks.analysis.gap.verdict import (
-    STORED,
-    Calibration,
-    futile,
-    learned,
-    marginals,
-    set_90,
-    verdict,
-    weighed,
-)
+from clie_blocks.analysis.gap.calibration.learn import LEARNED
+from clie_blocks.analysis.gap.method import STORED, Calibration, cannot_pay_off, load_calibration
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.evidence import Row, Table
+from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior, verdict
 from clie_blocks.errors import ClieError
 
 
 def weigh(nothing, *rows, stray=0.0, strayed=0, free=(), **numbers):
     rows = [Row(tuple(names.split("+")), *left) for names, *left in rows]
-    return weighed(Table(nothing, stray, strayed, free, rows), Calibration(**numbers))
+    return posterior(Table(nothing, stray, strayed, free, rows), Calibration(**numbers))
 
 
 @pytest.mark.parametrize("said, ranking", [
@@ -60,7 +52,7 @@ def test_what_a_free_torque_explains_beside_one_cause_counts_though_three_bent_t
     bent, shown = (weigh(100.0, *rows, free=(40.0, 3.5, left)) for left in (9.0, 1.0))
     doubt, known = (marginals(ranking)["unknown"] for ranking in (shown, bent))
     assert doubt > 0.3 > 0.1 > known
-    assert {"unknown", "coulomb"} <= set(set_90(shown)) and "unknown" not in set_90(bent)
+    assert {"unknown", "coulomb"} <= set(credible_set(shown)) and "unknown" not in credible_set(bent)
 
 
 BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)
@@ -74,7 +66,7 @@ def test_a_ripple_of_less_than_a_wave_leads_only_where_no_other_bump_would_fit_a
     beside = ("spring+torque_ripple", 5.0, 4, 0, SOFT_STOP)
     assert weigh(4000.0, beside, ("spring", 300.0, 1))[0].names == ("unknown",)
     slight = weigh(16.0, BUMP, ("spring", 9.0, 1))
-    assert set(set_90(slight)) == {"unknown", "torque_ripple"}
+    assert set(credible_set(slight)) == {"unknown", "torque_ripple"}
     assert marginals(weigh(1000.0, BUMP, ("spring", 0.02, 1)))["spring"] > 0.95
 
 
@@ -83,7 +75,7 @@ def test_a_fault_where_something_stands_in_the_way_shares_the_set_with_the_unkno
     assert weigh(1000.0, fault)[0].probability > 0.95
     met = weigh(1000.0, (*fault, 0, CONTACT), ("coulomb", 800.0, 1))
     assert verdict(met) == "unexplained"
-    assert set(set_90(met)) == {"unknown", "step_fault"}
+    assert set(credible_set(met)) == {"unknown", "step_fault"}
 
 
 def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sine_and_a_spring():
@@ -92,7 +84,7 @@ def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sin
         stop, q = np.maximum(place, 0.0), travel / 2 * place
         columns = np.stack([np.ones_like(q), q, np.sin(q), np.cos(q)], axis=1)
         left = np.sum((stop - columns @ np.linalg.lstsq(columns, stop)[0]) ** 2)
-        assert left / np.sum((stop - stop.mean()) ** 2) > learned().alike
+        assert left / np.sum((stop - stop.mean()) ** 2) > load_calibration().alike
 
 
 def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on():
@@ -107,7 +99,7 @@ def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on
     whole = np.sum((stop - stop.mean()) ** 2)
     orders = np.linspace(0.1, np.pi, 40)  # up to one wave
     least = min(left(order, place) for order in orders) / whole
-    assert learned().alike == Calibration().alike == pytest.approx(least, rel=0.1)
+    assert load_calibration().alike == Calibration().alike == pytest.approx(least, rel=0.1)
     assert min(left(order) for order in orders) / whole == pytest.approx(0.012, rel=0.05)
 
 
@@ -122,7 +114,7 @@ def test_a_free_torque_beside_no_cause_competes_with_the_likeliest_not_with_the_
 def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_its_place():
     ranking = weigh(100.0, ("coulomb", 0.02, 1), ("stribeck", 0.02, 1),
                     ("coulomb+spring", 0.019, 2))
-    assert set(set_90(ranking)) == {"coulomb", "stribeck"}
+    assert set(credible_set(ranking)) == {"coulomb", "stribeck"}
     assert marginals(ranking)["spring"] < 0.1
 
 
@@ -132,14 +124,14 @@ def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothi
         ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2), lapse=0.0)
         odds = {s.names: s.probability for s in ranking}
         share = odds["coulomb", "spring"] / (odds["coulomb", "spring"] + odds["coulomb",])
-        if futile(left, nothing, Calibration()):
+        if cannot_pay_off(left, nothing, Calibration()):
             assert share < 0.011
         else:
             assert share > 0.009
 
 
 def test_where_nothing_is_left_a_further_cause_is_futile():
-    assert futile(0.0, 0.0, Calibration()) and futile(-0.1, -0.1, Calibration())
+    assert cannot_pay_off(0.0, 0.0, Calibration()) and cannot_pay_off(-0.1, -0.1, Calibration())
 
 
 def test_two_causes_lead_where_one_leaves_much():
@@ -169,7 +161,7 @@ def test_where_the_best_cause_leaves_much_causes_are_told_apart_less_surely():
                  for whole, size in ((10.0, 1.0), (1e6, 1e4)))
     assert near[0].names == far[0].names == ("presliding",)
     assert near[0].probability > 0.95 and far[0].probability == pytest.approx(0.8, abs=0.01)
-    assert set_90(near) == ["presliding"] and set_90(far) == ["presliding", "stribeck"]
+    assert credible_set(near) == ["presliding"] and credible_set(far) == ["presliding", "stribeck"]
     together = [sum(s.probability for s in found if s.names[0] in ("presliding", "stribeck"))
                 for found in (near, far)]
     assert together == pytest.approx([1.0, 1.0], abs=0.02)
@@ -193,9 +185,9 @@ def test_what_the_leading_cause_gives_away_goes_to_its_nearest_rival():
 
 def test_stored_numbers_of_another_schema_are_refused(tmp_path):
     kept = json.loads(STORED.read_text())
-    assert set(LEARNED) <= set(kept["numbers"]) and learned() == Calibration(**kept["numbers"])
+    assert set(LEARNED) <= set(kept["numbers"]) and load_calibration() == Calibration(**kept["numbers"])
     other = tmp_path / "calibration.json"
     other.write_text(json.dumps({**kept, "schema_version": 3}))
     with pytest.raises(ClieError, match="schema 3.*calibrate"):
-        learned(other)
-    assert learned(tmp_path / "none.json") == Calibration()
+        load_calibration(other)
+    assert load_calibration(tmp_path / "none.json") == Calibration()

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 
 @dataclasses.dataclass(frozen=True)

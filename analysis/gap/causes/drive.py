@@ -3,9 +3,8 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, Piece
 
-DELAY_TAPS = 60
 NEVER = 1e9
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap import links
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.problem import planar_chain
+from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 
 def _coulomb(s, p):
@@ -63,9 +63,9 @@ def _of_motor(s, p):
 
 def _of_links(s, p):
     """Load that the gear carries: weight and velocity torque of the links, motor side."""
-    load = links.coriolis_torque(s.chain, s.q, s.dq) / s.ratio
+    load = planar_chain.coriolis_torque(s.chain, s.q, s.dq) / s.ratio
     if s.chain.has_gravity:
-        load = load + links.gravity_torque(s.chain, s.q) / s.ratio
+        load = load + planar_chain.gravity_torque(s.chain, s.q) / s.ratio
     level = p["level"] + p["slope"] * np.abs(load)
     return level, level
 

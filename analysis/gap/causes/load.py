@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap import links
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulated import Piece, split_mass
+from clie_blocks.analysis.gap.problem import planar_chain
+from clie_blocks.analysis.gap.simulation.dynamics import Piece, split_mass
 
 
 def _spring(s, z, p):
@@ -19,8 +19,8 @@ SPRING = Cause(
 
 def _gravity(s, z, p):
     if s.chain.known:
-        upright = links.gravity_torque(s.chain, s.q) / s.ratio
-        turned = links.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
+        upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio
+        turned = planar_chain.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
     else:
         upright, turned = np.cos(s.q), -np.sin(s.q)
     return p["along"] * upright + p["across"] * turned, z
@@ -31,7 +31,7 @@ def _gravity_probes(scene):
     if not chain.known:
         size = np.min(scene.small_torque()) + 0 * scene.torque  # one number for all joints
         return [Probe({"along": size, "across": size}, ("along", "across"))]
-    stretched = links.gravity_torque(chain, np.zeros((1, chain.n)))[0] / ratio
+    stretched = planar_chain.gravity_torque(chain, np.zeros((1, chain.n)))[0] / ratio
     share = np.min(0.03 * scene.torque / np.maximum(stretched, 1e-12)) + 0 * scene.torque
     return [Probe({"along": share, "across": share}, ("along", "across"))]
 
@@ -43,11 +43,11 @@ GRAVITY = Cause(
 
 def tip_mass(s):
     """Own mass, shared mass and torque of 1 kg at the tip, motor side."""
-    unit = links.unit_tip_chain(s.chain)
-    own, cross = split_mass(links.mass_matrix(unit, s.q))
-    torque = links.coriolis_torque(unit, s.q, s.dq)
+    unit = planar_chain.unit_tip_chain(s.chain)
+    own, cross = split_mass(planar_chain.mass_matrix(unit, s.q))
+    torque = planar_chain.coriolis_torque(unit, s.q, s.dq)
     if s.chain.has_gravity:
-        torque = torque + links.gravity_torque(unit, s.q)
+        torque = torque + planar_chain.gravity_torque(unit, s.q)
     return own / s.ratio, cross / s.ratio, torque / s.ratio
 
 
@@ -67,8 +67,8 @@ PAYLOAD = Cause("payload", (Piece("body", _payload),),
 
 
 def _coupling(s, p):
-    own, cross = split_mass(links.mass_matrix(s.chain, s.q))
-    torque = links.coriolis_torque(s.chain, s.q, s.dq)
+    own, cross = split_mass(planar_chain.mass_matrix(s.chain, s.q))
+    torque = planar_chain.coriolis_torque(s.chain, s.q, s.dq)
     return (p["share"] * (own - s.chain.diagonal) / s.ratio, p["share"] * cross / s.ratio,
             p["share"] * torque / s.ratio)
 

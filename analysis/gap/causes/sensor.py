@@ -6,7 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 WORST = 0.02  # rad: a degree of eccentricity
 
@@ -28,8 +28,6 @@ ENCODER_ECCENTRICITY = Cause(
     "encoder_eccentricity", (Piece("sensor", _eccentric),),
     (Number("sine", "rad", -WORST, WORST), Number("cosine", "rad", -WORST, WORST),
      Number("order", "1/turn", fixed=True, neutral=None)), _probes)
-
-
 # A late encoder acts as a late drive until one joint pushes another: then the push comes in time.
 ENCODER_DELAY = Cause(
     "time_delay", (dataclasses.replace(TIME_DELAY.pieces[0], port="sensor"),), TIME_DELAY.numbers,

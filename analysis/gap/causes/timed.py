@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number
 from clie_blocks.analysis.gap.causes.load import tip_mass
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 
 def _periodic(s, z, p):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulated import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 CONTACT_DAMPING = 1.0
 CONTACTS = 60.0, 600.0, 1000.0  # rad/s at which two bodies touching swing: least, first, largest

@@ -1,15 +1,15 @@
 """Which effect: ranked causes, and those that this log cannot tell apart."""
 
 from clie_blocks.analysis.gap.report.plots import probabilities, residuals
-from clie_blocks.analysis.gap.report.words import (
+from clie_blocks.analysis.gap.report.wording import (
     FOREIGN,
-    called,
-    listed,
+    confounded,
+    effect_title,
+    join_words,
     number,
     percent,
-    rivalled,
 )
-from clie_blocks.analysis.gap.rivals import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
 from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
@@ -32,7 +32,7 @@ def causes_section(diagnosis, answer, units):
     names = diagnosis.problem.joints
     table = Table(
         ("cause", "joint", "probability", "looks like"),
-        tuple((called(row["effect"]), listed(names[k - 1] for k in row["joint"] or ()) or "-",
+        tuple((effect_title(row["effect"]), join_words(names[k - 1] for k in row["joint"] or ()) or "-",
                percent(row["probability"]), _signature(row["effect"])) for row in rows),
         marks=tuple(_mark(row["probability"]) for row in rows))
     text = ("Probabilities of several causes at once add up over all combinations in which they "
@@ -58,14 +58,14 @@ def confusion_section(answer):
     sure = {row["effect"] for row in answer["effects"] if row["probability"] >= SURE}
     remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
     pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
-    rows = tuple((f"{called(one)} or {called(other)}", _experiment(one, other))
+    rows = tuple((f"{effect_title(one)} or {effect_title(other)}", _experiment(one, other))
                  for one, other in pairs)
     foreign = tuple(_foreign(answer))
     if not rows:
         return Section("Causes that look alike", (_single(answer),),
                        points=(*foreign, *_look_alikes(answer)))
     menu = tuple(_menu(answer))
-    text = (f"This log cannot tell {listed(map(called, remaining))} apart: nine tenths of the "
+    text = (f"This log cannot tell {join_words(map(effect_title, remaining))} apart: nine tenths of the "
             "probability are shared among them and what is sure.")
     return Section("Causes that look alike", (text if menu else text + NO_RUN,),
                    tables=(Table(("which", "what separates them"), rows), *menu),
@@ -81,16 +81,16 @@ def _single(answer):
 
 def _foreign(answer):
     """What outside the library moves the robot just as a cause that is named."""
-    for row in rivalled(answer):
+    for row in confounded(answer):
         foreign = row["rival"]
-        yield f"{called(row['effect'])} or {FOREIGN[foreign]}: {TOLD_APART[foreign]}."
+        yield f"{effect_title(row['effect'])} or {FOREIGN[foreign]}: {TOLD_APART[foreign]}."
 
 
 def _look_alikes(answer):
     for name in answer["set_90"]:
         if name in LIBRARY:
             for other, experiment in LIBRARY[name].confused_with.items():
-                yield f"{called(name)} or {called(other)}: {experiment}."
+                yield f"{effect_title(name)} or {effect_title(other)}: {experiment}."
 
 
 def _experiment(one, other):

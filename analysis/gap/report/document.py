@@ -1,28 +1,28 @@
 """A diagnosis as a document: the answer first, then what it stands on."""
 
-from clie_blocks.analysis.gap.observer import loose
-from clie_blocks.analysis.gap.report import checks, where_sections
+from clie_blocks.analysis.gap.fitting.observer import is_open_loop
+from clie_blocks.analysis.gap.report import checks, localisation
 from clie_blocks.analysis.gap.report.causes import causes_section, confusion_section
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
-from clie_blocks.analysis.gap.report.paths import paths_section
 from clie_blocks.analysis.gap.report.plots import motions
-from clie_blocks.analysis.gap.report.repeatable import repeatable_section
-from clie_blocks.analysis.gap.report.words import (
+from clie_blocks.analysis.gap.report.signal_paths import signal_paths_section
+from clie_blocks.analysis.gap.report.torque_map import torque_map_section
+from clie_blocks.analysis.gap.report.wording import (
     FOREIGN,
     at_joints,
-    called,
+    confounded,
+    effect_title,
     family_of,
-    kin,
+    family_probability,
+    join_words,
     likely_family,
-    listed,
     number,
+    parameter_deviations,
     percent,
-    rivalled,
-    size,
     units_of,
-    wrong_numbers,
+    with_prefix,
 )
-from clie_blocks.analysis.gap.verdict import LIKELY
+from clie_blocks.analysis.gap.verdict.posterior import LIKELY
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Picture, Section
 
 MOODS = {"effect": GOOD, "parametric": GOOD, "none": GOOD, "unexplained": BAD,
@@ -51,15 +51,15 @@ def document(diagnosis, answer, records, name):
     """
     units, joints = units_of(records), diagnosis.problem.joints
     sections = (
-        where_sections.block_section(answer["where"]["block"]),
+        localisation.block_section(answer["where"]["block"]),
         far_section(diagnosis, answer, units),
         causes_section(diagnosis, answer, units),
-        where_sections.map_section(answer["where"], joints, units),
+        localisation.map_section(answer["where"], joints, units),
         confusion_section(answer),
-        paths_section(diagnosis, units),
+        signal_paths_section(diagnosis, units),
         parameters_section(diagnosis, answer, units),
         simulator_section(diagnosis, answer, records),
-        repeatable_section(diagnosis, answer, units),
+        torque_map_section(diagnosis, answer, units),
         checks.checks_section(diagnosis, units),
         checks.decisions_section(diagnosis, records))
     return Document(f"Gap between {name} and its model", sentence(answer, joints),
@@ -93,14 +93,14 @@ def sentence(answer, joints):
     if answer["verdict"] == "none":
         return "The model agrees with the robot down to the noise of its sensors."
     if answer["verdict"] == "parametric":
-        wrong = "; ".join(wrong_numbers(answer, joints))
+        wrong = "; ".join(parameter_deviations(answer, joints))
         return "The model is right but its numbers are not" + (f": {wrong}." if wrong else ".")
     if answer["verdict"] == "unexplained":
         by = "the nearest" if answer.get("controller_as_stated", True) else (
             "its controller is not the stated one, and the law that ran")
         nearest = "" if closed["value"] is None else (
             f"; {by} removes {number(closed['value'])} % of the reducible gap")
-        for row in rivalled(answer)[:1]:
+        for row in confounded(answer)[:1]:
             return (f"These logs cannot tell {FOREIGN[row['rival']]} from "
                     f"{_named([row], joints, answer)}{nearest}.")
         return f"Something is there that no effect of the library explains{nearest}." + _beside(
@@ -111,13 +111,13 @@ def sentence(answer, joints):
 
 
 def _named(rows, joints, answer):
-    return listed(f"{called(row['effect'])}{at_joints(row['joint'], joints)} "
+    return join_words(f"{effect_title(row['effect'])}{at_joints(row['joint'], joints)} "
                   f"({percent(row['probability'])}{_of_its_kind(answer, row)})" for row in rows)
 
 
 def _of_its_kind(answer, row):
     """How sure the family of an effect is, where the effect itself is not."""
-    family = kin(answer, row)
+    family = family_probability(answer, row)
     return f"; {family[0]} {percent(family[1])}" if family else ""
 
 
@@ -132,9 +132,9 @@ def _undecided(answer, joints):
     """What is left where no name is likely: the family that is, or all names."""
     likely = likely_family(answer, LIKELY)
     if not likely:
-        return listed(map(called, answer["set_90"]), "or")
+        return join_words(map(effect_title, answer["set_90"]), "or")
     family, probability, row = likely
-    return (f"{family_of(family)} ({percent(probability)}), most likely {called(row['effect'])}"
+    return (f"{family_of(family)} ({percent(probability)}), most likely {effect_title(row['effect'])}"
             f"{at_joints(row['joint'], joints)} ({percent(row['probability'])})")
 
 
@@ -149,12 +149,12 @@ def facts(answer, units):
     closed, unit = answer["closed_percent"], units["q"]
     interval = closed["interval"]
     return (
-        ("gap before", size(answer["gap_before"], unit)),
-        ("gap after", size(answer["gap_after"], unit)),
-        ("sensor noise in the loop", size(answer["gap_floor"], unit)),
+        ("gap before", with_prefix(answer["gap_before"], unit)),
+        ("gap after", with_prefix(answer["gap_after"], unit)),
+        ("sensor noise in the loop", with_prefix(answer["gap_floor"], unit)),
         ("closed", "-" if closed["value"] is None else f"{number(closed['value'])} %"
          + (f" ({number(interval[0])} .. {number(interval[1])})" if interval else "")),
-        ("causes that remain", listed(map(called, answer["set_90"])) or "-"))
+        ("causes that remain", join_words(map(effect_title, answer["set_90"])) or "-"))
 
 
 def far_section(diagnosis, answer, units):
@@ -166,9 +166,9 @@ def far_section(diagnosis, answer, units):
         "the log that was also fitted, since there is no other: give a second one")
     text = (f"Both models are simulated {_driven(diagnosis)}, on "
             f"{logs}. The gap is the RMS of measured less predicted position over all joints: "
-            f"{size(answer['gap_before'], units['q'])} refitted without a cause, "
-            f"{size(answer['gap_after'], units['q'])} with it; sensor noise alone leaves "
-            f"{size(answer['gap_floor'], units['q'])}.")
+            f"{with_prefix(answer['gap_before'], units['q'])} refitted without a cause, "
+            f"{with_prefix(answer['gap_after'], units['q'])} with it; sensor noise alone leaves "
+            f"{with_prefix(answer['gap_floor'], units['q'])}.")
     text += _theorem_2(answer["theorem_2"])
     picture = Picture("motions", motions(diagnosis, units),
                       "Above: measured position and both predictions. Below: what each of them "
@@ -178,7 +178,7 @@ def far_section(diagnosis, answer, units):
 
 def _driven(diagnosis):
     """What a model gets."""
-    if not loose(diagnosis.problem.law):
+    if not is_open_loop(diagnosis.problem.law):
         return "in closed loop from reference and excitation alone"
     if diagnosis.problem.held_out:
         return "from the commands alone, for nothing holds this machine"

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.gap.json_answer import answer
-from clie_blocks.analysis.gap.report.blocks import block_shares
+from clie_blocks.analysis.gap.assessment.localisation import block_shares
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.document import document
 from clie_blocks.analysis.gap.report.exports import corrected_model, force_per_command
 from clie_blocks.analysis.report.render import drawings, html

@@ -3,8 +3,8 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.report.exports import force_per_command, joint_side, simulator_names
-from clie_blocks.analysis.gap.report.words import (
-    called,
+from clie_blocks.analysis.gap.report.wording import (
+    effect_title,
     local_unit,
     number,
     simulator_units,
@@ -48,7 +48,7 @@ def _effect_rows(effect, joints, units):
         bounds = _bounds(entry.get("interval"), value)
         for where, one, low, high in _entries(value, bounds, effect["joint"], joints):
             if abs(one) < ABSENT:
-                yield (f"{called(effect['effect'])}: {name}", where, number(one, 4),
+                yield (f"{effect_title(effect['effect'])}: {name}", where, number(one, 4),
                        _interval(low, high), local_unit(entry["unit"], units), *names)
 
 

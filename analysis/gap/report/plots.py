@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.observer import let_go
-from clie_blocks.analysis.gap.report.words import called, scale
-from clie_blocks.analysis.gap.shrinkage import judging_logs
+from clie_blocks.analysis.gap.fitting.observer import without_observer
+from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
+from clie_blocks.analysis.gap.report.wording import display_scale, effect_title
 
 POINTS = 900  # per curve, enough for a page and small as SVG
 PANELS = 6  # joints that are drawn
@@ -21,9 +21,9 @@ def _figure(width, height):
 def motions(diagnosis, units):
     """Measured and predicted motion on the first judging log, and what each model misses."""
     problem = diagnosis.problem
-    j = judging_logs(problem)[0]
+    j = validation_logs(problem)[0]
     log = problem.logs[j]
-    before, after = (let_go(at, problem).error(j, dithered=False)
+    before, after = (without_observer(at, problem).error(j, dithered=False)
                      for at in (diagnosis.base.hypothesis, diagnosis.model.hypothesis))
     keep = slice(None, None, max(1, len(log) // POINTS))
     time = problem.period * np.arange(len(log))[keep]
@@ -36,7 +36,7 @@ def motions(diagnosis, units):
         above.plot(time, q, color=MEASURED, lw=1.6, label="measured")
         above.plot(time, q - before[keep, k], color=BEFORE, lw=0.9, label="model before")
         above.plot(time, q - after[keep, k], color=AFTER, lw=0.9, ls="--", label="corrected")
-        factor, unit = scale(np.abs(before[keep, k]).max(), units["q"])
+        factor, unit = display_scale(np.abs(before[keep, k]).max(), units["q"])
         floor = factor * diagnosis.bench.noises[k].floor
         below.axhspan(-floor, floor, color="#d8dee6", lw=0, label="noise")
         below.plot(time, factor * before[keep, k], color=BEFORE, lw=0.8, label="missed before")
@@ -61,7 +61,7 @@ def probabilities(rows):
     ax = figure.subplots()
     places = np.arange(len(rows))
     ax.barh(places, [row["probability"] for row in rows], color=AFTER)
-    ax.set_yticks(places, [called(row["effect"]) for row in rows])
+    ax.set_yticks(places, [effect_title(row["effect"]) for row in rows])
     ax.set(xlim=(0, 1), xlabel="probability")
     ax.invert_yaxis()
     ax.grid(axis="x", alpha=0.3)

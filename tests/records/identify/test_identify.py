@@ -8,22 +8,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from clie_blocks.analysis.records.control_law import control_law
-from clie_blocks.analysis.records.identify import identify
-from clie_blocks.analysis.records.identify.agreement import disagreements
-from clie_blocks.analysis.records.identify.closed_loop import (
+from clie_blocks.analysis.identification import identify
+from clie_blocks.analysis.identification.agreement import disagreements
+from clie_blocks.analysis.identification.closed_loop import (
     closed_loop_least_squares,
     held_plant,
     model_motion,
     sensitivity,
 )
-from clie_blocks.analysis.records.identify.command import main
-from clie_blocks.analysis.records.identify.motion import rough_inertia, split
-from clie_blocks.analysis.records.identify.prediction import predict
-from clie_blocks.analysis.records.identify.regression import (
-    Estimate,
-    idim_least_squares,
-)
+from clie_blocks.analysis.identification.command import main
+from clie_blocks.analysis.identification.motion import rough_inertia, split
+from clie_blocks.analysis.identification.prediction import predict
+from clie_blocks.analysis.identification.regression import Estimate, idim_least_squares
+from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.model import Record, Robot
 from clie_blocks.analysis.records.read import read_records
 from clie_blocks.analysis.records.replay import velocity

@@ -1,0 +1,1 @@
+"""Other methods, and the diagnosis with a stage removed, on the same trials."""

@@ -1,0 +1,1 @@
+"""The independent engine: MuJoCo bodies, drives, encoders and sampled controllers."""

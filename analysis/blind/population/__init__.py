@@ -1,0 +1,1 @@
+"""The robots of a study: drawn at random, given an effect, logged, written to disk."""

@@ -1,0 +1,119 @@
+"""A trial as a folder that says nothing of its effect: ``robot.toml`` and three logs."""
+
+import gzip
+
+import numpy as np
+
+from clie_blocks.analysis.blind.engine.robot import UNSTATED, G
+from clie_blocks.output import write
+
+_NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
+          "axes": "axes side by side", "spatial": "balanced arm on a turntable"}
+
+
+def write_trial(trial, folder):
+    """Write what the diagnosis may see.
+
+    Parameters
+    ----------
+    trial : Trial
+        From `make_trial`.
+    folder : pathlib.Path
+        Of the trial.
+
+    """
+    for j, (motion, (q, u)) in enumerate(zip(trial.motions, trial.runs)):
+        packed = gzip.compress(_log(trial.robot.period, motion, q, u).encode(), mtime=0)
+        write(folder / f"log-{j + 1}.csv.gz", packed)
+    write(folder / "robot.toml", robot_text(trial.robot, trial.motions))
+
+
+def _log(period, motion, q, u):
+    n = q.shape[1]
+    head = ["time"] + [f"{name}{k + 1}" for name in ("q", "u", "qd", "pe") for k in range(n)]
+    time = period * np.arange(len(q))[:, None]
+    rows = np.hstack([time, q, u, motion.q_d, motion.pe]).round(12) + 0.0
+    return "\n".join([",".join(head), *(",".join(f"{x:.10g}" for x in row) for row in rows), ""])
+
+
+def robot_text(robot, motions):
+    """Return the text of ``robot.toml``.
+
+    Parameters
+    ----------
+    robot : Robot
+        As stated.
+    motions : list of Motion
+        The experiments.
+
+    """
+    parts = [_HEAD.format(
+        name=_NAMES[robot.kind], n=robot.n, ratio=_list(robot.ratio), rotor=_list(robot.rotor),
+        drag=_list(robot.drag), one=_list(np.ones(robot.n)), peak=_list(5.0 * robot.kp),
+        offset=_list(0.01 * robot.kp))]
+    if robot.kind not in UNSTATED:
+        parts.append(_LINKS.format(
+            length=_list(robot.length), mass=_list(robot.mass), com=_list(robot.com),
+            inertia=_list(robot.inertia), bearing=_list(robot.bearing)))
+    parts.append(_LAW.format(
+        gravity=str(robot.gravity).lower(), coupling=str(robot.coupling).lower(), g=G,
+        kp=_list(robot.kp), kd=_list(robot.kd), high=robot.corners[0], low=robot.corners[1],
+        discretisation=robot.discretisation,
+        period=robot.period, step=_list(robot.command_step), shaft=robot.shaft,
+        resolution=f"{robot.resolution[0]:.10g}"))
+    parts += [_EXPERIMENT.format(
+        j=j + 1, excitation=motion.excitation, start=_list(motion.start), pose=_list(robot.pose),
+        duration=round(len(motion.q_d) * robot.period, 6)) for j, motion in enumerate(motions)]
+    return "\n".join(parts)
+
+
+def _list(values):
+    return "[" + ", ".join(f"{value:.10g}" for value in values) + "]"
+
+
+_HEAD = """name = "{name}"
+joints = {n}
+
+[motor]                    # datasheet, motor side; list entry k is joint k
+gear_ratio = {ratio}
+inertia_kgm2 = {rotor}
+viscous_friction_nms = {drag}
+torque_gain = {one}        # delivered torque per commanded torque
+peak_torque_nm = {peak}
+inertia_tolerance = 0.01   # relative
+viscous_friction_tolerance = 0.15
+torque_offset_tolerance_nm = {offset}   # constant offset of the drive
+"""
+_LINKS = """[links]                    # CAD; com along the link; inertia about the com
+length_m = {length}
+mass_kg = {mass}
+com_m = {com}
+inertia_kgm2 = {inertia}
+joint_viscous_friction_nms = {bearing}   # bearings, joint side
+"""
+_LAW = """[nominal]                  # what the nominal model contains, besides A, B and D
+gravity = {gravity}
+coupling = {coupling}
+g = {g}
+
+[controller]               # u = Kp (qd - q) - Kd v + pe, v = G1 q, motor side N m
+Kp = {kp}
+Kd = {kd}
+velocity_filter_highpass_rad_s = {high}
+velocity_filter_lowpass_rad_s = {low}
+velocity_filter_discretisation = "{discretisation}"   # at rest before the first sample
+sample_time_s = {period}
+hold = "zero-order"        # the command acts from its own sample instant on
+command_resolution_nm = {step}
+
+[encoder]
+mounting = "joint side"
+shaft_ratio = {shaft}
+resolution_rad = {resolution}
+"""
+_EXPERIMENT = """[experiment.log-{j}]
+excitation = "{excitation}"
+start_rad = {start}     # at rest, brake released at time 0
+set_point_rad = {pose}      # centre of the motion
+duration_s = {duration}
+"""

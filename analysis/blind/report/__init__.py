@@ -1,0 +1,1 @@
+"""The scoreboard of a study as a page, for a terminal, and as plots."""

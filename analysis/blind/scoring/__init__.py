@@ -1,0 +1,1 @@
+"""From diagnoses and opened labels to figures with their intervals."""

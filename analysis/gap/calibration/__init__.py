@@ -1,0 +1,1 @@
+"""Training of the numbers in ``method.json`` on simulated robots."""

@@ -1,0 +1,1 @@
+"""Stage 6: the nominal model and the hypotheses, fitted in closed loop."""

@@ -1,0 +1,184 @@
+"""Known rigid-body terms of a planar chain of links, over whole time series.
+
+Angles as in the paper: q1 = 0 is horizontal, every other joint relative to the link before it.
+Torques are joint side [N m]; the mass matrix is that of all links, without the rotors.
+
+In the absolute angles phi_i = q_1 + ... + q_i the chain is simple: its mass matrix is
+P_ij cos(phi_i - phi_j) with constants P, its centrifugal torque P_ij sin(phi_i - phi_j) dphi_j^2.
+A joint turns all links behind it, so its row is the sum of theirs.
+"""
+
+import dataclasses
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PlanarChain:
+    """Links of the robot, and which of their terms the nominal model holds.
+
+    Parameters
+    ----------
+    length, mass, com, inertia, bearing_damping : ndarray, shape (n,)
+        As in `Links`; zero where not stated.
+    g : float
+        Acceleration of gravity [m/s^2].
+    has_gravity, has_coupling : bool
+        Terms of the nominal model.
+    diagonal : ndarray, shape (n,)
+        Diagonal of the mass matrix at the pose of the experiments [kg m^2].
+    known : bool
+        The link data are stated.
+
+    """
+
+    length: np.ndarray
+    mass: np.ndarray
+    com: np.ndarray
+    inertia: np.ndarray
+    bearing_damping: np.ndarray
+    g: float
+    has_gravity: bool
+    has_coupling: bool
+    diagonal: np.ndarray
+    known: bool
+
+    numbers = ("length", "mass", "com", "inertia", "bearing_damping", "g", "diagonal")
+
+    @property
+    def n(self):
+        """Number of joints."""
+        return len(self.length)
+
+
+def planar_chain(robot, pose):
+    """Return the chain that a robot file states, with its inertia at a pose."""
+    links, n = robot.links, robot.n
+    known = (links.mass is not None and links.length is not None
+             and np.all(links.mass > 0) and np.all(links.length > 0))
+    zero = np.zeros(n)
+
+    def given(name):
+        value = getattr(links, name)
+        return zero if value is None else np.array(value, float)
+
+    chain = PlanarChain(
+        length=given("length"), mass=given("mass") if known else zero, com=given("com"),
+        inertia=given("inertia") if known else zero,
+        bearing_damping=given("joint_viscous_friction"), g=robot.nominal.g,
+        has_gravity=known and robot.nominal.gravity,
+        has_coupling=known and robot.nominal.coupling and n > 1, diagonal=zero, known=known)
+    rows = mass_matrix(chain, np.asarray(pose, float))
+    return dataclasses.replace(chain, diagonal=np.array([rows[k][k] for k in range(n)]))
+
+
+def mass_matrix(chain, q):
+    """Mass matrix as n rows of n entries [kg m^2]; q (..., n) may hold a time series."""
+    n, constant = chain.n, _constants(chain)
+    pair = {(i, j): constant[i][j] * cosine for (i, j), (cosine, _) in _turns(q).items()}
+    pair.update({(i, i): constant[i][i] for i in range(n)})
+    rows = [[0.0] * n for _ in range(n + 1)]
+    for a in reversed(range(n)):
+        tail = 0.0
+        for b in reversed(range(a, n)):
+            tail = pair[a, b] + tail
+            rows[a][b] = rows[b][a] = tail + rows[a + 1][b]
+    return rows[:n]
+
+
+def gravity_torque(chain, q, shift=0.0):
+    """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q is (..., n)."""
+    own = chain.g * chain.mass * chain.com
+    angle, torque = _absolute(q), []
+    for i in range(chain.n):
+        carried = chain.g * chain.length[i] * _sum([chain.mass[k] for k in range(i + 1, chain.n)])
+        torque.append((own[i] + carried) * np.cos(angle[i] + shift))
+    return np.stack(_carried_by(torque), axis=-1)
+
+
+def coriolis_torque(chain, q, dq):
+    """Coriolis and centrifugal torque of the links [N m]; zero for one."""
+    n, constant, speed = chain.n, _constants(chain), _absolute(dq)
+    if n == 1:
+        return 0.0 * q
+    square, torque, turns = [w * w for w in speed], [[] for _ in range(n)], _turns(q)
+    for i in range(n):
+        for j in range(i + 1, n):
+            pull = constant[i][j] * turns[i, j][1]
+            torque[i].append(-pull * square[j])
+            torque[j].append(pull * square[i])
+    return np.stack(_carried_by([_sum(parts) for parts in torque]), axis=-1)
+
+
+def coupling_torque(chain, q, dq, ddq):
+    """Torque of inertia coupling, of the change of inertia, and Coriolis [N m]."""
+    if chain.n == 1:
+        return 0.0 * q
+    return (inertial_torque(chain, q, ddq) - chain.diagonal * ddq
+            + coriolis_torque(chain, q, dq))
+
+
+def inertial_torque(chain, q, ddq):
+    """Mass matrix times acceleration [N m], shape (..., n)."""
+    return np.stack([_sum([m * ddq[..., j] for j, m in enumerate(row)])
+                     for row in mass_matrix(chain, q)], axis=-1)
+
+
+def tip_load_torque(chain, q, dq, ddq):
+    """Torque of a unit mass at the tip [N m/kg], with its weight where gravity acts."""
+    unit = unit_tip_chain(chain)
+    torque = inertial_torque(unit, q, ddq) + coriolis_torque(unit, q, dq)
+    return torque + gravity_torque(unit, q) if chain.has_gravity else torque
+
+
+def unit_tip_chain(chain):
+    """Chain with the same lengths whose only mass is 1 kg at the tip."""
+    return dataclasses.replace(chain, mass=np.eye(chain.n)[-1], com=chain.length,
+                               inertia=np.zeros(chain.n))
+
+
+def _constants(chain):
+    """Upper triangle of P: inertia of link i about its joint, and moments of links i < j."""
+    n, found = chain.n, [[None] * chain.n for _ in range(chain.n)]
+    for j in range(n):
+        carried = _sum([chain.mass[k] for k in range(j + 1, n)])
+        moment = chain.mass[j] * chain.com[j] + chain.length[j] * carried
+        for i in range(j):
+            found[i][j] = chain.length[i] * moment
+        found[j][j] = (chain.inertia[j] + chain.mass[j] * chain.com[j] * chain.com[j]
+                       + chain.length[j] * chain.length[j] * carried)
+    return found
+
+
+def _turns(q):
+    """Cosine and sine of the angle from link i to every link j behind it, by (i, j).
+
+    Angles add up along the chain, so that products take the place of most sines.
+    """
+    found = {}
+    for j in range(1, q.shape[-1]):
+        cosine, sine = found[j - 1, j] = np.cos(q[..., j]), np.sin(q[..., j])
+        for i in range(j - 1):
+            before, aside = found[i, j - 1]
+            found[i, j] = before * cosine - aside * sine, aside * cosine + before * sine
+    return found
+
+
+def _absolute(q):
+    """Sums q_1 + ... + q_i, one per joint."""
+    found = [q[..., 0]]
+    for k in range(1, q.shape[-1]):
+        found.append(found[-1] + q[..., k])
+    return found
+
+
+def _carried_by(torque):
+    """Torque at every joint of torques that act on the links: those of all links behind it."""
+    found = [torque[-1]]
+    for part in reversed(torque[:-1]):
+        found.append(part + found[-1])
+    return found[::-1]
+
+
+def _sum(parts):
+    return sum(parts[1:], parts[0]) if parts else 0.0

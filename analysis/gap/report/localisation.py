@@ -1,0 +1,115 @@
+"""The gap by block of the loop, and the loop drawn with each block coloured by its share."""
+
+from clie_blocks.analysis.gap.report.plots import where_map
+from clie_blocks.analysis.gap.report.wording import number, percent, with_prefix
+from clie_blocks.analysis.report.document import Picture, Section, Table
+
+
+def loop_picture(shares):
+    """Draw the loop of Fig. 1, the joint opened into its parts, coloured by share of the gap.
+
+    What no hypothesis removes is drawn as a torque from elsewhere, so that the colours add up.
+
+    Parameters
+    ----------
+    shares : list of dict
+        From `block_shares`.
+
+    """
+    from clie_blocks.diagrams.picture import draw
+
+    values = {row["block"]: 100.0 * row["share"] for row in shares}
+    return draw(_loop(), values=values, value_label="share of the gap [%]")
+
+
+def _loop():
+    from clie_blocks.signals import interconnect
+
+    blocks = [_block("controller", ("q_d", "pe", "q_seen"), "u"), _block("drive", ("u",), "tau"),
+              _block("joint", ("tau", "tau_gear", "tau_else"), "q_motor"),
+              _block("unassigned", (), "tau_else"),
+              _block("gear", ("q_motor", "q"), "tau_gear"), _block("links", ("tau_gear",), "q"),
+              _block("encoder", ("q",), "q_seen")]
+    wires = (("drive.u", "controller.u"), ("joint.tau", "drive.tau"),
+             ("joint.tau_else", "unassigned.tau_else"),
+             ("joint.tau_gear", "gear.tau_gear"), ("gear.q_motor", "joint.q_motor"),
+             ("gear.q", "links.q"), ("links.tau_gear", "gear.tau_gear"),
+             ("encoder.q", "links.q"), ("controller.q_seen", "encoder.q_seen"))
+    return interconnect(blocks, name="robot", connections=list(wires),
+                        inputs={"q_d": "controller.q_d", "pe": "controller.pe"},
+                        outputs={"q": "encoder.q_seen"})
+
+
+def _block(name, inputs, output):
+    """Block of the drawing: it shows where signals go, and is never run."""
+    import control as ct
+
+    from clie_blocks.signals import signals
+
+    return ct.nlsys(lambda t, x, u, params: -x, lambda t, x, u, params: x, states=1, name=name,
+                    inputs=signals(*inputs, n=1), outputs=signals(output, n=1))
+
+
+TITLE = "Where in the diagram"
+RANKED = 12
+LEAST = 0.1  # of the gap that has a block
+EVEN = 0.25  # share of a quarter if the gap were spread evenly
+
+
+def block_section(blocks):
+    """The loop, each block coloured by its share of the gap."""
+    if sum(row["share"] for row in blocks) < LEAST:
+        return Section(TITLE, ("There is no gap to be shared out: the model agrees with the robot "
+                               "down to the noise.",))
+    table = Table(("share of the gap", "block"),
+                  tuple((percent(row["share"]), row["block"]) for row in blocks))
+    picture = Picture("diagram", loop_picture(blocks),
+                      "The loop of one joint, coloured by the share of the gap that each block "
+                      "is expected to cause.")
+    return Section(TITLE, (
+        "Each cause gives the share of the gap that it removes to its block, weighted with its "
+        "probability; wrong numbers are the joint's.",), tables=(table,), pictures=(picture,))
+
+
+def map_section(where, joints, units):
+    """The map by joint, time, frequency and region of operation."""
+    per_joint = Table(
+        ("joint", "share", "RMS error", "noise floor", "chi^2 per sample (1 is noise)"),
+        tuple((row["name"], percent(row["share"]), with_prefix(row["rms"], units["q"]),
+               with_prefix(row["floor"], units["q"]), number(row["chi2_per_sample"]))
+              for row in where["joint"]), "By joint, all logs, refitted model without a cause.")
+    ranked = Table(("share", "where"), tuple(
+        (percent(share), name) for name, share in ranked_shares(where, joints, units)[:RANKED]),
+        "Where most of it lies, one kind of place at a time.")
+    picture = Picture("where", where_map(where, joints, units),
+                      "Share of the squared error by joint, by time in each log, by frequency, "
+                      "and by quarter of position, velocity, speed and torque (an even spread "
+                      f"gives {percent(EVEN)} to each quarter).")
+    return Section("Where in joint, time, frequency and operation", (),
+                   tables=(per_joint, ranked), pictures=(picture,))
+
+
+def ranked_shares(where, joints, units):
+    """Return (place, share) pairs, largest share first."""
+    found = [(f"all of {row['name']}", row["share"]) for row in where["joint"]]
+    for log in where["time"]:
+        step = log["seconds_per_part"]
+        found += [(f"log {log['log']}, {i * step:.3g} to {(i + 1) * step:.3g} s", share)
+                  for i, share in enumerate(log["share"])]
+    found += [(f"{row['band_hz'][0]:g} to {row['band_hz'][1]:g} Hz", row["share"])
+              for row in where["frequency"]]
+    for row in where["region"]:
+        for kind in ("position", "velocity", "speed", "torque"):
+            found += [(f"{joints[row['joint'] - 1]}, {_quarter(kind, row[kind], i, units)}", share)
+                      for i, share in enumerate(row[kind]["share"])]
+    return sorted(found, key=lambda pair: -pair[1])
+
+
+def _quarter(kind, quarters, i, units):
+    unit = {"position": units["q"], "torque": units["u"]}.get(kind, f"{units['q']}/s")
+    edges = [number(edge) for edge in quarters["edges"]]
+    if i == 0:
+        return f"{kind} below {edges[0]} {unit}"
+    if i == len(edges):
+        return f"{kind} above {edges[-1]} {unit}"
+    return f"{kind} {edges[i - 1]} to {edges[i]} {unit}"

@@ -1,0 +1,1 @@
+"""Stage 5: from a prediction error to a white residual: noise, sensitivity, whitening."""

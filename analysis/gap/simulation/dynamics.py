@@ -1,0 +1,200 @@
+"""The robot as it is simulated: sampled law, joints, links, and pieces that an effect adds.
+
+One period of the controller is one step: measure, command, hold, move.  Between two samples the
+joints move by the midpoint rule; dry friction acts as an impulse that can stop a joint but never
+turn it round, so that a stuck joint stays stuck (time stepping, as in rigid-body contact).  With
+an elastic or loose transmission motor and link move apart, in shorter steps.
+
+Everything is plain numpy on arrays of shape (n,), without branches, so that the same function
+runs as it stands and as machine code.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.planar_chain import (
+    coriolis_torque,
+    gravity_torque,
+    mass_matrix,
+)
+
+SUBSTEPS = 5
+SWEEPS = 4  # for the friction impulses of coupled joints
+
+
+@dataclasses.dataclass(frozen=True)
+class Piece:
+    """What one effect adds to the simulated robot.
+
+    Parameters
+    ----------
+    port : str
+        ``sensor``  act(q, z, p, h) -> measured q, z, whose memory starts as the position;
+        ``drive``   act(u, z, p, h) -> u, z;
+        ``load``    act(s, z, p) -> torque that opposes, z;
+        ``friction`` act(s, p) -> largest torque against forward and against backward motion;
+        ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
+        ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
+        two are their inertias.
+        `s` is a `State`; `p` holds the numbers of the effect, `z` its memory, one array (n,)
+        per state; `h` is the period.
+    act : callable
+        See above.
+    states : int
+        Memory per joint.
+
+    """
+
+    port: str
+    act: Callable
+    states: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class State:
+    """What a piece may read at one instant: signals, time, period, links and gear ratios."""
+
+    q: np.ndarray
+    dq: np.ndarray
+    u: np.ndarray
+    t: float
+    h: float
+    chain: object
+    ratio: np.ndarray
+
+
+def measured_position(q, memory, pieces, p, h):
+    """Position as the controller sees it [rad], and the memory of its pieces one sample later."""
+    after = {}
+    for name, piece in _at(pieces, "sensor"):
+        q, after[name] = piece.act(q, memory[name], p[name], h)
+    return q, after
+
+
+def law_command(q, q_d, pe, memory, start, clipped, p):
+    """Command of the sampled law, started at rest at a measured position, and its memory after."""
+    b, a, x = p["b"], p["a"], q - start
+    rate = b[0] * x + memory[0]
+    after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
+    u = p["kp"] * (q_d - q) - p["kd"] * rate + pe
+    return (np.clip(u, -p["saturation"], p["saturation"]) if clipped else u), after
+
+
+def delivered_torque(u, memory, pieces, p, h):
+    """Torque that leaves the drive, and the memory of its pieces one sample later."""
+    after = {}
+    for name, piece in _at(pieces, "drive"):
+        u, after[name] = piece.act(u, memory[name], p[name], h)
+    return u, after
+
+
+def opposing_torque(s, memory, pieces, p):
+    """Sum of the torques that oppose [N m], and the memory of their pieces one sample later."""
+    torque, after = p["damping"] * s.dq + p["load"], {}
+    for name, piece in _at(pieces, "load"):
+        added, after[name] = piece.act(s, memory[name], p[name])
+        torque = torque + added
+    return torque, after
+
+
+def dry_friction(s, pieces, p):
+    """Largest friction torque against forward and against backward motion [N m], or None."""
+    found = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
+    return tuple(sum(side[1:], side[0]) for side in zip(*found)) if found else None
+
+
+def velocity_after_friction(dq, own, cross, limits, h):
+    """Velocity after dry friction acted for a time h: it stops a joint, never reverses it.
+
+    The impulses of coupled joints depend on each other; a few sweeps settle them.
+    """
+    if limits is None:
+        return dq
+    forward, backward = limits
+    if cross is None:
+        return dq - np.clip(dq * own, -h * backward, h * forward) / own
+    inverse, n = inverse_mass(own, cross), len(dq)
+    alone = [1.0 / inverse[k][k] for k in range(n)]
+    share = [[alone[k] * inverse[k][j] for j in range(n)] for k in range(n)]
+    impulse = [0.0 * dq[k] for k in range(n)]
+    for _ in range(SWEEPS):
+        for k in range(n):
+            left = alone[k] * dq[k] - _sum(share[k][j] * impulse[j] for j in range(n) if j != k)
+            impulse[k] = np.clip(left, -h * backward[k], h * forward[k])
+    return np.stack([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
+                     for k in range(n)])
+
+
+def inverse_mass(own, cross):
+    """Inverse of the mass matrix as rows; the elimination needs no pivots."""
+    n = len(own)
+    rows = [[own[k] if j == k else cross[j][k] for j in range(n)] for k in range(n)]
+    if n == 2:  # half the time
+        (a, b), (c, d) = rows
+        scale = 1.0 / (a * d - b * c)
+        return [[scale * d, -scale * b], [-scale * c, scale * a]]
+    for p in range(n):
+        scale = 1.0 / rows[p][p]
+        rows[p] = [scale if j == p else scale * rows[p][j] for j in range(n)]
+        for k in range(n):
+            if k != p:
+                factor = rows[k][p]
+                rows[k] = [-factor * scale if j == p else rows[k][j] - factor * rows[p][j]
+                           for j in range(n)]
+    return rows
+
+
+def link_terms(s, pieces, p):
+    """Mass of links and bodies beyond the stated diagonal, and their torque, motor side.
+
+    Returns
+    -------
+    own : ndarray, shape (n,)
+        Diagonal of the mass matrix.
+    cross : ndarray, shape (n, n), or None
+        ``cross[j][k]`` is the share of joint j's acceleration in the equation of joint k;
+        None where nothing couples the joints.
+    torque : ndarray, shape (n,)
+        Gravity and Coriolis torque.
+
+    """
+    chain, share, cross = s.chain, 1.0 / s.ratio, None
+    own = torque = np.zeros(chain.n)
+    if chain.has_coupling:
+        own, cross = split_mass(mass_matrix(chain, s.q))
+        own, cross = share * (own - chain.diagonal), share * cross
+        torque = share * coriolis_torque(chain, s.q, s.dq)
+    if chain.has_gravity:
+        torque = torque + share * gravity_torque(chain, s.q)
+    for name, piece in _at(pieces, "body"):
+        more_own, more_cross, more_torque = piece.act(s, p[name])
+        own, torque = own + more_own, torque + more_torque
+        cross = more_cross if cross is None else cross + more_cross
+    return own, cross if chain.n > 1 else None, torque
+
+
+def split_mass(rows):
+    """Diagonal of a mass matrix, and the whole of it."""
+    return np.array([row[k] for k, row in enumerate(rows)]), np.array(rows)
+
+
+def acceleration(torque, own, cross):
+    """Solve own_k ddq_k + sum of cross_jk ddq_j = torque_k."""
+    if cross is None:
+        return torque / own
+    return np.array([_sum(x * torque[j] for j, x in enumerate(row))
+                     for row in inverse_mass(own, cross)])
+
+
+def _sum(parts):
+    first, *rest = parts
+    return sum(rest, first)
+
+
+def _at(pieces, port):
+    return [(name, piece) for name, piece in pieces if piece.port == port]
+
+
+DELAY_TAPS = 60

@@ -1,0 +1,1 @@
+"""The user's own simulator in the place of the datasheet."""

@@ -1,0 +1,1 @@
+"""Any python-control loop in the place of the stated joint and law."""

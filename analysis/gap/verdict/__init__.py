@@ -1,0 +1,1 @@
+"""Stage 8: from fits to probabilities, the unknown included."""

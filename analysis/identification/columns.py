@@ -1,0 +1,90 @@
+"""Terms of the joint's equation ``J ddq + F dq + c + ... + known = u``, one column each.
+
+Inertia J, viscous friction F and offset c are the paper's model, eq. (8) on the motor side and in
+the unit of the command; further terms can be given by hand.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.identification.motion import stiction
+from clie_blocks.errors import ClieError, nearest
+
+BASE = ("inertia", "viscous", "offset")
+EXTRA = {"coulomb": "dry friction, constant against the motion",
+         "weight_cos": "weight of a link, cos q", "weight_sin": "weight of a link, sin q"}
+
+
+def term_names(extra):
+    """Names of all terms, the paper's three first.
+
+    Raises
+    ------
+    ClieError
+        If a name is not known.
+
+    """
+    for name in extra:
+        if name not in EXTRA:
+            raise ClieError(f"no term {name!r} to add; {nearest(name, EXTRA)}")
+    return (*BASE, *extra)
+
+
+def terms(names, q, dq, ddq, top_speed):
+    """Columns of the regressor of one joint.
+
+    Parameters
+    ----------
+    names : sequence of str
+        From `term_names`.
+    q, dq, ddq : ndarray, shape (N,)
+        Motion.
+    top_speed : float
+        Of the whole experiment; it sets where dry friction turns its sign.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        One column per term.
+
+    """
+    made = {"inertia": lambda: ddq, "viscous": lambda: dq, "offset": lambda: np.ones_like(q),
+            "coulomb": lambda: stiction(dq, top_speed),
+            "weight_cos": lambda: np.cos(q), "weight_sin": lambda: np.sin(q)}
+    return np.column_stack([np.empty((len(q), 0)), *(made[name]() for name in names)])
+
+
+def known_load(run, robot):
+    """Torque of the links that the nominal model contains, in the unit of u, shape (N, n).
+
+    Weight, and the inertia coupling beyond the constant inertia at the first position, by eqs.
+    (1) to (7) for one or two links; zero for what `robot.toml` does not claim to know.
+    """
+    zero = np.zeros(run.q.shape)
+    links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
+    stated = all(x is not None for x in (links.mass, links.com, ratio))
+    if not stated or not (nominal.gravity or nominal.coupling) or robot.n > 2:
+        return zero
+    load = _weight(run.q, links, nominal.g) if nominal.gravity else zero
+    if nominal.coupling and robot.n == 2 and links.length is not None:
+        load = load + _coupling(run, links)
+    return load / (ratio if robot.motor.torque_gain is None else ratio * robot.motor.torque_gain)
+
+
+def _weight(q, links, g):
+    if q.shape[1] == 1:
+        return links.mass * links.com * g * np.cos(q)
+    from clie_blocks.manipulator import gravity
+
+    return gravity(q.T, links.mass, links.length, links.com, g).T
+
+
+def _coupling(run, links):
+    from clie_blocks.manipulator import coriolis, mass_matrix
+
+    own = np.zeros(2) if links.inertia is None else links.inertia
+    own = np.broadcast_to(own[:, None], run.q.T.shape)  # every entry of M gets the time axis
+    matrix = mass_matrix(run.q.T, links.mass, links.length, links.com, own)
+    constant = np.diag(np.diag(matrix[..., 0]))
+    spin = coriolis(run.q.T, run.dq.T, links.mass, links.length, links.com)
+    return (np.einsum("ijt,tj->ti", matrix - constant[..., None], run.ddq)
+            + np.einsum("ijt,tj->ti", spin, run.dq))

@@ -1,0 +1,142 @@
+"""Regression of the equation of motion: the textbook's IDIM-LS, and instrumental variables."""
+
+import dataclasses
+
+import numpy as np
+
+from clie_blocks.analysis.identification.columns import terms
+from clie_blocks.analysis.records.uncertainty import Fit, least_squares
+from clie_blocks.errors import NotIdentifiableError
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Estimate:
+    """Parameters of one joint by one method, in units of the command.
+
+    Parameters
+    ----------
+    method : str
+        Which.
+    names : tuple of str
+        Terms.
+    value, interval : ndarray, shape (p,)
+        Estimates and half widths of their 95 % intervals.
+    note : str
+        What to know about it.
+
+    """
+
+    method: str
+    names: tuple
+    value: np.ndarray
+    interval: np.ndarray
+    note: str = ""
+
+    def get(self, name):
+        """Value and half width of a term."""
+        place = self.names.index(name)
+        return float(self.value[place]), float(self.interval[place])
+
+
+def idim_least_squares(runs, loads, k, names):
+    """IDIM-LS: ordinary least squares of the filtered command on the filtered measured motion.
+
+    Parameters
+    ----------
+    runs : list of Run
+        Experiments.
+    loads : list of ndarray, shape (N, n)
+        Known load torque of each run.
+    k : int
+        Joint.
+    names : tuple of str
+        Terms of the model.
+
+    Returns
+    -------
+    Estimate
+        With block-robust intervals.
+
+    Notes
+    -----
+    The measured acceleration carries noise, and in closed loop the command carries the same noise;
+    both bias it (Janot, Vandanjon, Gautier 2014).  It is here as the reference.
+
+    """
+    speed = top_speed(runs, k)
+    columns = [_filtered(run, terms(names, *_measured(run, k), speed), k) for run in runs]
+    return _estimate("IDIM-LS", names, columns, _targets(runs, loads, k))
+
+
+def instrumental_variables(runs, loads, k, names, simulated):
+    """Instrumental variables: as IDIM-LS, correlated with the motion of a noise-free model.
+
+    Parameters
+    ----------
+    runs, loads, k, names
+        As for `idim_least_squares`.
+    simulated : list of (ndarray, ndarray, ndarray)
+        Position, velocity and acceleration of the closed-loop model over each run.
+
+    Returns
+    -------
+    Estimate
+        Without the bias of noise, as long as the model's loop is the robot's.
+
+    """
+    speed = top_speed(runs, k)
+    columns = [_filtered(run, terms(names, *_measured(run, k), speed), k) for run in runs]
+    instruments = [_filtered(run, terms(names, *motion, speed), k)
+                   for run, motion in zip(runs, simulated, strict=True)]
+    return _estimate("instrumental variables", names, columns, _targets(runs, loads, k),
+                     instruments)
+
+
+def top_speed(runs, k):
+    """Largest filtered speed of a joint over all runs."""
+    return max(float(np.abs(run.dq[run.inner, k]).max()) for run in runs)
+
+
+def solved(columns, target, joint, names, instruments=None):
+    """Least squares, with a message that names the combination when it has no answer.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the columns are not independent.
+
+    """
+    size = np.linalg.norm(columns, axis=0)
+    if size.all():
+        _, spread, directions = np.linalg.svd(columns / size, full_matrices=False)
+        if spread[-1] > 1e-6 * spread[0]:
+            return least_squares(columns, target, instruments)
+        tied = [n for n, part in zip(names, directions[-1], strict=True) if abs(part) > 0.3]
+    else:
+        tied = [n for n, part in zip(names, size, strict=True) if part == 0]
+    raise NotIdentifiableError(f"{joint}: {' and '.join(tied)} cannot be told apart in this "
+                               "motion; excite it more richly ('clie check' says how)")
+
+
+def _measured(run, k):
+    return run.q[:, k], run.dq[:, k], run.ddq[:, k]
+
+
+def _filtered(run, columns, k):
+    return np.stack([run.lowpassed(column, k) for column in columns.T], axis=1)
+
+
+def _targets(runs, loads, k):
+    return [run.lowpassed(_acting(run.record.u[:, k]) - load[:, k], k)
+            for run, load in zip(runs, loads, strict=True)]
+
+
+def _acting(u):
+    """Torque around each sample: a held command acts for half a sample before it, too."""
+    return (u + np.concatenate((u[:1], u[:-1]))) / 2
+
+
+def _estimate(method, names, columns, targets, instruments=None):
+    z = None if instruments is None else np.vstack(instruments)
+    fit: Fit = solved(np.vstack(columns), np.concatenate(targets), method, names, z)
+    return Estimate(method, names, fit.value, fit.interval)

@@ -1,0 +1,1 @@
+"""Questions asked of a diagram: bounds, Bode plots, excitation, convergence."""

@@ -1,0 +1,239 @@
+"""How fast the update law converges, predicted from the linearised periodic loop.
+
+With a periodic excitation the loop settles on a periodic orbit.  The Floquet multipliers of the
+orbit tell how fast a small parametric error dies out; they come from the compiled diagram itself,
+differentiated over one period.  `clie_blocks.analysis.theory.averaging` has the approximation beside
+them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.diagrams.clie_loop import clie_loop
+from clie_blocks.errors import DivergedError, NotIdentifiableError
+from clie_blocks.joints import decoupled_joints
+
+PAPER_PERIOD = 2.0  # s, of the excitation (48)
+STEP = 1e-3  # s
+NUDGE = 1e-5
+NEWTON_STEPS = 4
+RAMP_OVER = {"filtered_regressor.omega_f": 1e9}  # the start-up term of (36) is not periodic
+
+
+@dataclass(frozen=True)
+class PeriodicLoop:
+    """An identification loop under a periodic excitation, around the true parameters.
+
+    Parameters
+    ----------
+    joints : ControlledJoints
+        True parameters and gains.
+    pe : callable
+        Excitation [N m].
+    period : float
+        Its period [s], a multiple of 1 ms.
+    q_d : array_like, shape (n,)
+        Set-point [rad]; in exact arithmetic without influence on the rates.
+    alpha : float
+        Gain of the gradient method; zero gives (27).
+    shape : array_like, shape (3n,)
+        Diagonal of Gamma for a gain of one; all ones by default, as in the paper.
+
+    """
+
+    joints: object
+    pe: object
+    period: float = PAPER_PERIOD
+    q_d: object = 0.0
+    alpha: float = 0.0
+    shape: object = 1.0
+
+    def diagonal(self, gamma):
+        """Diagonal of Gamma, shape (3n,), for a gain."""
+        return gamma * self.shape * np.ones(3 * self.joints.n)
+
+    def diagram(self):
+        """Return the identification loop with the true joints as plant; Gamma is a parameter."""
+        robot = self.joints
+        plant = decoupled_joints(robot.a, robot.b, robot.d)
+        if self.alpha == 0:
+            return clie_loop(plant, robot.kp, robot.kd, self.diagonal(1.0))
+        return clie_composite(plant, robot.kp, robot.kd, self.diagonal(1.0), self.alpha)
+
+    def inputs(self, diagram):
+        """Return the periodic inputs of a run, without noise."""
+        quiet = {"noise": 0.0} if "noise[0]" in diagram.input_labels else {}
+        return {"q_d": self.q_d, "pe": self.pe, **quiet}
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Rates at which parametric errors die out.
+
+    Parameters
+    ----------
+    per_joint : ndarray, shape (n,)
+        Slowest rate of each joint [1/s]; negative where the estimates run away.
+    multipliers : ndarray of complex
+        Floquet multipliers of all states over one period.
+
+    """
+
+    per_joint: np.ndarray
+    multipliers: np.ndarray
+
+    @property
+    def slowest(self):
+        """Slowest rate of all joints [1/s]."""
+        return float(np.min(self.per_joint))
+
+    @property
+    def time_constant(self):
+        """Time in which the slowest error falls to 1/e [s]; infinite if it does not fall."""
+        return 1 / self.slowest if self.slowest > 0 else float("inf")
+
+    def time_to(self, remaining):
+        """Time in which the slowest error falls to a fraction [s]."""
+        return float(self.time_constant * np.log(1 / remaining))
+
+
+class FloquetLoop:
+    """A `PeriodicLoop`, compiled once, for any number of gains.
+
+    Parameters
+    ----------
+    loop : PeriodicLoop
+        The loop.
+
+    """
+
+    def __init__(self, loop):
+        self.loop, diagram = loop, loop.diagram()
+        self.program, self.inputs = compile_diagram(diagram), loop.inputs(diagram)
+        self.fixed = RAMP_OVER if loop.alpha else {}
+        self.owners = [block for block, _ in self.program.states]
+        self.start = np.zeros(len(self.owners))
+        self.start[[block == "update" for block in self.owners]] = loop.joints.theta
+
+    def period_run(self, x, gamma, log, every=1):
+        """Response over one period from the state x."""
+        return self.program.run(
+            self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=log,
+            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed}, every=every)
+
+    def after_period(self, x, gamma):
+        """State one period after the state x."""
+        run = self.period_run(x, gamma, ["q"], every=round(self.loop.period / STEP))
+        return run.states[:, -1]
+
+    def monodromy(self, x, gamma):
+        """Derivative of `after_period` by x, by central differences, shape (states, states)."""
+        nudges = NUDGE * np.eye(x.size)
+        return np.array([(self.after_period(x + h, gamma) - self.after_period(x - h, gamma))
+                         / (2 * NUDGE) for h in nudges]).T
+
+    def orbit(self, gamma):
+        """Return the state at time 0 of the periodic orbit, and its monodromy, by Newton.
+
+        The search starts at the last orbit found: without a modelling error all gains share it.
+        """
+        x = self.start
+        for _ in range(NEWTON_STEPS):
+            matrix = self.monodromy(x, gamma)
+            step = np.linalg.solve(np.eye(x.size) - matrix, self.after_period(x, gamma) - x)
+            x = x + step
+            if np.max(np.abs(step)) < 1e-7:
+                break
+        self.start = x
+        return x, matrix
+
+    def rates(self, gamma):
+        """Floquet rates at an adaptation gain.
+
+        Parameters
+        ----------
+        gamma : float
+            Adaptation gain.
+
+        Returns
+        -------
+        Rates
+            Per joint.
+
+        """
+        n = self.loop.joints.n
+        try:
+            _, matrix = self.orbit(gamma)
+        except DivergedError:  # within one period: as unstable as can be
+            return Rates(np.full(n, -np.inf), np.array([np.inf]))
+        multipliers, vectors = np.linalg.eig(matrix)
+        joint = np.array([int(label[label.index("[") + 1:-1]) % n if "[" in label else -1
+                          for _, label in self.program.states])
+        share = np.array([np.sum(np.abs(vectors[joint == k]) ** 2, axis=0) for k in range(n)])
+        speed = -np.log(np.abs(multipliers)) / self.loop.period
+        return Rates(np.array([np.min(speed[np.argmax(share, axis=0) == k]) for k in range(n)]),
+                     multipliers)
+
+
+def floquet_rates(loop, gammas):
+    """Floquet rates of a loop over adaptation gains.
+
+    Parameters
+    ----------
+    loop : PeriodicLoop
+        The loop.
+    gammas : array_like, shape (m,)
+        Adaptation gains.
+
+    Returns
+    -------
+    list of Rates
+        One per gain.
+
+    """
+    compiled = FloquetLoop(loop)
+    return [compiled.rates(gamma) for gamma in np.atleast_1d(gammas)]
+
+
+def suggest_gamma(loop, time, remaining=0.01, gammas=None):
+    """Smallest adaptation gain that brings parametric errors down to a fraction in a time.
+
+    Parameters
+    ----------
+    loop : PeriodicLoop
+        The loop.
+    time : float
+        Wanted time [s].
+    remaining : float
+        Fraction of the error that may be left.
+    gammas : array_like, optional
+        Gains to look at, rising; by default 1 to 1000 in steps of 12 %.
+
+    Returns
+    -------
+    gamma : float
+        The gain.
+    rates : Rates
+        What it reaches.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If no gain is fast enough; names the fastest, for the rate does not grow for ever.
+
+    """
+    gammas = np.geomspace(1, 1000, 61) if gammas is None else np.asarray(gammas, float)
+    compiled, best = FloquetLoop(loop), None
+    for gamma in gammas:
+        rates = compiled.rates(gamma)
+        if rates.time_to(remaining) <= time:
+            return float(gamma), rates
+        if best is None or rates.slowest > best[1].slowest:
+            best = gamma, rates
+    raise NotIdentifiableError(
+        f"no gain from {gammas[0]:g} to {gammas[-1]:g} brings the error to {remaining:g} within "
+        f"{time:g} s; the fastest is gamma = {best[0]:.3g} with "
+        f"{best[1].time_to(remaining):.3g} s. A stronger or better excitation helps")

@@ -1,0 +1,1 @@
+"""From a graph of symbols to a program: LLVM, Python or C."""

@@ -1,0 +1,105 @@
+"""LLVM text to machine code that Python can call."""
+
+import ctypes
+import functools
+import itertools
+import threading
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from clie_blocks.compiled.cache import store
+
+_lock, _library = threading.Lock(), itertools.count()
+_state = {}
+
+
+class Machine:
+    """Loaded machine code; functions live as long as this object.
+
+    Parameters
+    ----------
+    text : str
+        LLVM module.
+    names : list of str
+        Functions that are called from Python.
+    imported : dict, optional
+        Address by name of the functions that the code calls, beside those of the C library.
+
+    """
+
+    def __init__(self, text, names, imported=None):
+        with _lock:
+            target, jit = _target(), _jit()
+            name = store.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
+                             target.triple, llvm.get_host_cpu_name(),
+                             llvm.get_host_cpu_features().flatten())
+            self._tracker = _linked_from_cache(jit, name, names, imported or {})
+            self.cached = self._tracker is not None
+            if not self.cached:
+                code = _compile(text, target)
+                self._tracker = _link(jit, code, names, imported or {})
+                store.save(name, code)
+
+    def address(self, name):
+        """Return the address of a function."""
+        return self._tracker[name]
+
+    def function(self, name, *types, result=None):
+        """Return a function as a callable that frees the interpreter lock while it runs."""
+        return ctypes.CFUNCTYPE(result, *types)(self.address(name))
+
+
+@functools.cache
+def lane_width():
+    """Return how many runs this processor does best side by side.
+
+    Two registers of AVX-512, which has 32 of them, or one register of a smaller kind.
+    """
+    with _lock:
+        _target()
+    features = llvm.get_host_cpu_features()
+    return 16 if features.get("avx512f") else 4 if features.get("avx") else 2
+
+
+def _target():
+    if "target" not in _state:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        _state["target"] = llvm.Target.from_default_triple().create_target_machine(
+            cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(),
+            opt=2, jit=True)
+    return _state["target"]
+
+
+def _jit():
+    if "jit" not in _state:
+        _state["jit"] = llvm.create_lljit_compiler()
+    return _state["jit"]
+
+
+def _compile(text, target):
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = True
+    builder = llvm.create_pass_builder(target, options)
+    builder.getModulePassManager().run(module, builder)
+    return target.emit_object(module)
+
+
+def _linked_from_cache(jit, name, names, imported):
+    stored = store.load(name)
+    try:
+        return _link(jit, stored, names, imported) if stored else None
+    except RuntimeError:  # sound bytes, but not code that links here
+        return None
+
+
+def _link(jit, code, names, imported):
+    library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+    for name in names:
+        library.export_symbol(name)
+    for name, address in imported.items():
+        library.import_symbol(name, address)
+    return library.link(jit, f"clie_blocks_{next(_library)}")

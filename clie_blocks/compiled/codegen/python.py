@@ -1,0 +1,161 @@
+"""Expressions as plain Python: a listing to read, and the program where llvmlite is missing."""
+
+import math
+
+import numpy as np
+
+from clie_blocks.compiled.frontend.callback_nodes import operation
+from clie_blocks.compiled.ir.operations import OPERATIONS
+from clie_blocks.compiled.ir.symbols import Symbol, topological
+
+
+def source(layout, names=None, title="", number=""):
+    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``.
+
+    Parameters
+    ----------
+    layout : Layout
+        What to compute.
+    names : dict, optional
+        Comment by expression, such as ``'plant.u[0]'``.
+    title : str
+        First lines.
+    number : str
+        Function that is called on every constant; by default none.
+
+    """
+    parts = {"derivative": layout.derivatives, "observe": layout.record}
+    if layout.watch:
+        parts["watch"] = layout.watch
+    roots = [root for part in parts.values() for root in part]
+    used = {node.op for node in topological(roots)} & set(_LIBM)
+    header = [title] if title else []
+    imports = ", ".join("power as pow" if name == "pow" else name for name in sorted(used))
+    header += [f"from numpy import {imports}"] * bool(used and not number)
+    header += ["one, zero, inf, nan = 1.0, 0.0, float('inf'), float('nan')"] * (not number)
+    functions = [_function(name, part, names or {}, number) for name, part in parts.items()]
+    return "\n\n".join(["\n".join(header), *functions]).lstrip() + "\n"
+
+
+def _function(name, roots, names, number):
+    lines, text = [], {}
+
+    def operand(a):
+        return text[a] if isinstance(a, Symbol) else _constant(a, number)
+
+    for node in topological(roots):
+        if node.op == "variable":
+            kind, index = node.args
+            text[node] = "t" if kind == "t" else f"{kind}[{index}]"
+            continue
+        code = operation(node.op).python.format(*map(operand, node.args))
+        text[node] = f"v{len(lines)}"
+        comment = f"  # {names[node]}" if node in names else ""
+        lines.append(f"    {text[node]} = {code}{comment}")
+    results = ["    return [", *(f"        {operand(root)}," for root in roots), "    ]"]
+    return "\n".join([f"def {name}(t, x, u, p):", *lines, *results])
+
+
+def _constant(value, number):
+    if not math.isfinite(value):
+        return "nan" if math.isnan(value) else f"({value!r})"
+    return f"{number}({value!r})" if number or value < 0 else repr(value)
+
+
+class PythonEngine:
+    """The program as plain Python functions; slow, without any dependency.
+
+    Python's own floats do the work.  Where they raise (a division by zero, an overflow) the same
+    text runs once more on numpy's floats, so that infinities and NaN come out as in numpy.
+
+    Parameters
+    ----------
+    layout : Layout
+        What to compute.
+    method : Method
+        The Butcher table.
+
+    """
+
+    cached = False
+
+    def __init__(self, layout, method):
+        self.method, self._watched = method, bool(layout.watch)
+        self._plain, self._careful = {}, _CAREFUL | {}
+        self._plain["opaque"] = self._careful["opaque"] = (
+            lambda index, size, *numbers: layout.opaque[int(index)](np.array(numbers)).tolist())
+        exec(compile(source(layout), "<program>", "exec"), self._plain)
+        self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
+        exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)
+
+    def derivative(self, t, x, u, p):
+        """Return the derivatives of the states."""
+        return self._at_point("derivative", t, x, u, p)
+
+    def observe(self, t, x, u, p):
+        """Return the record."""
+        return self._at_point("observe", t, x, u, p)
+
+    def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
+        """Take n steps in place and return how many; fills rows of `log` every so many steps."""
+        state, p, row = x.tolist(), p.tolist(), 0
+        for s in range(n):
+            t, u = t0 + (first + s) * h, inputs[s].tolist()
+            if self._watched and self._call("watch", t, state, u, p)[0]:
+                x[:] = state
+                return s
+            if (first + s) % every == 0:
+                record = self._call("observe", t, state, u, p)
+                log[row] = [record[slot] for slot in slots]
+                row += 1
+            state = self._step(t, h, state, u, p)
+        x[:] = state
+        return n
+
+    def _at_point(self, name, t, *vectors):
+        return np.array(self._call(name, float(t), *(np.asarray(value, float).tolist()
+                                                     for value in vectors)), dtype=float)
+
+    def _step(self, t, h, x, u, p):
+        if self.method.is_map:
+            return self._call("derivative", t, x, u, p)
+        k = []
+        for weights, c in zip(self.method.a, self.method.c):
+            k.append(self._call("derivative", t + c * h, _advance(x, h, weights, k), u, p))
+        return _advance(x, h, self.method.b, k)
+
+    def _call(self, name, t, x, u, p):
+        try:
+            return self._plain[name](t, x, u, p)
+        except (ArithmeticError, ValueError):
+            with np.errstate(all="ignore"):
+                return [float(value) for value in self._careful[name](
+                    np.float64(t), np.array(x), np.array(u), np.array(p))]
+
+
+def _advance(x, h, weights, k):
+    terms = [(weight, rate) for weight, rate in zip(weights, k) if weight]
+    if not terms:
+        return x
+    return [value + h * sum(weight * rate[i] for weight, rate in terms)
+            for i, value in enumerate(x)]
+
+
+def _rounding(function):
+    return lambda a: math.copysign(float(function(a)), a)
+
+
+def _power(a, b):
+    return np.power(np.array([a]), np.array([b]))[0]  # a scalar power 0.5 would be a root
+
+
+_LIBM = [name for name, operation in OPERATIONS.items()
+         if operation.python.startswith(f"{name}(")]
+_MATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
+         "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh"}
+_PLAIN = {name: getattr(math, _MATH.get(name, name), None) for name in _LIBM}
+_PLAIN |= {name: _rounding(getattr(math, name)) for name in ("floor", "ceil", "trunc")}
+_PLAIN |= {"rint": _rounding(round), "abs": abs, "cbrt": math.cbrt}
+_CAREFUL = {name: OPERATIONS[name].numpy for name in _LIBM}
+_CAREFUL |= {"pow": _power, "number": np.float64, "one": np.float64(1.0),
+             "zero": np.float64(0.0), "inf": np.float64("inf"), "nan": np.float64("nan")}

@@ -1,0 +1,1 @@
+"""From a python-control diagram to a graph of symbols."""

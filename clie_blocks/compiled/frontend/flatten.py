@@ -1,0 +1,188 @@
+"""From nested diagrams to leaf blocks and wire sums."""
+
+from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
+
+import control as ct
+import numpy as np
+
+from clie_blocks.labels import DiagramError
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One block that is not a diagram, at its place in the flat vectors.
+
+    Parameters
+    ----------
+    system : control.NonlinearIOSystem
+        The block.
+    name : str
+        Its path, such as ``'plant.coulomb'``.
+    x, u, y : int
+        Where its states, inputs and outputs begin.
+    params : dict
+        The parameter values that python-control would give it.
+
+    """
+
+    system: ct.NonlinearIOSystem
+    name: str
+    x: int
+    u: int
+    y: int
+    params: dict
+
+
+@dataclass
+class Flat:
+    """A diagram without nesting.
+
+    A wire sum is a dict from ``('y', k)``, a leaf output, ``('u', k)``, a diagram input, or
+    ``('h', k)``, a held output of the diagram's blocks, to its gain.
+
+    Parameters
+    ----------
+    leaves : list of Leaf
+        In the order of their states in the diagram.
+    wires : list of dict
+        The wire sum of every leaf input.
+    outputs : list of dict
+        The wire sum of every diagram output.
+    signals : dict
+        The wire sum of every port of every block and nested diagram, by ``'block.port'``.
+
+    """
+
+    leaves: list
+    wires: list
+    outputs: list
+    signals: dict
+
+
+def flatten(diagram, held=()):
+    """Return the leaves and wires of a diagram.
+
+    Parameters
+    ----------
+    diagram : control.NonlinearIOSystem
+        A diagram, nested or not, or a single block.
+    held : iterable of int
+        Outputs of the diagram's blocks, counted through all of them, whose wires carry a held
+        value.
+
+    Raises
+    ------
+    DiagramError
+        If wires of nested diagrams close a loop without any block in it.
+
+    """
+    flat = Flat([], [], [], {})
+    top = [{("u", k): 1.0} for k in range(diagram.ninputs)]
+    show = _Visit(flat, diagram, lambda k: top[k], "", dict(diagram.params or {}),
+                  frozenset(held)).show
+    flat.wires = [wire() for wire in flat.wires]
+    flat.outputs = [show(k) for k in range(diagram.noutputs)]
+    flat.signals = {name: wire() for name, wire in flat.signals.items()}
+    return flat
+
+
+class _Visit:
+    """One system at its place; `drive(k)` gives the wire sum of its input k."""
+
+    def __init__(self, flat, system, drive, path, params, held=frozenset()):
+        self.system, self.drive, self.path, self.busy = system, drive, path, set()
+        self.held = held
+        if isinstance(system, ct.InterconnectedSystem):
+            self.parts = [
+                _Visit(flat, part, self._driver(k), f"{path}.{part.name}" if path else part.name,
+                       {**(part.params or {}), **params})
+                for k, part in enumerate(system.syslist)]
+            self.show = self._show_diagram
+        else:
+            self._add_leaf(flat, params)
+        if path:
+            self._name_ports(flat)
+
+    def _add_leaf(self, flat, params):
+        last = flat.leaves[-1] if flat.leaves else None
+        start = [0, 0, 0] if last is None else [
+            last.x + last.system.nstates, last.u + last.system.ninputs,
+            last.y + last.system.noutputs]
+        flat.leaves.append(Leaf(self.system, self.path or self.system.name, *start, params))
+        flat.wires += [lambda k=k: self.drive(k) for k in range(self.system.ninputs)]
+        self.show = lambda k: {("y", start[2] + k): 1.0}
+
+    def _name_ports(self, flat):
+        for k, label in enumerate(self.system.input_labels):
+            flat.signals[f"{self.path}.{label}"] = lambda k=k: self.drive(k)
+        for k, label in enumerate(self.system.output_labels):
+            flat.signals[f"{self.path}.{label}"] = lambda k=k: self.show(k)
+
+    def _driver(self, part):
+        return lambda k: self._input(self.system.input_offset[part] + k)
+
+    def _input(self, row):
+        if row in self.busy:
+            raise DiagramError(f"{self.system.name}: the wires into input {row} form a loop "
+                               "without a block; remove one of them")
+        self.busy.add(row)
+        try:
+            terms = [(self.system.connect_map[row, k], self._output(k))
+                     for k in np.flatnonzero(self.system.connect_map[row])]
+            terms += [(self.system.input_map[row, k], self.drive(k))
+                      for k in np.flatnonzero(self.system.input_map[row])]
+        finally:
+            self.busy.discard(row)
+        return _sum(terms)
+
+    def _output(self, column):
+        if column in self.held:
+            return {("h", column): 1.0}
+        for k, part in enumerate(self.system.syslist):
+            local = column - self.system.output_offset[k]
+            if 0 <= local < part.noutputs:
+                return self.parts[k].show(local)
+        return self._input(column - sum(part.noutputs for part in self.system.syslist))
+
+    def _show_diagram(self, k):
+        row = self.system.output_map[k]
+        return _sum([(row[column], self._output(column)) for column in np.flatnonzero(row)])
+
+
+def _sum(terms):
+    total = {}
+    for gain, wire in terms:
+        for source, inner in wire.items():
+            total[source] = total.get(source, 0.0) + float(gain) * inner
+    return total
+
+
+def schedule(needs, names):
+    """Return all output signals, each after those that it needs at the same instant.
+
+    Parameters
+    ----------
+    needs : dict
+        Output signal to the set of output signals that reach it without passing a state.
+    names : dict
+        Output signal to ``'block.port'``, for the message.
+
+    Returns
+    -------
+    list
+        The keys of `needs` in a valid order.
+
+    Raises
+    ------
+    DiagramError
+        If signals depend on each other at once; the message names them around the loop.
+
+    """
+    try:
+        return list(TopologicalSorter(needs).static_order())
+    except CycleError as error:
+        path = " -> ".join(names[signal] for signal in error.args[1])
+        raise DiagramError(
+            f"algebraic loop: {path}. Each of these signals needs the other at the same instant; "
+            "break the loop with a block that has a state, such as a filter or a delay") from None

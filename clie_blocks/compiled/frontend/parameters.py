@@ -1,0 +1,104 @@
+"""The run-time arguments of a program: where each parameter lies, and new values for them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from clie_blocks.compiled.frontend.symbol_arrays import symbol_array
+from clie_blocks.errors import nearest
+from clie_blocks.labels import DiagramError
+
+
+@dataclass
+class Parameters:
+    """Where each parameter lies in the flat vector that a program reads.
+
+    Parameters
+    ----------
+    offset, shape : dict
+        First slot and shape by key.
+    defaults : ndarray
+        Values as the diagram was built.
+    frozen : set of str
+        Keys whose value is part of the program, because a block decides by it.
+
+    """
+
+    offset: dict = field(default_factory=dict)
+    shape: dict = field(default_factory=dict)
+    defaults: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frozen: set = field(default_factory=set)
+
+    def add(self, key, value):
+        """Give a parameter its slots, unless it has them."""
+        if key not in self.offset:
+            self.offset[key], self.shape[key] = self.defaults.size, np.shape(value)
+            self.defaults = np.append(self.defaults, np.ravel(value).astype(float))
+
+    def symbols(self, graph, key):
+        """Return the parameter as a block sees it: a symbol or an array of symbols."""
+        shape = self.shape[key]
+        slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
+        found = symbol_array([graph.variable("p", k) for k in slots])
+        return found[0] if shape == () else found.reshape(shape)
+
+    def key_of(self, slot):
+        """Return the key of the parameter that owns a slot."""
+        return max((offset, key) for key, offset in self.offset.items() if offset <= slot)[1]
+
+    def vector(self, params, owner):
+        """Return the values of all slots, some of them changed.
+
+        Parameters
+        ----------
+        params : dict or None
+            New values by key; one number serves all entries of an array.
+        owner : str
+            Name of the diagram, for messages.
+
+        Raises
+        ------
+        DiagramError
+            For a key that no block has, or that is part of the program, or a wrong shape.
+
+        """
+        values = self.defaults.copy()
+        for key, value in (params or {}).items():
+            slots = self.part(self._known(key, owner), values)
+            try:
+                slots[...] = np.asarray(value, float)
+            except (TypeError, ValueError):
+                raise DiagramError(f"{owner}: parameter {key!r} needs shape {slots.shape} or "
+                                   f"one number, got {value!r}") from None
+        return values
+
+    def part(self, key, values):
+        """Return the view of one parameter in the values of all slots."""
+        start, shape = self.offset[key], self.shape[key]
+        return values[start:start + int(np.prod(shape))].reshape(shape)
+
+    def slots(self, key, owner):
+        """Return the slots of one parameter as a slice; refuses unknown keys as `vector`."""
+        start = self.offset[self._known(key, owner)]
+        return slice(start, start + int(np.prod(self.shape[key])))
+
+    def _known(self, key, owner):
+        if key in self.frozen:
+            raise DiagramError(
+                f"{owner}: parameter {key!r} is part of the program, because a block decides by "
+                "its value; build the diagram with the new value and compile it")
+        if key not in self.offset:
+            raise DiagramError(f"{owner}: no block has the parameter {key!r}; "
+                               f"{nearest(key, self.offset)}")
+        return key
+
+
+def is_numeric(value):
+    """Return whether a parameter can be a run-time argument: numbers, not flags or text."""
+    if isinstance(value, (bool, str)) or value is None:
+        return False
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError):
+        return False
+    return array.dtype.kind in "iuf" and array.size > 0

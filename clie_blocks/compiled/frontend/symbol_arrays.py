@@ -1,0 +1,233 @@
+"""Arrays of symbols: what numpy's functions mean on signals."""
+
+import numpy as np
+
+from clie_blocks.compiled.frontend import linear_algebra
+from clie_blocks.compiled.ir.scalars import (
+    FUNCTIONS,
+    F,
+    floor_divide,
+    mod,
+    number,
+    round_to,
+    truth,
+)
+from clie_blocks.compiled.ir.symbols import Symbol, TraceError
+from clie_blocks.errors import nearest
+
+
+def _clip(a, low, high):
+    a = a if low is None else F.maximum(a, low)
+    return a if high is None else F.minimum(a, high)
+
+
+def _is_nan(a):
+    return F.ne(a, a)
+
+
+def _is_finite(a):
+    return F.lt(F.abs(a), np.inf)
+
+
+def _heaviside(a, at_zero):
+    return F.where(F.eq(a, 0.0), at_zero, F.where(F.gt(a, 0.0), 1.0, F.where(F.lt(a, 0), 0.0, a)))
+
+
+def _xor(a, b):
+    return F.ne(number(truth(a)), number(truth(b)))
+
+
+_UFUNCS = {
+    np.add: F.add, np.subtract: F.sub, np.multiply: F.mul, np.true_divide: F.div,
+    np.negative: F.neg, np.positive: number, np.power: F.pow, np.float_power: F.pow,
+    np.absolute: F.abs, np.fabs: F.abs, np.conjugate: number,
+    np.maximum: F.maximum, np.minimum: F.minimum,
+    np.fmax: lambda a, b: F.where(_is_nan(a), b, F.where(_is_nan(b), a, F.maximum(a, b))),
+    np.fmin: lambda a, b: F.where(_is_nan(a), b, F.where(_is_nan(b), a, F.minimum(a, b))),
+    np.less: F.lt, np.less_equal: F.le, np.greater: F.gt, np.greater_equal: F.ge,
+    np.equal: F.eq, np.not_equal: F.ne,
+    np.logical_and: FUNCTIONS["and"], np.logical_or: FUNCTIONS["or"],
+    np.logical_not: FUNCTIONS["not"], np.logical_xor: _xor,
+    np.bitwise_and: FUNCTIONS["and"], np.bitwise_or: FUNCTIONS["or"],
+    np.invert: FUNCTIONS["not"], np.bitwise_xor: _xor,
+    np.remainder: mod, np.floor_divide: floor_divide,
+    np.square: lambda a: F.mul(a, a), np.reciprocal: lambda a: F.div(1.0, a),
+    np.exp2: lambda a: F.pow(2.0, a), np.heaviside: _heaviside,
+    np.radians: lambda a: F.mul(a, np.pi / 180), np.deg2rad: lambda a: F.mul(a, np.pi / 180),
+    np.degrees: lambda a: F.mul(a, 180 / np.pi), np.rad2deg: lambda a: F.mul(a, 180 / np.pi),
+    np.isnan: _is_nan, np.isfinite: _is_finite,
+    np.isinf: lambda a: F.eq(F.abs(a), np.inf),
+}
+for _name in ("sqrt floor ceil trunc rint sign sin cos tan arcsin arccos arctan sinh cosh tanh "
+              "arcsinh arccosh arctanh exp expm1 log log1p log2 log10 cbrt arctan2 hypot fmod "
+              "copysign").split():
+    _UFUNCS[getattr(np, _name)] = FUNCTIONS[_name]
+_ELEMENTWISE = {ufunc: np.frompyfunc(function, ufunc.nin, 1)
+                for ufunc, function in _UFUNCS.items()}
+_WHERE = np.frompyfunc(F.where, 3, 1)
+_CLIP = np.frompyfunc(_clip, 3, 1)
+
+_ROUND = np.frompyfunc(round_to, 2, 1)
+
+
+class SymbolArray(np.ndarray):
+    """Object array of symbols and floats that keeps numpy's functions symbolic."""
+
+    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+        return _call_ufunc(ufunc, method, inputs, options)
+
+    def __array_function__(self, function, types, args, kwargs):
+        return _call_function(function, args, kwargs)
+
+    def astype(self, dtype, **options):
+        """Return a copy; signals stay symbols."""
+        return self.copy()
+
+    def clip(self, min=None, max=None, **options):
+        """Return the array limited to an interval."""
+        return np.clip(self, min, max)
+
+    def round(self, decimals=0, **options):
+        """Return the array rounded, half to even."""
+        return np.round(self, decimals)
+
+
+def symbol_array(values):
+    """Object array of nested lists of symbols and numbers.
+
+    Parameters
+    ----------
+    values : array_like
+        Symbols and numbers.
+
+    Returns
+    -------
+    SymbolArray
+        Of the shape of `values`.
+
+    """
+    return np.array(_plain(values), dtype=object).view(SymbolArray)
+
+
+def has_symbols(value):
+    """Return whether a scalar, list, tuple or array holds a symbol."""
+    if isinstance(value, (list, tuple)):
+        return any(has_symbols(item) for item in value)
+    if isinstance(value, np.ndarray):
+        return value.dtype == object and any(isinstance(item, Symbol) for item in value.flat)
+    return isinstance(value, Symbol)
+
+
+def flat_scalars(value):
+    """Return what a block returned as a flat list of symbols and floats."""
+    if isinstance(value, (list, tuple)):
+        return [scalar for item in value for scalar in flat_scalars(item)]
+    if isinstance(value, np.ndarray):
+        return [number(item) for item in value.reshape(-1)]
+    return [number(value)]
+
+
+def _plain(value):
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value.view(np.ndarray) if isinstance(value, SymbolArray) else value
+
+
+def _objects(value):
+    return np.asarray(_plain(value), dtype=object)
+
+
+def _wrapped(result):
+    if isinstance(result, np.ndarray) and result.dtype == object:
+        return result.view(SymbolArray) if result.ndim else result.item()
+    return result
+
+
+def _call_ufunc(ufunc, method, inputs, options):
+    target = options.pop("out", (None,))[0]
+    if ufunc is np.matmul:
+        result = ufunc(*map(_objects, inputs))
+    elif ufunc in _ELEMENTWISE:
+        if isinstance(options.get("where", True), np.ndarray):
+            raise TraceError(f"np.{ufunc.__name__}(where=...) cannot be traced; use np.where")
+        kept = {key: options[key] for key in ("axis", "keepdims") if key in options}
+        operands = [_objects(inputs[0]), *inputs[1:]] if method != "__call__" else map(
+            _objects, inputs)
+        result = getattr(_ELEMENTWISE[ufunc], method)(*operands, **kept)
+    else:
+        known = sorted(known.__name__ for known in _ELEMENTWISE)
+        raise TraceError(f"np.{ufunc.__name__} cannot be traced on a signal; "
+                         f"{nearest(ufunc.__name__, known)}")
+    if target is None:
+        return _wrapped(result)
+    if target.dtype != object:
+        raise TraceError("a signal is written into an array of constants; build the array with "
+                         "np.zeros or np.array([...]) inside the block")
+    target.view(np.ndarray)[...] = result
+    return target
+
+
+def _call_function(function, args, kwargs):
+    if function in _ARRAY_FUNCTIONS:
+        return _wrapped(_ARRAY_FUNCTIONS[function](*args, **kwargs))
+    lifted = [_lifted(value) for value in args]
+    named = {key: _lifted(value) for key, value in kwargs.items() if key != "dtype"}
+    return _wrapped(np.ndarray.__array_function__(
+        np.empty(0, object).view(SymbolArray), function, (SymbolArray,), tuple(lifted), named))
+
+
+def _lifted(value):
+    if isinstance(value, Symbol):
+        return np.array(value, dtype=object).view(SymbolArray)
+    if isinstance(value, (list, tuple)):
+        return type(value)(_lifted(item) for item in value)
+    return value
+
+
+def _where(condition, *branches):
+    if len(branches) != 2:
+        raise TraceError("np.where(condition) gives indices, which a signal cannot; "
+                         "use np.where(condition, a, b)")
+    return _WHERE(*map(_objects, (condition, *branches)))
+
+
+def _clip_function(a, a_min=None, a_max=None, *, min=None, max=None, **options):
+    low = a_min if a_min is not None else min
+    high = a_max if a_max is not None else max
+    return _CLIP(*map(_objects, (a, low, high)))
+
+
+def _round_function(a, decimals=0, out=None):
+    return _ROUND(_objects(a), decimals)
+
+
+def _interp(x, xp, fp, left=None, right=None, period=None):
+    if period is not None or left is not None or right is not None or has_symbols([xp, fp]):
+        raise TraceError("np.interp is traced for a constant table without left, right, period")
+    xp, fp = np.asarray(xp, float), np.asarray(fp, float)
+    slopes = np.diff(fp) / np.diff(xp)
+    return sum((slope * np.clip(x - start, 0.0, width)
+                for slope, start, width in zip(slopes, xp, np.diff(xp))), fp[0])
+
+
+def _nan_to_num(x, copy=True, nan=0.0, posinf=None, neginf=None):
+    limits = np.finfo(float)
+    posinf, neginf = (limits.max if posinf is None else posinf,
+                      limits.min if neginf is None else neginf)
+    bounded = np.where(x == np.inf, posinf, np.where(x == -np.inf, neginf, x))
+    return np.where(np.isnan(x), nan, bounded)
+
+
+_ARRAY_FUNCTIONS = {
+    np.nan_to_num: _nan_to_num,
+    np.where: _where, np.clip: _clip_function, np.round: _round_function,
+    np.around: _round_function, np.interp: _interp,
+    np.isscalar: lambda value: True,
+    np.linalg.solve: linear_algebra.solve, np.linalg.inv: linear_algebra.inv,
+    np.linalg.det: linear_algebra.det, np.linalg.norm: linear_algebra.norm,
+}
+
+Symbol.__array_ufunc__ = lambda self, ufunc, method, *inputs, **options: _call_ufunc(
+    ufunc, method, inputs, options)
+Symbol.__array_function__ = lambda self, function, types, args, kwargs: _call_function(
+    function, args, kwargs)

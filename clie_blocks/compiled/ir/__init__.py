@@ -1,0 +1,1 @@
+"""The intermediate representation: symbols, operations, and where a program keeps its values."""

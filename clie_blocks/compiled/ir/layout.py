@@ -1,0 +1,95 @@
+"""What a program computes: derivatives, and the record of every signal that can be logged."""
+
+from dataclasses import dataclass, field
+
+from clie_blocks.compiled.ir.scalars import F
+from clie_blocks.compiled.ir.symbols import Symbol, topological
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The two lists of expressions that an emitter turns into functions.
+
+    Parameters
+    ----------
+    derivatives : list
+        One expression per state.
+    record : list
+        States, inputs, then every distinct signal.
+    slots : dict
+        Entry of the record by signal name.
+    nu : int
+        Number of inputs.
+    maps : list of dict
+        Of every sampled part, what it stores at its ticks: an expression by state.
+    watch : list
+        At most one expression: where it is not zero, a run stops.
+    opaque : list of Callback
+        Functions that are called back.
+
+    """
+
+    derivatives: list
+    record: list
+    slots: dict
+    nu: int
+    maps: list = field(default_factory=list)
+    watch: list = field(default_factory=list)
+    opaque: list = field(default_factory=list)
+
+    @property
+    def nx(self):
+        """Number of states."""
+        return len(self.derivatives)
+
+
+def layout(trace, driven=None):
+    """Arrange a trace for the emitters.
+
+    Parameters
+    ----------
+    trace : Trace
+        The program.
+    driven : dict, optional
+        Expression in t by input index, for inputs that are functions of time.
+
+    """
+    graph, driven = trace.graph, driven or {}
+    x = [graph.variable("x", k) for k in range(len(trace.derivatives))]
+    u = [graph.variable("u", k) for k in range(len(trace.inputs))]
+    stored = [expression for map_ in trace.maps for expression in map_.values()]
+    roots = [*trace.derivatives, *x, *u, *trace.signals.values(), *stored]
+    final = substitute(roots, {u[k]: expression for k, expression in driven.items()})
+    record, slots = final[len(x):2 * len(x) + len(u)], {}
+    entry = {expression: k for k, expression in enumerate(record)}
+    for k, name in enumerate(trace.signals):
+        expression = final[2 * len(x) + len(u) + k]
+        if expression not in entry:
+            entry[expression] = len(record)
+            record.append(expression)
+        slots[name] = entry[expression]
+    rest = iter(final[len(roots) - len(stored):])
+    maps = [{state: next(rest) for state in map_} for map_ in trace.maps]
+    return Layout(final[:len(x)], record, slots, len(u), maps, opaque=trace.opaque)
+
+
+def substitute(roots, replacement):
+    """Return the expressions with variables replaced.
+
+    Parameters
+    ----------
+    roots : list of Symbol or float
+        The expressions.
+    replacement : dict
+        Expression by variable.
+
+    """
+    final = dict(replacement)
+    if not final:
+        return list(roots)
+    for node in topological(roots):
+        if node in final:
+            continue
+        final[node] = node if node.op == "variable" else getattr(F, node.op)(
+            *(final[a] if isinstance(a, Symbol) else a for a in node.args))
+    return [final[root] if isinstance(root, Symbol) else root for root in roots]

@@ -1,0 +1,129 @@
+"""Scalar symbols that record what a block computes.
+
+Symbols are hash-consed: equal expressions are one object, so shared terms are computed once.
+Their arithmetic is in `scalars`, arrays of them in `arrays`.
+"""
+
+from clie_blocks.compiled.frontend.callback_nodes import operation
+from clie_blocks.errors import ClieError
+
+
+class TraceError(ClieError, TypeError):
+    """A block does with a signal what a straight-line program cannot do."""
+
+
+class FrozenParameterError(Exception):
+    """A block needs the value of these parameters while it is traced."""
+
+    def __init__(self, slots):
+        super().__init__(f"parameters {slots} must be constants")
+        self.slots = slots
+
+
+BRANCH = ("a branch on a signal has no straight-line program; use np.where(condition, a, b), "
+          "np.clip or np.sign in place of if, and, or, not, min, max")
+VALUE = ("a signal has no value while the diagram is traced, so it cannot become a float, an int "
+         "or an index; build arrays with np.array([...]) or np.zeros, not float(...), and look up "
+         "a table by a parameter or with np.interp")
+
+
+class Graph:
+    """The table that makes equal expressions one object."""
+
+    def __init__(self):
+        self._known = {}
+
+    def variable(self, kind, index=0):
+        """Return the variable such as ``('x', 3)``."""
+        return self._node("variable", (kind, index), (kind, index), False)
+
+    def make(self, name, args):
+        """Return the node of an operation; operands are symbols or floats."""
+        key = tuple(id(a) if isinstance(a, Symbol) else a.hex() for a in args)
+        return self._node(name, args, key, operation(name).boolean)
+
+    def _node(self, name, args, key, boolean):
+        node = self._known.get((name, key))
+        if node is None:
+            node = self._known[name, key] = Symbol(self, name, args, boolean)
+        return node
+
+
+class Symbol:
+    """One scalar: a variable or an operation on symbols and floats."""
+
+    __slots__ = ("graph", "op", "args", "boolean")
+    __hash__ = object.__hash__
+
+    def __init__(self, graph, op, args, boolean):
+        self.graph, self.op, self.args, self.boolean = graph, op, args, boolean
+
+    def __bool__(self):
+        _need_value(self, BRANCH)
+
+    def __float__(self):
+        _need_value(self, VALUE)
+
+    __int__ = __index__ = __complex__ = __float__
+
+    def __repr__(self):
+        if self.op == "variable":
+            return f"{self.args[0]}{self.args[1]}"
+        return f"{self.op}({', '.join(map(repr, self.args))})"
+
+    @property
+    def real(self):
+        """The symbol itself: signals are real."""
+        return self
+
+    def conjugate(self):
+        """Return the symbol itself: signals are real."""
+        return self
+
+    @property
+    def size(self):
+        """One, as for a numpy scalar."""
+        return 1
+
+    @property
+    def shape(self):
+        """Empty, as for a numpy scalar."""
+        return ()
+
+    @property
+    def ndim(self):
+        """Zero, as for a numpy scalar."""
+        return 0
+
+    def item(self):
+        """Return the symbol itself, as a numpy scalar does."""
+        return self
+
+
+def variables(roots):
+    """Return the set of ``(kind, index)`` on which any of the expressions depends."""
+    return {node.args for node in topological(roots) if node.op == "variable"}
+
+
+def topological(roots):
+    """List every node below the roots, operands before the operations that use them."""
+    order, seen = [], set()
+    stack = [(root, False) for root in reversed(list(roots)) if isinstance(root, Symbol)]
+    while stack:
+        node, done = stack.pop()
+        if done:
+            order.append(node)
+        elif node not in seen:
+            seen.add(node)
+            stack.append((node, True))
+            if node.op != "variable":
+                stack += [(a, False) for a in reversed(node.args)
+                          if isinstance(a, Symbol) and a not in seen]
+    return order
+
+
+def _need_value(symbol, message):
+    kinds = variables([symbol])
+    if kinds and all(kind == "p" for kind, _ in kinds):
+        raise FrozenParameterError(sorted(index for _, index in kinds))
+    raise TraceError(message)

@@ -1,0 +1,1 @@
+"""Running a compiled program: inputs, methods, events, batches, sensitivities."""

@@ -1,0 +1,173 @@
+"""What is asked of a program beyond one run: many runs, and derivatives."""
+
+from dataclasses import replace
+
+from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
+from clie_blocks.compiled.runtime.simulate import Plan, simulate
+from clie_blocks.errors import ClieError
+
+
+class Batches:
+    """Many runs at once: what a program can do that knows its machine code and its labels."""
+
+    def batch(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
+              params=None, log=None, every=1, reduce=None, threads=None):
+        """Simulate many parameter sets at once: side by side in each processor, on all of them.
+
+        Every run is the one that `run` gives for its parameters, to round-off.  A run that
+        leaves the numbers ends as NaN, is marked in ``diverged`` and disturbs no other.
+
+        Parameters
+        ----------
+        duration, step, method, inputs, every
+            As for `run`, the same for all runs.
+        initial_state : array_like or dict, optional
+            As for `run`, or one row per run: (N, states), or (N, n) by block.
+        params : dict
+            By key, run by run: N numbers, or (N, n) for a parameter of shape (n,).  One number
+            serves all runs; one vector for all runs is written ``[[...]]``.
+        log : str or list of str, optional
+            Signals of which every row is kept; by default the diagram's outputs, or none where
+            `reduce` is given.
+        reduce : dict, optional
+            By a name of one's choice, a reduction of `clie_blocks.compiled.runtime.reduce`: mean, mean
+            square of a signal or of a difference, extremum, integral, final value, one's own.
+            It is taken while the runs go on, so that nothing long is kept.
+        threads : int, optional
+            By default one per processor.
+
+        Returns
+        -------
+        Batch
+            With ``.time``, ``.outputs``, ``.final_state``, ``.diverged``; ``batch['name']``
+            is the reduction of that name.  The first axis counts runs.
+
+        Raises
+        ------
+        ClieError
+            For unknown names, with the nearest valid one, wrong shapes, and rows that would
+            not fit into memory.
+
+        Examples
+        --------
+        ::
+
+            gains = np.geomspace(1, 100, 1000)
+            done = program.batch(100.0, inputs=..., params={"update.gamma": gains}, reduce={
+                "error": reduce.mean_square("q", minus="model.q", start=50.0)})
+            best = gains[done["error"].sum(axis=1).argmin()]
+
+        """
+        from clie_blocks.compiled.runtime.batch import lanes_and_threads, run_batch
+        from clie_blocks.compiled.runtime.parameter_sets import parameter_sets
+        from clie_blocks.compiled.runtime.recorder import Keeper, Schedule
+        step = self._step_of(step)
+        steps = count_steps(duration, step, every)
+        rows, arranged = self._drive(inputs, steps, step)
+        sets = parameter_sets(self._parameters, params, self._shown_states(),
+                              initial_state, self.name)
+        sets = replace(sets, x=self._spread(sets.x))
+        if log is None:
+            log = [] if reduce else self.outputs
+        schedule = Schedule(steps, int(every), float(step))
+        keeper = Keeper(self.signals, select(self.signals, log, self.name), reduce or {},
+                        schedule, len(sets), self.name)
+        width, threads = lanes_and_threads(len(sets), threads, self.lanes)
+        done = run_batch(lambda arranged, memory: self._build(arranged, method, memory),
+                         arranged, schedule, sets, rows, keeper, width, threads,
+                         f"running {self.name} {len(sets)} times")
+        return replace(done, final_state=done.final_state[:, self._shown()])
+
+    @property
+    def lanes(self):
+        """The most runs of a batch that go side by side, at little more than the cost of one."""
+        if self._engine == "python" or self._layout.opaque:
+            return 1
+        from clie_blocks.compiled.codegen.machine import lane_width
+        return lane_width()
+
+    def _shown(self):
+        """States that the user knows; a sampled loop has others."""
+        return list(range(len(self.states)))
+
+    def _shown_states(self):
+        return [self.states[k] for k in self._shown()]
+
+    def _spread(self, shown):
+        """All states of vectors of the shown ones."""
+        return shown
+
+
+class Studies(Batches):
+    """Batches and derivatives; the part of `Program` that needs more than one run."""
+
+    def sensitivities(self, names, duration, step=None, method="ode5", inputs=None,
+                      initial_state=None, params=None, log=None, every=1, states=()):
+        """Simulate, with the derivatives of all that is logged.
+
+        They are those of the fixed-step run itself, exact to round-off: the program is
+        differentiated forward, one lane per column.  Where a function has a kink or a jump
+        (sign, abs, where, clip, floor, a comparison) the derivative is that of the branch that
+        is taken; that the instant of the switch moves with a parameter is not seen.
+
+        Parameters
+        ----------
+        names : str or list of str
+            Parameters: keys (all entries), entries (``'plant.damping[0]'``) or patterns.
+        duration, step, method, inputs, initial_state, params, log, every
+            As for `run`.
+        states : str or list of str, optional
+            Initial states, by label (``'plant.q[0]'``), base name or pattern.
+
+        Returns
+        -------
+        response : control.TimeResponseData
+            As from `run`.
+        derivatives : Derivatives
+            ``.outputs`` (signals, columns, rows), ``.states``, ``.columns``;
+            ``derivatives['pd.gain']`` is one column of the outputs.
+
+        Raises
+        ------
+        ClieError
+            As for `run`; also for a sampled loop or an opaque block, which are not
+            differentiated.
+        DivergedError
+            If a state or a derivative becomes infinite or NaN.
+
+        """
+        from clie_blocks.compiled.runtime import sensitivities
+        step = self._step_of(step)
+        steps = count_steps(duration, step, every)
+        _, arranged = self._drive(inputs, steps, step)
+        if arranged.maps or arranged.opaque:
+            kind = "a sampled loop" if arranged.maps else "an opaque block"
+            raise ClieError(f"{self.name}: {kind} is not differentiated; take central "
+                            "differences of batch() with the parameter a little up and down")
+        chosen = self.outputs if log is None else select(self.signals, log, self.name)
+        found = sensitivities.columns(self._parameters, names,
+                                      [".".join(state) for state in self.states], states,
+                                      self.name)
+        twin = sensitivities.Differentiated(
+            arranged, self._trace.graph, [arranged.slots[name] for name in chosen],
+            self._parameters.defaults.size, list(found.values()), self._columns(found))
+        engine = self._build(twin.layout, method, twin.memory)
+        p = self._parameters.vector(params, self.name)
+        x = state_vector(self.states, initial_state, self.name)
+
+        def run_pass(places):
+            plan = Plan(steps, int(every), float(step), twin.entries(len(places)))
+            return simulate(engine, plan, twin.start(x, places), twin.parameters(p, places),
+                            self._drive(inputs, steps, step)[0], f"differentiating {self.name}")
+
+        done, derivatives = sensitivities.run_passes(twin, found, run_pass)
+        response = self._response(done, chosen)
+        if done.stopped_at is not None:
+            raise self._diverged(done, response)
+        return response, derivatives
+
+    def _columns(self, found):
+        if self._engine == "python":
+            return 1
+        from clie_blocks.compiled.runtime.sensitivities import WIDEST
+        return min(WIDEST, 1 << (len(found) - 1).bit_length())

@@ -1,0 +1,201 @@
+"""Many runs of one program: side by side in the lanes of a processor, on several of them.
+
+Time goes forward in chunks for all runs together, so inputs are made once, and nothing longer
+than a chunk is kept unless it is logged.
+"""
+
+import contextlib
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from clie_blocks.compiled.codegen.lane_layout import lanes
+from clie_blocks.compiled.runtime.simulate import CHUNK, patient_progress
+from clie_blocks.errors import ClieError, nearest
+
+BUFFER = 1 << 20  # bytes of rows in a chunk: they stay in the cache of the processor
+
+
+@dataclass(frozen=True)
+class Batch:
+    """The runs of a batch; ``batch['name']`` is a reduction.
+
+    Parameters
+    ----------
+    time : ndarray, shape (rows,)
+        Time [s].
+    outputs : ndarray, shape (N, signals, rows)
+        What was logged.
+    output_labels : list of str
+        Its signals.
+    final_state : ndarray, shape (N, states)
+        The states at the end.
+    reduced : dict
+        By name, an array whose first axis is runs.
+
+    """
+
+    time: np.ndarray
+    outputs: np.ndarray
+    output_labels: list
+    final_state: np.ndarray
+    reduced: dict
+
+    def __getitem__(self, name):
+        if name not in self.reduced:
+            raise ClieError(f"the batch has no reduction {name!r}; {nearest(name, self.reduced)}")
+        return self.reduced[name]
+
+    def __len__(self):
+        return len(self.final_state)
+
+    @property
+    def diverged(self):
+        """Which runs ended with a state that is infinite or NaN, shape (N,)."""
+        return ~np.all(np.isfinite(self.final_state), axis=1)
+
+
+class Group:
+    """Runs side by side; the last run also fills lanes that would stay empty.
+
+    Parameters
+    ----------
+    sets : Sets
+        All runs.
+    memory : Memory
+        What differs between lanes.
+    first : int
+        The first run of the group.
+    entries : int
+        Entries of the record.
+
+    """
+
+    def __init__(self, sets, memory, first, entries):
+        self.runs = slice(first, min(first + memory.width, len(sets)))
+        lane = np.minimum(first + np.arange(memory.width), len(sets) - 1)
+        self.p = memory.pack("p", sets.p[lane].T)
+        self.x = memory.pack("x", sets.x[lane].T)
+        self.width, self.remembered = memory.width, {}
+        self.slots = np.arange(memory.size("record", entries))
+
+    def advance(self, engine, schedule, first, inputs, keeper):
+        """Take the steps of one chunk."""
+        begin = -(-first // schedule.every)
+        rows = -(-(first + len(inputs)) // schedule.every) - begin
+        self._keep(keeper, begin, self._run(engine, schedule, first, self.x, inputs, rows))
+
+    def end(self, engine, schedule, inputs, keeper):
+        """Take the row at the end: the first row of one step more, taken on a copy."""
+        rows = self._run(engine, schedule, schedule.steps, self.x.copy(), inputs, 1)
+        self._keep(keeper, schedule.steps // schedule.every, rows)
+
+    def _run(self, engine, schedule, first, x, inputs, rows):
+        values = np.empty((rows, self.slots.size))
+        engine.run(len(inputs), schedule.step, 0.0, first, x, inputs, self.p, schedule.every,
+                   self.slots, values)
+        return values
+
+    def final_state(self):
+        """Return the states, runs first."""
+        return self.x.reshape(-1, self.width).T[:self.runs.stop - self.runs.start]
+
+    def results(self, keeper):
+        """Return every reduction, runs first."""
+        count = self.runs.stop - self.runs.start
+        return {name: keeper.result(name, self.remembered, self.width)[:count]
+                for name in keeper.reduce}
+
+    def _keep(self, keeper, first, values):
+        with np.errstate(all="ignore"):  # a run that has left the numbers goes on as NaN
+            shaped = values.reshape(len(values), len(keeper.entries), self.width)
+            keeper.keep(self.runs, first, shaped, self.remembered)
+
+
+def run_batch(build, arranged, schedule, sets, rows, keeper, width, threads, label):
+    """Run all sets.
+
+    Parameters
+    ----------
+    build : callable
+        ``build(layout, memory)`` returns an engine.
+    arranged : Layout
+        The program.
+    schedule : Schedule
+        Steps and rows.
+    sets : Sets
+        What differs between runs.
+    rows : callable
+        ``rows(count)`` gives the next input rows.
+    keeper : Keeper
+        What is kept.
+    width, threads : int
+        How many runs go side by side, and in how many threads.
+    label : str
+        Text of the progress line.
+
+    Returns
+    -------
+    Batch
+        The runs.
+
+    """
+    record = [arranged.record[arranged.slots[name]] for name in keeper.entries]
+    memory = lanes(width, arranged.nx, len(record), sets.own)
+    engine = build(replace(arranged, record=record, slots={}), memory)
+    groups = [Group(sets, memory, first, len(record)) for first in range(0, len(sets), width)]
+    _march(engine, schedule, groups, rows, keeper, threads, label)
+    reduced = [group.results(keeper) for group in groups]
+    return Batch(schedule.time, keeper.outputs, keeper.log,
+                 np.concatenate([group.final_state() for group in groups]),
+                 {name: np.concatenate([each[name] for each in reduced])
+                  for name in keeper.reduce})
+
+
+def lanes_and_threads(runs, threads, widest):
+    """Return how many runs go side by side and in how many threads.
+
+    Parameters
+    ----------
+    runs : int
+        Number of runs.
+    threads : int or None
+        As asked for; by default one per processor that this process may use.
+    widest : int
+        The most runs side by side.
+
+    Raises
+    ------
+    ClieError
+        If the number of threads makes no sense.
+
+    """
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (
+            os.cpu_count() or 1)
+    if not (isinstance(threads, (int, np.integer)) and threads >= 1):
+        raise ClieError(f"threads must be a whole number >= 1, got {threads!r}")
+    width = min(widest, 1 << (-(-runs // threads) - 1).bit_length())
+    return width, min(threads, -(-runs // width))
+
+
+def _march(engine, schedule, groups, rows, keeper, threads, label):
+    room = 8 * max(1, groups[0].width * len(keeper.entries))
+    chunk = min(CHUNK, max(1, BUFFER // room) * schedule.every)
+    with contextlib.ExitStack() as stack:
+        side_by_side = (map if threads == 1
+                        else stack.enter_context(ThreadPoolExecutor(threads)).map)
+        progress = patient_progress(stack, label, schedule.steps)
+        for first in range(0, schedule.steps, chunk):
+            inputs = np.ascontiguousarray(rows(min(chunk, schedule.steps - first)))
+            advance = partial(Group.advance, engine=engine, schedule=schedule, first=first,
+                              inputs=inputs, keeper=keeper)
+            list(side_by_side(advance, groups))
+            progress(first + len(inputs))
+    if schedule.steps % schedule.every == 0:
+        inputs = np.ascontiguousarray(rows(1))
+        for group in groups:
+            group.end(engine, schedule, inputs, keeper)

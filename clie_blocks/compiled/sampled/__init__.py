@@ -1,0 +1,1 @@
+"""Diagrams with sampled controllers."""
