@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.observer import with_observer, without_observer
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
-from clie_blocks.analysis.gap.method import load_calibration
+from clie_blocks.analysis.gap.method.calibration import load_calibration
 from clie_blocks.analysis.gap.problem.problem import problem as state_problem
 from clie_blocks.analysis.gap.simulator_comparison.difference import (
     against_simulator,

@@ -6,7 +6,7 @@ import pytest
 
 from clie_blocks.analysis.blind.comparison import cross_engine
 from clie_blocks.analysis.gap.calibration import learn
-from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table, to_json
 
 CLEAR = Table(100.0, 0.0, 0, (), [Row(("coulomb",), 0.1, 2), Row(("backlash",), 80.0, 4)])

@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.causes.transmission import BACKLASH
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
 

@@ -33,7 +33,7 @@ def compared(own, diagnoses, labels):
 
     """
     from clie_blocks.analysis.gap.calibration import learn
-    from clie_blocks.analysis.gap.method import Calibration
+    from clie_blocks.analysis.gap.method.calibration import Calibration
 
     robots = {OWN: learn.read_examples(own),
               "MuJoCo": examples(diagnoses, labels)}

@@ -35,5 +35,5 @@ def disjoint(seeds):
 
 def _told():
     """What the calibration says of itself; empty where the numbers are those set by hand."""
-    path = resources.files("clie_blocks.analysis.gap").joinpath("method.json")
+    path = resources.files("clie_blocks.analysis.gap.method").joinpath("method.json")
     return json.loads(path.read_text()) if path.is_file() else {}

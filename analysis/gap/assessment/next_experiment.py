@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
     scale_inside,
 )
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
-from clie_blocks.analysis.gap.method import load_calibration
+from clie_blocks.analysis.gap.method.calibration import load_calibration
 from clie_blocks.analysis.gap.residual.noise import RATE, decimated, whiten
 from clie_blocks.analysis.gap.verdict.posterior import NONE, UNKNOWN
 from clie_blocks.errors import DivergedError

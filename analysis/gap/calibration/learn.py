@@ -19,7 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from clie_blocks.analysis.gap.calibration.examples import read_examples
-from clie_blocks.analysis.gap.method import SCHEMA_VERSION, STORED, Calibration, load_calibration
+from clie_blocks.analysis.gap.method.calibration import (
+    SCHEMA_VERSION,
+    STORED,
+    Calibration,
+    load_calibration,
+)
 from clie_blocks.analysis.gap.verdict.evidence import to_json as plain
 from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior
 from clie_blocks.output import progress, run_main, to_json, write

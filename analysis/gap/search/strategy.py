@@ -3,7 +3,7 @@
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
-from clie_blocks.analysis.gap.method import Calibration, cannot_pay_off, load_calibration
+from clie_blocks.analysis.gap.method.calibration import Calibration, load_calibration
 from clie_blocks.analysis.gap.search.alternatives import alternatives
 from clie_blocks.analysis.gap.search.candidates import extensions, pairs, singles
 from clie_blocks.analysis.gap.search.racing import (
@@ -69,7 +69,7 @@ def search_causes(bench, base, causes=CAUSES, small=SMALL):
 def _is_explained(fits, base, small):
     """Whether the best fit leaves so little that no further cause could lead beside it."""
     least, nothing = min(map(excess, fits)), excess(base)
-    return least < max(ENOUGH, small * nothing) or cannot_pay_off(least, nothing, load_calibration())
+    return least < max(ENOUGH, small * nothing) or load_calibration().cannot_pay_off(least, nothing)
 
 
 def _with_alternatives(bench, base, fits, causes):

@@ -12,7 +12,6 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.method import small_gain_cost
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
@@ -143,7 +142,7 @@ def _cost(row, known, nothing, c):
         return cost
     fewer = [left for names, left in known.items() if set(names) < set(row.names)]
     gained = (min(fewer, default=nothing) - row.excess) / nothing
-    return cost + c.second * (len(row.names) - 1) + small_gain_cost(gained, c)
+    return cost + c.second * (len(row.names) - 1) + c.small_gain_cost(gained)
 
 
 def _parameter_cost(row, c):

@@ -8,7 +8,7 @@ import pytest
 
 from clie_blocks.analysis.gap.calibration import learn
 from clie_blocks.analysis.gap.calibration.examples import Example
-from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
 

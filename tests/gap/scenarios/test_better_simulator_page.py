@@ -11,8 +11,8 @@ import pytest
 
 from clie_blocks.analysis.cli import main
 
-PAGE = Path(__file__).parents[2] / "docs" / "from_a_log_to_a_better_simulator.md"
-TRIAL = Path(__file__).resolve().parents[3] / "shared" / "blind" / "practice" / "trial-007"
+PAGE = Path(__file__).parents[3] / "docs" / "from_a_log_to_a_better_simulator.md"
+TRIAL = Path(__file__).resolve().parents[4] / "shared" / "blind" / "practice" / "trial-007"
 
 
 def blocks(language):

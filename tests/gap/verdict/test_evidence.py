@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member, Open
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
 from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_names
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-from clie_blocks.analysis.gap.method import Calibration
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.residual.sensitivity import sensor_sensitivity
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 from clie_blocks.analysis.gap.verdict.evidence import (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
-from clie_blocks.analysis.gap.method import STORED, Calibration, cannot_pay_off, load_calibration
+from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior, verdict
@@ -124,14 +124,15 @@ def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothi
         ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2), lapse=0.0)
         odds = {s.names: s.probability for s in ranking}
         share = odds["coulomb", "spring"] / (odds["coulomb", "spring"] + odds["coulomb",])
-        if cannot_pay_off(left, nothing, Calibration()):
+        if Calibration().cannot_pay_off(left, nothing):
             assert share < 0.011
         else:
             assert share > 0.009
 
 
 def test_where_nothing_is_left_a_further_cause_is_futile():
-    assert cannot_pay_off(0.0, 0.0, Calibration()) and cannot_pay_off(-0.1, -0.1, Calibration())
+    assert Calibration().cannot_pay_off(0.0, 0.0) and Calibration().cannot_pay_off(
+        -0.1, -0.1)
 
 
 def test_two_causes_lead_where_one_leaves_much():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.method import load_calibration
+from clie_blocks.analysis.gap.method.calibration import load_calibration
 from clie_blocks.analysis.gap.problem.position_path import servo_response
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.torque_path import path_torque
