@@ -67,5 +67,5 @@ def test_every_public_name_is_documented_and_exists():
 
     for name in clie_blocks.__all__:
         assert getattr(clie_blocks, name).__doc__, name
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+    with pytest.raises(AttributeError, match="No clie_blocks attribute nothing"):
         clie_blocks.nothing  # noqa: B018

@@ -1,0 +1,7 @@
+"""Public names and their modules, read by `lazy_loader`, type checkers and editors."""
+
+from .contact import sticking as sticking
+from .insertion import with_effects as with_effects
+from .library import LIBRARY as LIBRARY
+from .library import Library as Library
+from .library import UnknownEffectError as UnknownEffectError

@@ -1,0 +1,99 @@
+"""The library: effects by name, in the order of the report; one file per effect."""
+
+from collections.abc import Mapping
+from importlib import import_module
+
+from clie_blocks.errors import ClieError, nearest
+
+# Effect -> file; the order is that of the report.
+_FILES = {
+    "coulomb": "coulomb",
+    "stribeck": "stribeck",
+    "asymmetric_coulomb": "asymmetric_coulomb",
+    "quadratic_drag": "quadratic_drag",
+    "load_dependent_friction": "load_dependent_friction",
+    "presliding": "presliding",
+    "dahl": "presliding",
+    "maxwell_slip": "maxwell_slip",
+    "position_dependent_friction": "position_dependent_friction",
+    "friction_drift": "friction_drift",
+    "rest_time_breakaway": "rest_time_breakaway",
+    "directional_efficiency": "directional_efficiency",
+    "gravity": "gravity",
+    "payload": "payload",
+    "coupling": "coupling",
+    "spring": "spring",
+    "base_tilt": "base_tilt",
+    "counterbalance": "counterbalance",
+    "soft_stop": "soft_stop",
+    "fluid_drag": "fluid_drag",
+    "joint_elasticity": "joint_elasticity",
+    "stiffening_elasticity": "stiffening_elasticity",
+    "backlash": "backlash",
+    "torsional_hysteresis": "torsional_hysteresis",
+    "kinematic_error": "kinematic_error",
+    "gear_mesh_ripple": "gear_mesh_ripple",
+    "coupled_joints": "coupled_joints",
+    "ratio_error": "ratio_error",
+    "actuator_saturation": "actuator_saturation",
+    "torque_speed_limit": "torque_speed_limit",
+    "dead_zone": "dead_zone",
+    "actuator_lag": "actuator_lag",
+    "torque_ripple": "torque_ripple",
+    "commutation_ripple": "commutation_ripple",
+    "torque_gain_error": "torque_gain_error",
+    "back_emf": "back_emf",
+    "supply_sag": "supply_sag",
+    "motor_heating": "motor_heating",
+    "torque_quantization": "torque_quantization",
+    "setpoint_slew": "setpoint_slew",
+    "time_delay": "time_delay",
+    "setpoint_delay": "setpoint_delay",
+    "in_loop_delay": "in_loop_delay",
+    "tick_jitter": "tick_jitter",
+    "packet_hold": "packet_hold",
+    "velocity_filter_mismatch": "velocity_filter_mismatch",
+    "gain_error": "gain_error",
+    "control_law_form": "control_law_form",
+    "hidden_integral": "hidden_integral",
+    "hidden_compensation": "hidden_compensation",
+    "encoder_quantization": "encoder_quantization",
+    "encoder_eccentricity": "encoder_eccentricity",
+    "encoder_offset": "encoder_offset",
+    "velocity_estimate_lag": "velocity_estimate_lag",
+    "channel_skew": "channel_skew",
+    "sensor_gain": "sensor_gain",
+    "periodic_disturbance": "periodic_disturbance",
+    "step_fault": "step_fault",
+    "inertia": "mismatch",
+    "viscous": "mismatch",
+    "torque_gain": "mismatch",
+    "offset": "mismatch",
+}
+
+
+class UnknownEffectError(ClieError, KeyError):
+    """No effect of that name is in the catalogue."""
+
+    __str__ = Exception.__str__
+
+
+class Library(Mapping):
+    """Effects by name, in the order of the report; a file is imported when its effect is read."""
+
+    def __getitem__(self, name):
+        if name not in _FILES:
+            raise UnknownEffectError(f"no effect is called {name!r}; {nearest(name, _FILES)}")
+        return getattr(import_module(f"clie_blocks.effects.{_FILES[name]}"), name.upper())
+
+    def __contains__(self, name):
+        return name in _FILES
+
+    def __iter__(self):
+        return iter(_FILES)
+
+    def __len__(self):
+        return len(_FILES)
+
+
+LIBRARY = Library()
