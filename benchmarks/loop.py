@@ -3,6 +3,7 @@
 import numpy as np
 
 from clie_blocks import paper
+from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.paper_experiment import Experiment
 from clie_blocks.excitation import paper_excitation
 
@@ -13,7 +14,7 @@ EVERY = 100
 
 def diagram():
     """Return the 22-state loop: linear plant, PD on measured signals, composite law."""
-    return Experiment(case=2, plant="linear", velocity="measured").diagram()
+    return Experiment(CASES, case=2, plant="linear", velocity="measured").diagram()
 
 
 def noise_rows(steps):

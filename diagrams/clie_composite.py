@@ -1,5 +1,6 @@
 """Fig. 2 with the composite update law (40): the filtered robot corrects the estimates too."""
 
+from clie_blocks.diagrams.paper_experiment import run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.filters import lowpass, lowpass_with_rate
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
@@ -73,10 +74,8 @@ def clie_composite(plant, kp, kd, gamma, alpha, *, omega_f=300.0, velocity="exac
 
 
 def main(argv=None):
-    """Run CASE 2 of the paper; see ``--help``."""
-    from clie_blocks.diagrams.paper_experiment import main as run
-
-    return run(argv, default_case=2)
+    """Run CASE 2 or 3 of the paper; see ``--help``."""
+    return run_cases({2: clie_composite, 3: clie_composite}, argv)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Fig. 2 with the update law (27): robot and model under one PD law, compared by their inputs."""
 
+from clie_blocks.diagrams.clie_composite import clie_composite
+from clie_blocks.diagrams.paper_experiment import run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.identification import gradient_update
 from clie_blocks.output import run_main
@@ -49,11 +51,12 @@ def clie_loop(plant, kp, kd, gamma, *, velocity="exact", name="clie_loop"):
         inputs=loops.inputs, outputs={**loops.outputs, "theta_hat": "update.theta_hat"}, name=name)
 
 
+CASES = {1: clie_loop, 2: clie_composite, 3: clie_composite}  # Table 1
+
+
 def main(argv=None):
     """Run the paper's identification; see ``--help``."""
-    from clie_blocks.diagrams.paper_experiment import main as run
-
-    return run(argv)
+    return run_cases(CASES, argv)
 
 
 if __name__ == "__main__":

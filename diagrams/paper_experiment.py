@@ -2,24 +2,25 @@
 
 import argparse
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram, held_normal
-from clie_blocks.diagrams.clie_composite import clie_composite
-from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.diagrams.experiment_plots import save_plots
 from clie_blocks.diagrams.twin_loop import READINGS
 from clie_blocks.errors import ClieError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.output import to_json
-from clie_blocks.signals import signal
+from clie_blocks.signals import Diagram, signal
 
 MEAN_WINDOW = 20.0  # s, as in Table 2
 LOG_PERIOD = 0.01  # s
+
+Builder = Callable[..., Diagram]  # of a plant and the gains of its case
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,8 @@ class Experiment:
 
     Parameters
     ----------
+    builders : mapping of int to callable
+        The diagram of each case, such as `clie_blocks.diagrams.clie_loop.CASES`.
     case : int
         1: update law (27); 2, 3: composite law (40) with the alpha of Table 1.
     plant : {'arm', 'linear'}
@@ -49,6 +52,7 @@ class Experiment:
 
     """
 
+    builders: Mapping[int, Builder]
     case: int = 1
     plant: str = "arm"
     velocity: str = "exact"
@@ -63,10 +67,11 @@ class Experiment:
         """Return the diagram of this experiment."""
         plant = (paper.paper_arm() if self.plant == "arm"
                  else decoupled_joints(*paper.THETA.reshape(3, 2)))
+        build, gains = self.builders[self.case], (paper.KP, paper.KD, self.gamma)
         if self.case == 1:
-            return clie_loop(plant, paper.KP, paper.KD, self.gamma, velocity=self.velocity)
-        return clie_composite(plant, paper.KP, paper.KD, self.gamma, paper.ALPHA[self.case],
-                              omega_f=paper.OMEGA_F, velocity=self.velocity)
+            return build(plant, *gains, velocity=self.velocity)
+        return build(plant, *gains, paper.ALPHA[self.case], omega_f=paper.OMEGA_F,
+                     velocity=self.velocity)
 
     def inputs(self, diagram):
         """Return the inputs of a run; noise only where the diagram has a place for it."""
@@ -129,13 +134,13 @@ def remarks(experiment):
     return said
 
 
-def parser(default_case):
-    """Return the command-line options."""
+def parser(cases):
+    """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
     options = argparse.ArgumentParser(
         prog="clie_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
         description="Identify the paper's two-link arm by closed-loop input error (Fig. 2).")
     add = options.add_argument
-    add("--case", type=int, choices=(1, 2, 3), default=default_case,
+    add("--case", type=int, choices=cases, default=cases[0],
         help="1: update law (27); 2, 3: composite law (40)")
     add("--plant", choices=("arm", "linear"), default="arm",
         help="coupled arm, or decoupled joints with the real values of Table 2")
@@ -155,15 +160,15 @@ def parser(default_case):
     return options
 
 
-def main(argv=None, default_case=1):
-    """Run the experiment, print its table and save its plots.
+def run_cases(builders, argv=None):
+    """Run the experiment of one case, print its table and save its plots.
 
     Parameters
     ----------
+    builders : mapping of int to callable
+        The diagram of each case of Table 1 that can be chosen; the first is the default.
     argv : list of str, optional
         Command-line arguments; by default those of the process.
-    default_case : int
-        CASE of Table 1 without ``--case``.
 
     Returns
     -------
@@ -171,9 +176,9 @@ def main(argv=None, default_case=1):
         0.
 
     """
-    options = vars(parser(default_case).parse_args(argv))
+    options = vars(parser(tuple(builders)).parse_args(argv))
     as_json, folder = options.pop("json"), options.pop("output")
-    experiment = Experiment(**{**options, "set_point": tuple(options["set_point"])})
+    experiment = Experiment(builders, **{**options, "set_point": tuple(options["set_point"])})
     if not experiment.duration > MEAN_WINDOW:
         raise ClieError(f"--duration must exceed {MEAN_WINDOW:g} s, over whose end the estimates "
                         f"are averaged, got {experiment.duration:g}")

@@ -6,13 +6,17 @@ continuous PD law beside held samples sees a sawtooth of ``Kp dq period``, on th
 three times the signal itself.)
 """
 
-import importlib
+import argparse
 
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.picture import draw
+from clie_blocks.filters import difference_filter
 from clie_blocks.identification import gradient_update, regressor
 from clie_blocks.joints import estimated_model
-from clie_blocks.output import run_main
+from clie_blocks.output import run_main, save_figure
 from clie_blocks.signals import interconnect, summing
+
+NAMES = {"pd_model": "PD controller", "model": "estimated model", "update": "update law"}
 
 
 def recorded_loop(kp, kd, gamma, velocity, *, name="recorded_loop"):
@@ -91,9 +95,16 @@ def model_half(kp, kd, velocity):
 
 
 def main(argv=None):
-    """Identify a recorded machine; see ``--help``."""
-    # A question asked of a log lives in analysis, which diagrams do not import.
-    return importlib.import_module("clie_blocks.analysis.identification.recorded_machine").main(argv)
+    """Draw the diagram for one joint; ``clie identify`` runs it on a log."""
+    parser = argparse.ArgumentParser(
+        prog="recorded_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        description="Draw Fig. 2 with a recorded robot in the place of plant and PD.",
+        epilog="'clie identify LOG' runs it on the log of a real machine.")
+    parser.add_argument("-o", "--output", default="out/recorded_loop", metavar="DIR",
+                        help="folder for the picture")
+    folder = parser.parse_args(argv).output
+    loop = recorded_loop(40.0, 5.0, 20.0, difference_filter(1, 1e-3, name="velocity"))
+    print(*save_figure(draw(loop, names=NAMES), folder, "recorded_loop"), sep="\n")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from clie_blocks.analysis.theory.excitation_level import (
     weighted_integral,
 )
 from clie_blocks.compiled import compile_diagram
-from clie_blocks.diagrams.clie_loop import clie_loop
+from clie_blocks.diagrams.clie_loop import CASES, clie_loop
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate
 from clie_blocks.excitation import paper_excitation
@@ -47,7 +47,7 @@ class Reading:
 
     def experiment(self, case, seed=0):
         """Return the experiment of a case of Table 1."""
-        return Experiment(case=case, seed=seed, **dict(self.settings))
+        return Experiment(CASES, case=case, seed=seed, **dict(self.settings))
 
 
 READINGS = (
@@ -174,4 +174,4 @@ def signed_mean_error(case):
 
 @lru_cache
 def _program(case, velocity):
-    return compile_diagram(Experiment(case=case, velocity=velocity).diagram())
+    return compile_diagram(Experiment(CASES, case=case, velocity=velocity).diagram())

@@ -5,6 +5,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.compiled import METHODS, compile_diagram, held_normal
+from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.diagrams.paper_experiment import Experiment
@@ -17,7 +18,7 @@ def linear_plant():
 
 
 def experiment(**settings):
-    return Experiment(**settings).diagram()
+    return Experiment(CASES, **settings).diagram()
 
 
 DIAGRAMS = {

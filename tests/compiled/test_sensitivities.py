@@ -14,6 +14,7 @@ from clie_blocks.compiled.ir.operations import OPERATIONS
 from clie_blocks.compiled.ir.scalars import F, apply
 from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.compiled.runtime import sensitivities
+from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.paper_experiment import Experiment
 from clie_blocks.errors import ClieError, DivergedError
 
@@ -62,7 +63,7 @@ def test_equals_central_differences(loop, engine, method):
 
 
 def test_thirteen_parameters_of_the_composite_loop():
-    diagram = Experiment(case=2, plant="linear", velocity="measured").diagram()
+    diagram = Experiment(CASES, case=2, plant="linear", velocity="measured").diagram()
     program = compile_diagram(diagram)
     noise = np.random.default_rng(0).normal(0, 1e-3, (2001, 2))
     call = {"duration": 0.2, "step": 1e-4, "every": 500, "initial_state": {

@@ -5,6 +5,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate, remarks
 from clie_blocks.signals import signal
@@ -17,7 +18,7 @@ R1 = {1: [1.58120794, 1.59956046, .48319647, .48626816, .00839871, -.00568839],
 
 
 def noise_free(**settings):
-    return Experiment(noise_variance=0.0, **{"duration": 100.0, **settings}).run(log=["theta_hat"])
+    return Experiment(CASES, noise_variance=0.0, **{"duration": 100.0, **settings}).run(log=["theta_hat"])
 
 
 @pytest.mark.parametrize("case", R0)
@@ -95,13 +96,13 @@ def test_tracking_errors_of_table_3_have_the_printed_mantissas(case, expected):
 
 def test_noise_alone_barely_moves_the_composite_estimates():
     quiet = mean_estimate(noise_free(case=3))
-    noisy = mean_estimate(Experiment(case=3, duration=100.0, noise_variance=1e-6).run())
+    noisy = mean_estimate(Experiment(CASES, case=3, duration=100.0, noise_variance=1e-6).run())
     assert 1e-8 < np.max(np.abs(noisy - quiet)) < 1e-3
 
 
 def test_same_seed_same_numbers():
     def run(seed):
-        return Experiment(case=2, duration=25.0, seed=seed, velocity="measured").run().outputs
+        return Experiment(CASES, case=2, duration=25.0, seed=seed, velocity="measured").run().outputs
 
     np.testing.assert_array_equal(run(1), run(1))
     assert np.max(np.abs(run(1) - run(2))) > 1e-6
@@ -112,5 +113,5 @@ def test_same_seed_same_numbers():
     ({"duration": 100.0}, "which this run has not", "biases"),
     ({"velocity": "measured"}, "biases A by 16 %", "6.5 %"), ({"gamma": 80.0}, "exact", "6.5 %")])
 def test_remarks_fit_the_run(settings, said, unsaid):
-    text = " ".join(remarks(Experiment(**settings)))
+    text = " ".join(remarks(Experiment(CASES, **settings)))
     assert said in text and unsaid not in text
