@@ -189,6 +189,6 @@ def test_stored_numbers_of_another_schema_are_refused(tmp_path):
     assert set(LEARNED) <= set(kept["numbers"]) and load_calibration() == Calibration(**kept["numbers"])
     other = tmp_path / "calibration.json"
     other.write_text(json.dumps({**kept, "schema_version": 3}))
-    with pytest.raises(ClieError, match="schema 3.*calibrate"):
+    with pytest.raises(ClieError, match="schema 3.*calibration.learn"):
         load_calibration(other)
     assert load_calibration(tmp_path / "none.json") == Calibration()
