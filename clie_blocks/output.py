@@ -1,30 +1,29 @@
-"""What a run leaves behind: files written whole or not at all, progress, exit codes."""
+"""What a command shares with every other: options, tables, files written whole, exit codes."""
 
+from __future__ import annotations
+
+import argparse
 import contextlib
 import json
 import os
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from clie_blocks.errors import ClieError
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def write(path, content):
+Main = Callable[[list[str] | None], int | None]
+
+
+def write(path: str | os.PathLike[str], content: str | bytes) -> Path:
     """Write a file atomically: a reader sees the old file or the whole new one.
 
-    Parameters
-    ----------
-    path : path-like
-        The file; missing parent folders are made.
-    content : str or bytes
-        Its content.
-
-    Returns
-    -------
-    pathlib.Path
-        The path.
-
+    Missing parent folders are made.
     """
     path = Path(path)
     data = content.encode() if isinstance(content, str) else content
@@ -50,32 +49,15 @@ def write(path, content):
     return path
 
 
-def _umask():
+def _umask() -> int:
     current = os.umask(0)
     os.umask(current)
     return current
 
 
-def save_figure(figure, folder, stem, formats=("png", "svg")):
-    """Save a Matplotlib figure in each format and return the paths as strings.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    folder : path-like
-        Where to.
-    stem : str
-        File name without its ending.
-    formats : tuple of str
-        Endings.
-
-    Returns
-    -------
-    list of str
-        One path per format.
-
-    """
+def save_figure(figure: Figure, folder: str | os.PathLike[str], stem: str,
+                formats: tuple[str, ...] = ("png", "svg")) -> list[str]:
+    """Save a Matplotlib figure as ``STEM.png``, ``STEM.svg`` and return the paths."""
     import io
 
     import matplotlib
@@ -90,24 +72,12 @@ def save_figure(figure, folder, stem, formats=("png", "svg")):
     return paths
 
 
-def to_json(result):
-    """Return valid JSON text of a result: arrays as lists, NaN and infinity as null.
-
-    Parameters
-    ----------
-    result : dict
-        Numbers, strings, arrays, lists and dicts.
-
-    Returns
-    -------
-    str
-        JSON with two spaces of indent.
-
-    """
+def to_json(result: object) -> str:
+    """Return valid JSON text of a result: arrays as lists, NaN and infinity as null."""
     return json.dumps(_plain(result), indent=2, allow_nan=False)
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
@@ -122,21 +92,10 @@ def _plain(value):
 
 
 @contextlib.contextmanager
-def progress(label, total):
-    """Progress line on stderr, for work over two seconds; silent when nobody watches.
+def progress(label: str, total: float) -> Iterator[Callable[[float], None]]:
+    """Progress bar on stderr, for work over two seconds; silent when nobody watches.
 
-    Parameters
-    ----------
-    label : str
-        What is being done.
-    total : float
-        The amount of work.
-
-    Yields
-    ------
-    callable
-        ``advance(amount)`` reports work done.
-
+    Yields ``advance(amount)``, which reports work done in the unit of `total`.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -150,33 +109,93 @@ def progress(label, total):
         yield lambda amount: bar.advance(task, amount)
 
 
-def run_main(main):
-    """Run a script's ``main()`` and exit: an error in words and its code, never a traceback.
+def command_parser(prog: str, description: str, *, output: str | None = None,
+                   output_help: str = "folder for the report", epilog: str | None = None,
+                   ) -> argparse.ArgumentParser:
+    """Parser with the options of every command: ``--json`` and ``-o DIR``.
 
     Parameters
     ----------
-    main : callable
-        Takes a list of arguments or None and returns an exit code or None.
+    prog : str
+        The command, as typed.
+    description : str
+        What it does.
+    output : str, optional
+        Default of ``-o``; without one, nothing is written unless the user asks for it.
+    output_help : str
+        What ``-o`` writes.
+    epilog : str, optional
+        Last lines of the help, such as the exit codes.
 
     """
+    parser = argparse.ArgumentParser(prog=prog, description=description, epilog=epilog,
+                                     formatter_class=_HelpWithDefaults)
+    parser.add_argument("--json", action="store_true",
+                        help="print the result as JSON, with a schema_version")
+    parser.add_argument("-o", "--output", metavar="DIR", default=output, help=output_help)
+    return parser
+
+
+class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
+    """Help that ends in the default of an option, where it has one."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        plain = action.default is None or action.default is False or action.default in ("", [], ())
+        return action.help if plain else super()._get_help_string(action)
+
+
+def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> None:
+    """Print a table of text cells: drawn on a terminal, plain columns in a file or a pipe.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Column heads.
+    rows : sequence of sequence of str
+        Cells.
+    align : str
+        Per column ``<`` or ``>``; by default all but the first to the right.
+
+    """
+    if not sys.stdout.isatty():
+        print(format_table(head, rows, align))
+        return
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for title, side in zip(head, _sides(align, len(head)), strict=True):
+        table.add_column(Text(title), justify="left" if side == "<" else "right")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    Console().print(table)
+
+
+def format_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:
+    """Table as plain text, two spaces between columns; arguments as `print_table`."""
+    lines = [head, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    sides = _sides(align, len(head))
+    return "\n".join("  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(
+        line, sides, widths, strict=True)).rstrip() for line in lines)
+
+
+def _sides(align: str, count: int) -> str:
+    return align or "<" + ">" * (count - 1)
+
+
+def run_main(main: Main) -> None:
+    """Run a script's ``main()`` and exit: an error in words and its code, never a traceback."""
     sys.exit(guarded(main))
 
 
-def guarded(main, argv=None):
+def guarded(main: Main, argv: list[str] | None = None) -> int:
     """Return the exit code of ``main(argv)``; errors go to stderr in words.
 
-    Parameters
-    ----------
-    main : callable
-        Takes a list of arguments or None and returns an exit code or None.
-    argv : list of str, optional
-        The arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        0 ok, 1 bad news, 2 usage, 3 bad data, 4 not identifiable, 5 diverged, 130 interrupted.
-
+    The code is 0 ok, 1 negative result, 2 usage, 3 bad data, 4 not identifiable, 5 diverged or
+    130 interrupted.
     """
     try:
         return main(argv) or 0

@@ -8,7 +8,15 @@ import pytest
 
 from clie_blocks.analysis import cli
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError, nearest
-from clie_blocks.output import guarded, save_figure, to_json, write
+from clie_blocks.output import (
+    command_parser,
+    format_table,
+    guarded,
+    print_table,
+    save_figure,
+    to_json,
+    write,
+)
 
 
 def modules_after(code):
@@ -28,7 +36,7 @@ def test_help_imports_nothing_heavy():
 
 
 def test_a_diagnosis_starts_without_python_control_and_scipy():
-    loaded = modules_after("from clie_blocks.analysis.gap import pipeline\n"
+    loaded = modules_after("from clie_blocks.analysis.gap import diagnosis\n"
                            "from clie_blocks.analysis.records import read_trial")
     assert "numpy" in loaded
     assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
@@ -87,6 +95,37 @@ def test_json_has_no_nan():
 
     text = to_json({"a": np.array([1.0, np.nan]), "b": float("inf"), "c": np.float64(2.0)})
     assert "NaN" not in text and "Infinity" not in text and "null" in text
+
+
+def test_every_command_takes_json_and_a_folder_and_states_its_defaults(capsys):
+    parser = command_parser("clie x", "Does x.", output="out/x")
+    parser.add_argument("--gain", type=float, default=2.5, help="a gain")
+    parser.add_argument("--other", help="no default")
+    options = parser.parse_args(["--json", "-o", "here"])
+    assert (options.json, options.output, options.gain) == (True, "here", 2.5)
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--help"])
+    text = capsys.readouterr().out
+    assert "(default: out/x)" in text and "a gain (default: 2.5)" in text
+    assert "None" not in text and "False" not in text
+
+
+HEAD, ROWS = ("name", "value"), (("mass [kg]", "94.97"), ("offset", "-3.2"))
+
+
+def test_a_table_in_a_pipe_is_plain_text(capsys):
+    print_table(HEAD, ROWS)
+    assert capsys.readouterr().out == ("name       value\n"
+                                       "mass [kg]  94.97\n"
+                                       "offset      -3.2\n")
+    assert format_table(HEAD, ROWS, "<<").splitlines()[2] == "offset     -3.2"
+
+
+def test_a_table_on_a_terminal_holds_every_cell_as_written(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    print_table(HEAD, ROWS)
+    text = capsys.readouterr().out
+    assert all(cell in text for row in (HEAD, *ROWS) for cell in row)
 
 
 def test_same_figure_same_svg_bytes(tmp_path):
