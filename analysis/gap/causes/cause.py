@@ -1,16 +1,26 @@
-"""What the diagnosis knows of a cause: how it acts, its numbers, and where to start looking."""
+"""What the diagnosis knows of a cause: how it acts, its parameters, and where to start looking."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.dynamics import Piece
+
+Values = Mapping[str, np.ndarray]
+"""Parameter -> array (n,)."""
+Memory = list[np.ndarray]
+"""Memory of a piece, one array (n,) per state."""
+FrictionLimits = tuple[np.ndarray, np.ndarray]
+"""Largest dry friction against forward and against backward motion, (n,) [N m]."""
+BodyTerms = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Own mass (n,), mass shared with the other joints (n, n), and torque (n,), motor side."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Number:
-    """One number of a cause.
+    """One parameter of a cause.
 
     Parameters
     ----------
@@ -21,10 +31,10 @@ class Number:
     scope : str
         ``joint`` one value per joint; ``robot`` one for the robot; ``log`` one per joint and log.
     fixed : bool
-        Chosen from the probes, not refined.
+        Chosen by the search, not refined by a fit.
     neutral : float or None
-        Value at which the cause does nothing on a joint; None for a number that does nothing on
-        its own, such as a width.
+        Value at which the cause does nothing on a joint; None for one that does nothing on its
+        own, such as a width.
     phase : bool
         It multiplies an angle or a time under a sine.
     nuisance : bool
@@ -48,23 +58,23 @@ class Number:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Probe:
-    """A place to look: shape numbers to hold, amplitudes to find by regression.
+    """A point of the search grid: shape parameters to hold, amplitudes to find by regression.
 
     Parameters
     ----------
     values : dict
-        Number -> array (n,), or (logs, n) for numbers of scope ``log``.
+        Parameter -> array (n,), or (logs, n) for those of scope ``log``.
     amplitudes : tuple of str
-        Numbers found by regression; their values are the sizes at which columns are simulated.
+        Parameters found by regression; their values are the sizes at which columns are simulated.
         None of them: the cause as a whole is one column with coefficient one.
     sizes : dict
-        Number -> change that makes itself felt, where it is not the value.
+        Parameter -> change that has a visible effect, where it is not the value.
 
     """
 
-    values: dict
-    amplitudes: tuple = ()
-    sizes: dict = dataclasses.field(default_factory=dict)
+    values: dict[str, np.ndarray]
+    amplitudes: tuple[str, ...] = ()
+    sizes: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -76,29 +86,29 @@ class Cause:
     name : str
         Name in the vocabulary.
     pieces : tuple of Piece
-        How it acts; all of them share the cause's numbers.
+        How it acts; all of them share the cause's parameters.
     numbers : tuple of Number
-        Its numbers.
+        Its parameters.
     probes : callable
-        ``probes(scene)`` lists where to look; a `Scene` knows the problem and the base motion.
+        ``probes(scene)`` lists where to look; a `Scene` knows the problem and the nominal motion.
     frees : tuple of str
-        Parameters of the joint model that the cause explains away, so that what the datasheet
-        says of them counts no longer.
+        Parameters of the joint model that the cause explains away, so that their datasheet
+        tolerances no longer apply.
     variant : str
-        Tells apart several forms of one effect.
+        Distinguishes several forms of one effect.
     needs_links : bool
-        It can be asked for only where the link data are stated.
+        It can be searched for only where the link data are stated.
     without : tuple of str
-        Name of the simpler cause that it is when a number is zero, and that number.
+        Name of the simpler cause that it is when a parameter is zero, and that parameter.
     even : tuple of str
-        Name of the simpler cause that it is when two numbers are equal, and these.
+        Name of the simpler cause that it is when two parameters are equal, and these.
 
     """
 
     name: str
     pieces: tuple[Piece, ...]
     numbers: tuple[Number, ...]
-    probes: Callable
+    probes: Callable[["Scene"], list[Probe]]
     frees: tuple[str, ...] = ()
     variant: str = ""
     needs_links: bool = False
@@ -106,24 +116,24 @@ class Cause:
     even: tuple[str, ...] = ()
 
     @property
-    def key(self):
+    def key(self) -> str:
         """Name and variant, unique among all causes."""
         return f"{self.name}:{self.variant}" if self.variant else self.name
 
     @property
-    def block(self):
+    def block(self) -> str:
         """The key as the name of a block."""
         return self.key.replace(":", "_")
 
     @property
-    def shared(self):
-        """Whether one set of numbers stands for all joints."""
+    def shared(self) -> bool:
+        """Whether one set of values holds for all joints."""
         return any(number.scope == "robot" for number in self.numbers)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scene:
-    """The base motion in numbers from which probes choose their sizes and grids.
+    """Size of the nominal motion, from which probes choose their sizes and grids.
 
     Parameters
     ----------
@@ -138,13 +148,13 @@ class Scene:
 
     """
 
-    problem: object
+    problem: Problem
     torque: np.ndarray
     speed: np.ndarray
     travel: np.ndarray
     peak_torque: np.ndarray
     inertia: np.ndarray
 
-    def small_torque(self, share=0.03):
+    def small_torque(self, share: float = 0.03) -> np.ndarray:
         """Torque at which a column is simulated [N m]."""
         return share * self.torque

@@ -2,25 +2,25 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, Piece
+from clie_blocks.analysis.gap.causes.cause import Cause, Memory, Number, Probe, Scene, Values
+from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, Piece, State
 
-NEVER = 1e9
+_UNREACHED = 1e9  # N m: a limit that no command meets
 
 
-def _saturation(u, z, p, h):
+def _saturation(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
     return np.clip(u, -p["limit"], p["limit"]), z
 
 
 ACTUATOR_SATURATION = Cause(
     "actuator_saturation", (Piece("drive", _saturation),),
-    (Number("limit", "N m", 0.0, NEVER, neutral=NEVER),),
+    (Number("limit", "N m", 0.0, _UNREACHED, neutral=_UNREACHED),),
     lambda scene: [Probe({"limit": share * scene.peak_torque},
                          sizes={"limit": 0.1 * scene.peak_torque}) for share in (
         0.985, 0.96, 0.93, 0.89, 0.84, 0.78, 0.7, 0.6, 0.5, 0.4, 0.3)])
 
 
-def _dead_zone(u, z, p, h):
+def _dead_zone(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
     return u - np.clip(u, -p["width"], p["width"]), z
 
 
@@ -30,14 +30,14 @@ DEAD_ZONE = Cause(
         Probe({"width": share * scene.torque}) for share in (0.012, 0.035, 0.08, 0.16, 0.32)])
 
 
-def _lag(u, z, p, h):
+def _lag(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
     (state,) = z
     time = np.maximum(p["time"], 1e-6)
     left = np.exp(-h / time)
     return u + (state - u) * (1.0 - left) * time / h, [u + (state - u) * left]
 
 
-def _times(scene):
+def _times(scene: Scene) -> list[Probe]:
     return [Probe({"time": t + 0 * scene.torque})
             for t in (6e-4, 1.5e-3, 3.5e-3, 8e-3, 0.016, 0.032)]
 
@@ -46,19 +46,19 @@ ACTUATOR_LAG = Cause("actuator_lag", (Piece("drive", _lag, states=1),),
                      (Number("time", "s", 0.0, 0.3),), _times)
 
 
-def _delay(u, z, p, h):
+def _delay(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
     """Mean of the delayed staircase over a period: linear between two past commands."""
-    line, samples, late = [u, *z], p["time"] / h, 0.0 * u
+    line, samples, delayed = [u, *z], p["time"] / h, 0.0 * u
     for k, past in enumerate(line):
-        late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
-    return late, line[:-1]
+        delayed = delayed + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
+    return delayed, line[:-1]
 
 
 TIME_DELAY = Cause("time_delay", (Piece("drive", _delay, states=DELAY_TAPS),),
                    (Number("time", "s", 0.0, 0.055),), _times)
 
 
-def _gain(u, z, p, h):
+def _gain(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
     return (1.0 + p["error"]) * u, z
 
 
@@ -68,18 +68,18 @@ TORQUE_GAIN_ERROR = Cause(
     lambda scene: [Probe({"error": 0.05 + 0 * scene.torque}, ("error",))])
 
 
-def _ripple(s, z, p):
+def _ripple(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     phase = p["order"] * s.q
     return p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
 
 
-def _ripple_probes(scene):
+def _ripple_probes(scene: Scene) -> list[Probe]:
     """Orders from half a wave over the travel up, and the motor's harmonics."""
     ratio = scene.problem.gear_ratio
     step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
     least = max(3.0, 3.0 / scene.travel.max())
     orders = [order + 0 * ratio for order in np.arange(least, max(48.0, 2 * least), step)]
-    orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8) if multiple]
+    orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8)]
     size = scene.small_torque()
     return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"),
                   {"order": 1.0 / scene.travel}) for order in orders]

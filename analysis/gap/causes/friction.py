@@ -1,13 +1,23 @@
 """Causes that oppose the motion."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.causes.cause import (
+    Cause,
+    FrictionLimits,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
 from clie_blocks.analysis.gap.problem import planar_chain
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece, State
 
 
-def _coulomb(s, p):
+def _coulomb(s: State, p: Values) -> FrictionLimits:
     return p["level"], p["level"]
 
 
@@ -16,13 +26,13 @@ COULOMB = Cause(
     lambda scene: [Probe({"level": scene.small_torque()}, ("level",))])
 
 
-def _stribeck(s, p):
+def _stribeck(s: State, p: Values) -> FrictionLimits:
     ratio = s.dq / p["speed"]
     level = p["level"] + p["excess"] * np.exp(-ratio * ratio)
     return level, level
 
 
-def _stribeck_probes(scene):
+def _stribeck_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
     return [Probe({"level": size, "excess": size, "speed": speed * np.ones_like(size)},
                   ("level", "excess")) for speed in (0.01, 0.02, 0.04, 0.08, 0.16)]
@@ -35,7 +45,7 @@ STRIBECK = Cause(
     without=("coulomb", "excess"))
 
 
-def _asymmetric(s, p):
+def _asymmetric(s: State, p: Values) -> FrictionLimits:
     return p["forward"], p["backward"]
 
 
@@ -47,7 +57,7 @@ ASYMMETRIC_COULOMB = Cause(
     even=("coulomb", "forward", "backward"))
 
 
-def _quadratic(s, z, p):
+def _quadratic(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return p["drag"] * s.dq * np.abs(s.dq), z
 
 
@@ -56,12 +66,12 @@ QUADRATIC_DRAG = Cause(
     lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
 
 
-def _of_motor(s, p):
+def _of_motor(s: State, p: Values) -> FrictionLimits:
     level = p["level"] + p["slope"] * np.abs(s.u)
     return level, level
 
 
-def _of_links(s, p):
+def _of_links(s: State, p: Values) -> FrictionLimits:
     """Load that the gear carries: weight and velocity torque of the links, motor side."""
     load = planar_chain.coriolis_torque(s.chain, s.q, s.dq) / s.ratio
     if s.chain.has_gravity:
@@ -70,37 +80,38 @@ def _of_links(s, p):
     return level, level
 
 
-def _load_probes(scene):
+def _load_probes(scene: Scene) -> list[Probe]:
     return [Probe({"level": scene.small_torque(), "slope": 0.03 + 0 * scene.torque},
                   ("level", "slope"))]
 
 
-def _load_dependent(piece, **options):
-    return Cause("load_dependent_friction", (Piece("friction", piece),),
+def _load_dependent(act: Callable[[State, Values], FrictionLimits], variant: str = "",
+                    needs_links: bool = False) -> Cause:
+    return Cause("load_dependent_friction", (Piece("friction", act),),
                  (Number("level", "N m", 0.0), Number("slope", "1", 0.0, 0.9)), _load_probes,
-                 without=("coulomb", "slope"), **options)
+                 without=("coulomb", "slope"), variant=variant, needs_links=needs_links)
 
 
 LOAD_DEPENDENT_FRICTION = (
     _load_dependent(_of_motor), _load_dependent(_of_links, variant="links", needs_links=True))
 
 
-def _presliding(s, z, p):
+def _presliding(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     """LuGre with a constant level: bristles of a range, with a damping of their own."""
     (state,) = z
-    way = np.abs(s.dq) * s.h / p["range"]
+    travel = np.abs(s.dq) * s.h / p["range"]
     end = np.sign(s.dq)
-    half = end + (state - end) * np.exp(-way / 2)
+    half = end + (state - end) * np.exp(-travel / 2)
     rate = s.dq / p["range"] * (1.0 - half * end)
     return (p["level"] * half + p["bristle_damping"] * rate,
-            [end + (state - end) * np.exp(-way)])
+            [end + (state - end) * np.exp(-travel)])
 
 
-def _presliding_probes(scene):
+def _presliding_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
-    return [Probe({"level": size, "range": way + 0 * size, "bristle_damping": 0.1 * size},
+    return [Probe({"level": size, "range": reach + 0 * size, "bristle_damping": 0.1 * size},
                   ("level", "bristle_damping"))
-            for way in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)]
+            for reach in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)]
 
 
 PRESLIDING = Cause(
@@ -109,20 +120,20 @@ PRESLIDING = Cause(
      Number("range", "rad", 1e-4, 0.5, neutral=None)), _presliding_probes)
 
 
-def _warming(s, p):
+def _warming(s: State, p: Values) -> np.ndarray:
     return 1.0 - np.exp(-(s.t + p["since"]) / p["time"])
 
 
-def _drifting_drag(s, z, p):
+def _drifting_drag(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return p["damping"] * s.dq * _warming(s, p), z
 
 
-def _drifting_level(s, p):
+def _drifting_level(s: State, p: Values) -> FrictionLimits:
     level = np.maximum(p["level"] + p["change"] * _warming(s, p), 0.0)
     return level, level
 
 
-def _times(scene):
+def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:
     """Time constants, with the clock started anew in each log or running through all logs."""
     logs = scene.problem.logs
     running = np.cumsum([0.0] + [len(log) * scene.problem.period for log in logs[:-1]])

@@ -2,12 +2,20 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe
+from clie_blocks.analysis.gap.causes.cause import (
+    BodyTerms,
+    Cause,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
 from clie_blocks.analysis.gap.problem import planar_chain
-from clie_blocks.analysis.gap.simulation.dynamics import Piece, split_mass
+from clie_blocks.analysis.gap.simulation.dynamics import Piece, State, split_mass
 
 
-def _spring(s, z, p):
+def _spring(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return p["stiffness"] * s.q, z
 
 
@@ -17,7 +25,7 @@ SPRING = Cause(
     frees=("load",))
 
 
-def _gravity(s, z, p):
+def _gravity(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     if s.chain.known:
         upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio
         turned = planar_chain.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
@@ -26,10 +34,10 @@ def _gravity(s, z, p):
     return p["along"] * upright + p["across"] * turned, z
 
 
-def _gravity_probes(scene):
+def _gravity_probes(scene: Scene) -> list[Probe]:
     chain, ratio = scene.problem.chain, scene.problem.gear_ratio
     if not chain.known:
-        size = np.min(scene.small_torque()) + 0 * scene.torque  # one number for all joints
+        size = np.min(scene.small_torque()) + 0 * scene.torque  # one value for all joints
         return [Probe({"along": size, "across": size}, ("along", "across"))]
     stretched = planar_chain.gravity_torque(chain, np.zeros((1, chain.n)))[0] / ratio
     share = np.min(0.03 * scene.torque / np.maximum(stretched, 1e-12)) + 0 * scene.torque
@@ -37,11 +45,12 @@ def _gravity_probes(scene):
 
 
 GRAVITY = Cause(
-    "gravity", (Piece("load", _gravity),), (Number("along", "1", -2.0, 2.0, scope="robot"),
-                                 Number("across", "1", -2.0, 2.0, scope="robot")), _gravity_probes)
+    "gravity", (Piece("load", _gravity),),
+    (Number("along", "1", -2.0, 2.0, scope="robot"),
+     Number("across", "1", -2.0, 2.0, scope="robot")), _gravity_probes)
 
 
-def tip_mass(s):
+def tip_mass(s: State) -> BodyTerms:
     """Own mass, shared mass and torque of 1 kg at the tip, motor side."""
     unit = planar_chain.unit_tip_chain(s.chain)
     own, cross = split_mass(planar_chain.mass_matrix(unit, s.q))
@@ -51,12 +60,12 @@ def tip_mass(s):
     return own / s.ratio, cross / s.ratio, torque / s.ratio
 
 
-def _payload(s, p):
+def _payload(s: State, p: Values) -> BodyTerms:
     own, cross, torque = tip_mass(s)
     return p["mass"] * own, p["mass"] * cross, p["mass"] * torque
 
 
-def _payload_probes(scene):
+def _payload_probes(scene: Scene) -> list[Probe]:
     reach = scene.problem.chain.length.sum()
     mass = np.min(0.03 * scene.inertia * scene.problem.gear_ratio) / reach**2
     return [Probe({"mass": mass + 0 * scene.torque}, ("mass",))]
@@ -66,14 +75,14 @@ PAYLOAD = Cause("payload", (Piece("body", _payload),),
                 (Number("mass", "kg", 0.0, scope="robot"),), _payload_probes, needs_links=True)
 
 
-def _coupling(s, p):
+def _coupling(s: State, p: Values) -> BodyTerms:
     own, cross = split_mass(planar_chain.mass_matrix(s.chain, s.q))
     torque = planar_chain.coriolis_torque(s.chain, s.q, s.dq)
     return (p["share"] * (own - s.chain.diagonal) / s.ratio, p["share"] * cross / s.ratio,
             p["share"] * torque / s.ratio)
 
 
-def _coupling_probes(scene):
+def _coupling_probes(scene: Scene) -> list[Probe]:
     """Whole coupling of the stated links, where the nominal model leaves it out."""
     if scene.problem.n < 2 or scene.problem.chain.has_coupling:
         return []

@@ -1,13 +1,27 @@
-"""Causes that come with time: a periodic disturbance, and a fault that sets in."""
+"""Causes that depend on time: a periodic disturbance, and a fault that sets in."""
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number
+from clie_blocks.analysis.gap.causes.cause import (
+    BodyTerms,
+    Cause,
+    FrictionLimits,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
 from clie_blocks.analysis.gap.causes.load import tip_mass
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.analysis.gap.simulation.dynamics import Piece, State
 
 
-def _periodic(s, z, p):
+def _no_probes(scene: Scene) -> list[Probe]:
+    """None: `search.events` finds the frequencies and the moments."""
+    return []
+
+
+def _periodic(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     phase = 2 * np.pi * p["frequency"] * s.t
     return p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
 
@@ -15,27 +29,27 @@ def _periodic(s, z, p):
 PERIODIC_DISTURBANCE = Cause(
     "periodic_disturbance", (Piece("load", _periodic),),
     (Number("sine", "N m", scope="log"), Number("cosine", "N m", scope="log"),
-     Number("frequency", "Hz", 0.05, 40.0, neutral=None, phase=True)), lambda scene: [])
+     Number("frequency", "Hz", 0.05, 40.0, neutral=None, phase=True)), _no_probes)
 
 
-def _after(s, p):
+def _after(s: State, p: Values) -> np.ndarray:
     return np.where(s.t >= p["onset"], 1.0, 0.0)
 
 
-def _step_load(s, z, p):
+def _step_load(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return _after(s, p) * p["torque"], z
 
 
-def _step_damping(s, z, p):
+def _step_damping(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return _after(s, p) * p["damping"] * s.dq, z
 
 
-def _step_friction(s, p):
+def _step_friction(s: State, p: Values) -> FrictionLimits:
     level = _after(s, p) * p["level"]
     return level, level
 
 
-def _step_payload(s, p):
+def _step_payload(s: State, p: Values) -> BodyTerms:
     own, cross, torque = tip_mass(s)
     mass = _after(s, p) * p["mass"]
     return mass * own, mass * cross, mass * torque
@@ -44,18 +58,14 @@ def _step_payload(s, p):
 _ONSET = Number("onset", "s", 0.0, scope="log", fixed=True, neutral=1e9)
 
 
-def _none(scene):
-    return []
-
-
 STEP_FAULT = (
     Cause("step_fault", (Piece("load", _step_load),),
-          (Number("torque", "N m"), _ONSET), _none, variant="torque"),
+          (Number("torque", "N m"), _ONSET), _no_probes, variant="torque"),
     Cause("step_fault", (Piece("load", _step_damping),),
-          (Number("damping", "N m s/rad"), _ONSET), _none, variant="damping"),
+          (Number("damping", "N m s/rad"), _ONSET), _no_probes, variant="damping"),
     Cause("step_fault", (Piece("friction", _step_friction),),
-          (Number("level", "N m", 0.0), _ONSET), _none, variant="friction"),
+          (Number("level", "N m", 0.0), _ONSET), _no_probes, variant="friction"),
     Cause("step_fault", (Piece("body", _step_payload),),
-          (Number("mass", "kg", scope="robot"), _ONSET), _none, variant="payload",
+          (Number("mass", "kg", scope="robot"), _ONSET), _no_probes, variant="payload",
           needs_links=True),
 )

@@ -1,29 +1,56 @@
-"""The diagnosis of one robot: all stages in their order."""
+"""The names that a diagnosis of logs can give: what is searched for, and how a choice is made."""
+
+import difflib
+import textwrap
+from collections.abc import Collection
 
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.errors import ClieError, nearest
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.effects import LIBRARY
+from clie_blocks.errors import ClieError
 
 FOUND_BY_REPLAY = ("velocity_filter_mismatch", "encoder_quantization")
 EFFECT_NAMES = frozenset(cause.name for cause in CAUSES) | frozenset(FOUND_BY_REPLAY)
 
 
-def select_causes(effects, exclude):
-    """Return the causes to look for.
+def searched_effects() -> tuple[str, ...]:
+    """Names of the effects that a diagnosis of logs searches for, in alphabetical order.
+
+    They are a part of the catalogue, `clie_blocks.effects.LIBRARY`: the other effects can be
+    simulated and drawn, but a diagnosis names none of them.
+    """
+    return tuple(sorted(EFFECT_NAMES))
+
+
+def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[Cause, ...]:
+    """Return the causes to search for: those of `effects` (all when empty) but not of `exclude`.
 
     Raises
     ------
     ClieError
-        For a name that is not in the vocabulary.
+        For an effect that is not searched for; says whether the catalogue knows it.
 
     """
     for name in (*effects, *exclude):
         if name not in EFFECT_NAMES:
-            raise ClieError(
-                f"no effect is called {name!r}; {nearest(name, sorted(EFFECT_NAMES))}")
+            raise ClieError(_not_searched(name))
     return tuple(cause for cause in CAUSES
                  if (not effects or cause.name in effects) and cause.name not in exclude)
 
 
-def excluded_names(effects, exclude):
-    """Effects that are not to be named: the excluded ones, and what a choice of effects lacks."""
+def _not_searched(name: str) -> str:
+    names = searched_effects()
+    if name in LIBRARY:
+        problem = (f"{name} is in the catalogue (clie effects {name}), but no log diagnosis "
+                   "searches for it yet")
+    else:
+        close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+        problem = f"no effect is called {name!r}" + (
+            f"; did you mean {close[0]!r}?" if close else "")
+    listed = textwrap.fill(", ".join(names), 90, initial_indent="  ", subsequent_indent="  ")
+    return f"{problem}\nsearched for:\n{listed}"
+
+
+def excluded_names(effects: Collection[str], exclude: Collection[str]) -> frozenset[str]:
+    """Effects that are not to be named: the excluded ones, and what a choice of effects omits."""
     return frozenset(exclude) | (EFFECT_NAMES - set(effects) if effects else frozenset())
