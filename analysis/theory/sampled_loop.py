@@ -1,0 +1,55 @@
+"""Sensitivities of a joint under a sampled law, exactly as the loop is sampled.
+
+With the plant P = 1/(inertia s^2 + damping s) held over a sample, and the law C = kp + kd F,
+
+    S_tau = P / (1 + P C)  (torque -> position),   S_0 = 1 / (1 + P C)  (sensor error -> measured).
+"""
+
+import numpy as np
+
+Polynomials = tuple[np.ndarray, np.ndarray]  # numerator and denominator in powers of z^-1
+SLOWEST = 1e-6  # 1/s, damping over inertia
+
+
+def held_plant(inertia: float, damping: float, period: float) -> Polynomials:
+    """Pulse transfer function of ``inertia ddq + damping dq = u`` behind a zero-order hold.
+
+    A joint with next to no damping is given a time constant of eleven days, beyond which the
+    formulas lose digits.
+    """
+    rate = damping / inertia
+    rate = rate if abs(rate) >= SLOWEST else SLOWEST
+    kept, lost = np.exp(-rate * period), -np.expm1(-rate * period)
+    speed = lost / rate / inertia
+    position = (rate * period - lost) / rate**2 / inertia
+    drift = lost / rate
+    # x+ = [1 drift; 0 kept] x + [position; speed] u
+    return (np.array([0.0, position, speed * drift - position * kept]),
+            np.array([1.0, -1.0 - kept, kept]))
+
+
+def loop_polynomials(plant: Polynomials, kp: float, kd: float, velocity_filter: Polynomials,
+                     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numerators of S_tau and S_0, and their common denominator, in powers of ``z^-1``."""
+    (b, a), (rate_b, rate_a) = plant, velocity_filter
+    controller = kp * rate_a + kd * rate_b
+    torque, sensor = np.convolve(b, rate_a), np.convolve(a, rate_a)
+    return torque, sensor, sensor + np.convolve(b, controller)
+
+
+def decimated_filter(b: np.ndarray, a: np.ndarray, width: int) -> Polynomials:
+    """Filter from means over blocks of `width` samples to means over blocks of its output.
+
+    It is exact for an input that is constant over each block, at a fraction of the cost.
+    """
+    order = len(a) - 1
+    step = np.eye(order, k=-1)
+    step[0] = -a[1:] / a[0]
+    out, direct = (b[1:] - b[0] * a[1:] / a[0]) / a[0], b[0] / a[0]
+    state, driven = np.eye(order), np.zeros(order)
+    seen, through = np.zeros(order), 0.0
+    for _ in range(width):
+        seen, through = seen + out @ state / width, through + (out @ driven + direct) / width
+        state, driven = step @ state, step @ driven + np.eye(order)[0]
+    denominator = np.poly(state)
+    return np.poly(state - np.outer(driven, seen)) + (through - 1.0) * denominator, denominator
