@@ -1,4 +1,4 @@
-"""Identification of a recorded robot by the paper's method and by its rivals, side by side."""
+"""Identification of a recorded robot by the method of the paper and by its alternatives."""
 
 from clie_blocks.analysis.identification.identification import Bias, Identification, identify
 

@@ -1,8 +1,11 @@
 """Do the methods agree?  Where they do not, the model's structure is the first suspect."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
+
+from clie_blocks.analysis.identification.regression import Estimate
 
 REFERENCE = "closed-loop LS"
 RELATIVE = 0.01  # differences below are of filters and finite steps, not of structure
@@ -20,39 +23,28 @@ class Disagreement:
     expected: float
     margin: float
 
-    def __str__(self):
-        return (f"{self.joint}: {self.method} says {self.term} = {self.value:.4g}, "
-                f"{self.reference} says {self.expected:.4g}; they differ by "
+    def __str__(self) -> str:
+        return (f"{self.joint}: {self.method} gives {self.term} = {self.value:.4g}, "
+                f"{self.reference} gives {self.expected:.4g}; they differ by "
                 f"{abs(self.value - self.expected):.2g} where {self.margin:.2g} is expected")
 
 
-def disagreements(joint, estimates, scale=1.0):
-    """Terms on which a method differs from the closed-loop least squares.
+def disagreements(joint: str, estimates: Sequence[Estimate],
+                  scale: float = 1.0) -> list[Disagreement]:
+    """Terms of a joint on which a method differs from the closed-loop least squares.
 
-    Parameters
-    ----------
-    joint : str
-        Name.
-    estimates : list of Estimate
-        All methods on this joint.
-    scale : float
-        Factor from units of the command to those that are shown.
-
-    Returns
-    -------
-    list of Disagreement
-        Empty when all agree, or when there is nothing to compare with; a method without an
-        interval is not compared.
-
+    Empty when all agree or there is nothing to compare with; a method without an interval is not
+    compared.  `scale` goes from units of the command to those that are shown.
     """
     reference = next((e for e in estimates if e.method == REFERENCE), None)
     if reference is None:
         return []
-    return [found for other in estimates if other is not reference
-            for term in other.names for found in _differ(joint, term, other, reference, scale)]
+    return [difference for other in estimates if other is not reference for term in other.names
+            for difference in _differ(joint, term, other, reference, scale)]
 
 
-def _differ(joint, term, other, reference, scale):
+def _differ(joint: str, term: str, other: Estimate, reference: Estimate,
+            scale: float) -> list[Disagreement]:
     (value, width), (expected, own) = other.get(term), reference.get(term)
     if not np.isfinite(width):
         return []

@@ -12,19 +12,22 @@ the controller's sample time and with its hold.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.identification.columns import terms
-from clie_blocks.analysis.identification.regression import Estimate, solved, top_speed
+from clie_blocks.analysis.identification.motion import Run, command, excitation
+from clie_blocks.analysis.identification.regression import Estimate, solve, top_speed
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.replay import velocity
+from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.theory.sampled_loop import held_plant, loop_polynomials
 from clie_blocks.errors import DivergedError
 
 PASSES = 40
 CONVERGED = 1e-7
-SMALL = 1e-4  # damping over rate from which the plain formula of the held plant loses digits
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,89 +36,41 @@ class Loop:
 
     Parameters
     ----------
-    top, bottom : ndarray
-        Sensitivity, position per torque.
-    open_bottom : ndarray
-        Denominator of plant and velocity filter; over `bottom` it is what noise of the sensor
-        becomes in the measured position.
+    torque, sensor, denominator : ndarray
+        Sensitivities of `loop_polynomials`: position per torque, and measured position per
+        sensor error.
 
     """
 
-    top: np.ndarray
-    bottom: np.ndarray
-    open_bottom: np.ndarray
+    torque: np.ndarray
+    sensor: np.ndarray
+    denominator: np.ndarray
 
-    def respond(self, torque):
+    def respond(self, torque: np.ndarray) -> np.ndarray:
         """Position of the loop at rest under a held torque."""
-        return lfilter(self.top, self.bottom, torque, axis=0)
+        return lfilter(self.torque, self.denominator, torque, axis=0)
 
-    def noise_gain(self, samples=20_000):
+    def noise_gain(self, samples: int = 20_000) -> float:
         """Ratio of the measured position's noise to that of the sensor, both rms, white sensor."""
         impulse = np.zeros(samples)
         impulse[0] = 1.0
-        return float(np.linalg.norm(lfilter(self.open_bottom, self.bottom, impulse)))
+        return float(np.linalg.norm(lfilter(self.sensor, self.denominator, impulse)))
 
 
-def sensitivity(inertia, viscous, controller, k, step):
-    """Sensitivity of a joint's loop, torque to position.
-
-    Parameters
-    ----------
-    inertia, viscous : float
-        J and F in units of the command.
-    controller : Controller
-        Gains and velocity filter.
-    k : int
-        Joint.
-    step : float
-        Sample time [s].
-
-    Returns
-    -------
-    Loop
-        ``P / (1 + P C)`` with the plant P held over each sample.
-
-    """
-    plant, bottom = held_plant(inertia, viscous, step)
+def sensitivity(inertia: float, viscous: float, controller: Controller, k: int,
+                step: float) -> Loop:
+    """Loop of joint k with inertia J and viscous friction F, in units of the command."""
     law = control_law(controller, step)
-    below = law.denominator[:, k]
-    law_top = law.kp[k] * below + law.kd[k] * law.numerator[:, k]
-    outside = np.convolve(bottom, below)
-    closed = np.polynomial.polynomial.polyadd(outside, np.convolve(plant, law_top))
-    return Loop(np.convolve(plant, below), closed, outside)
+    return Loop(*loop_polynomials(held_plant(inertia, viscous, step), law.kp[k], law.kd[k],
+                                  (law.numerator[:, k], law.denominator[:, k])))
 
 
-def held_plant(inertia, viscous, step):
-    """Plant ``1 / (J s^2 + F s)`` behind a zero-order hold, in powers of ``z^-1``."""
-    rate = viscous / inertia * step
-    forget = np.exp(-rate)
-    if abs(rate) < SMALL:  # series of the two formulas below
-        first, second = 0.5 - rate / 6, 0.5 - rate / 3
-    else:
-        first = (rate - 1 + forget) / rate**2
-        second = (1 - forget - rate * forget) / rate**2
-    gain = step**2 / inertia
-    return gain * np.array([0.0, first, second]), np.array([1.0, -1.0 - forget, forget])
-
-
-def closed_loop_least_squares(runs, loads, k, start):
+def closed_loop_least_squares(runs: Sequence[Run], loads: Sequence[np.ndarray], k: int,
+                              start: Estimate) -> Estimate:
     """Least squares of the closed-loop position error on the terms of the model's own motion.
 
-    Parameters
-    ----------
-    runs : list of Run
-        Experiments.
-    loads : list of ndarray, shape (N, n)
-        Known load torque of each run.
-    k : int
-        Joint.
-    start : Estimate
-        Where to begin, such as that of `idim_least_squares`.
-
-    Returns
-    -------
-    Estimate
-        With block-robust intervals.
+    `loads` holds the known load torque of each run, shape (N, n); `start` is where to begin, such
+    as `idim_least_squares`.  The intervals are block-robust.
 
     Raises
     ------
@@ -127,11 +82,11 @@ def closed_loop_least_squares(runs, loads, k, start):
     value[0] = abs(value[0])
     speed = top_speed(runs, k)
     for _ in range(PASSES):
-        parts = [_linearised(run, load, k, start.names, value, speed)
+        parts = [_linearise(run, load, k, start.names, value, speed)
                  for run, load in zip(runs, loads, strict=True)]
-        fit = solved(np.vstack([part[0] for part in parts]),
-                     np.concatenate([part[1] for part in parts]), runs[0].record.joints[k],
-                     start.names)
+        fit = solve(np.vstack([part[0] for part in parts]),
+                    np.concatenate([part[1] for part in parts]), runs[0].record.joints[k],
+                    start.names)
         change = fit.value
         stride = min(1.0, 0.5 * value[0] / max(abs(change[0]), 1e-300))
         value = value + stride * change
@@ -142,7 +97,8 @@ def closed_loop_least_squares(runs, loads, k, start):
                         "'clie check' replays it")
 
 
-def model_motion(run, load, k, names, value, speed):
+def model_motion(run: Run, load: np.ndarray, k: int, names: Sequence[str], value: np.ndarray,
+                 speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, Loop]:
     """Position, velocity and acceleration of the model under the recorded law, and its loop.
 
     Terms beyond the paper's three act as recorded: they are evaluated on the measured motion.
@@ -156,7 +112,7 @@ def model_motion(run, load, k, names, value, speed):
     return q, dq, np.gradient(dq, run.step), loop
 
 
-def _drive(run, k):
+def _drive(run: Run, k: int) -> np.ndarray:
     """Torque of the law on the model apart from its own position: reference, pe, and residual.
 
     The residual of the replayed law enters as recorded; it carries saturation and rounding.
@@ -164,13 +120,14 @@ def _drive(run, k):
     record, controller = run.record, run.record.robot.controller
     law = control_law(controller, run.step)
     linear = dataclasses.replace(law, saturation=np.inf)
-    pe = np.zeros_like(record.u) if record.pe is None else record.pe
+    pe, u = excitation(record), command(record)
     dq = velocity(record, controller, law.variant)
-    asked = linear.command(record.qd - record.q, dq, pe)[:, k]
-    return law.kp[k] * (record.qd[:, k] - record.q[0, k]) + pe[:, k] + record.u[:, k] - asked
+    replayed = linear.command(record.qd - record.q, dq, pe)[:, k]
+    return law.kp[k] * (record.qd[:, k] - record.q[0, k]) + pe[:, k] + u[:, k] - replayed
 
 
-def _linearised(run, load, k, names, value, speed):
+def _linearise(run: Run, load: np.ndarray, k: int, names: Sequence[str], value: np.ndarray,
+               speed: float) -> tuple[np.ndarray, np.ndarray]:
     """Filtered terms and position error of a run, freed of its unknown initial state."""
     q, dq, ddq, loop = model_motion(run, load, k, names, value, speed)
     moved = terms(names, q, dq, ddq, speed)

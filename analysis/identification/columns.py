@@ -4,9 +4,12 @@ Inertia J, viscous friction F and offset c are the paper's model, eq. (8) on the
 the unit of the command; further terms can be given by hand.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from clie_blocks.analysis.identification.motion import stiction
+from clie_blocks.analysis.identification.motion import Run, stiction
+from clie_blocks.analysis.records.robot import Links, Robot
 from clie_blocks.errors import ClieError, nearest
 
 BASE = ("inertia", "viscous", "offset")
@@ -14,7 +17,7 @@ EXTRA = {"coulomb": "dry friction, constant against the motion",
          "weight_cos": "weight of a link, cos q", "weight_sin": "weight of a link, sin q"}
 
 
-def term_names(extra):
+def term_names(extra: Sequence[str]) -> tuple[str, ...]:
     """Names of all terms, the paper's three first.
 
     Raises
@@ -29,35 +32,23 @@ def term_names(extra):
     return (*BASE, *extra)
 
 
-def terms(names, q, dq, ddq, top_speed):
-    """Columns of the regressor of one joint.
+def terms(names: Sequence[str], q: np.ndarray, dq: np.ndarray, ddq: np.ndarray,
+          top_speed: float) -> np.ndarray:
+    """Columns of the regressor of one joint along its motion, shape (N, p).
 
-    Parameters
-    ----------
-    names : sequence of str
-        From `term_names`.
-    q, dq, ddq : ndarray, shape (N,)
-        Motion.
-    top_speed : float
-        Of the whole experiment; it sets where dry friction turns its sign.
-
-    Returns
-    -------
-    ndarray, shape (N, p)
-        One column per term.
-
+    The top speed of the whole experiment sets where dry friction turns its sign.
     """
-    made = {"inertia": lambda: ddq, "viscous": lambda: dq, "offset": lambda: np.ones_like(q),
+    columns = {"inertia": lambda: ddq, "viscous": lambda: dq, "offset": lambda: np.ones_like(q),
             "coulomb": lambda: stiction(dq, top_speed),
             "weight_cos": lambda: np.cos(q), "weight_sin": lambda: np.sin(q)}
-    return np.column_stack([np.empty((len(q), 0)), *(made[name]() for name in names)])
+    return np.column_stack([np.empty((len(q), 0)), *(columns[name]() for name in names)])
 
 
-def known_load(run, robot):
+def known_load(run: Run, robot: Robot) -> np.ndarray:
     """Torque of the links that the nominal model contains, in the unit of u, shape (N, n).
 
     Weight, and the inertia coupling beyond the constant inertia at the first position, by eqs.
-    (1) to (7) for one or two links; zero for what `robot.toml` does not claim to know.
+    (1) to (7) for one or two links; zero for what `robot.toml` does not state.
     """
     zero = np.zeros(run.q.shape)
     links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
@@ -70,7 +61,7 @@ def known_load(run, robot):
     return load / (ratio if robot.motor.torque_gain is None else ratio * robot.motor.torque_gain)
 
 
-def _weight(q, links, g):
+def _weight(q: np.ndarray, links: Links, g: float) -> np.ndarray:
     if q.shape[1] == 1:
         return links.mass * links.com * g * np.cos(q)
     from clie_blocks.manipulator import gravity
@@ -78,7 +69,7 @@ def _weight(q, links, g):
     return gravity(q.T, links.mass, links.length, links.com, g).T
 
 
-def _coupling(run, links):
+def _coupling(run: Run, links: Links) -> np.ndarray:
     from clie_blocks.manipulator import coriolis, mass_matrix
 
     own = np.zeros(2) if links.inertia is None else links.inertia

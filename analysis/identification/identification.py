@@ -1,22 +1,26 @@
 """All methods on the logs of one robot, and what they agree on."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.identification.agreement import REFERENCE, disagreements
-from clie_blocks.analysis.identification.clie import clie, composite
+from clie_blocks.analysis.identification.agreement import REFERENCE, Disagreement, disagreements
+from clie_blocks.analysis.identification.clie import LastPass, clie, composite
 from clie_blocks.analysis.identification.closed_loop import closed_loop_least_squares, model_motion
 from clie_blocks.analysis.identification.columns import BASE, known_load, term_names, terms
-from clie_blocks.analysis.identification.motion import rough_inertia, split, whole
-from clie_blocks.analysis.identification.prediction import predicted
+from clie_blocks.analysis.identification.motion import Run, rough_inertia, split, whole
+from clie_blocks.analysis.identification.prediction import Prediction, predict_log
 from clie_blocks.analysis.identification.regression import (
+    Estimate,
     idim_least_squares,
     instrumental_variables,
     top_speed,
 )
 from clie_blocks.analysis.records.checks import check_record
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import noise_floor
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError, DivergedError, NotIdentifiableError, RecordError
 
 __all__ = ["Identification", "identify"]
@@ -24,7 +28,7 @@ __all__ = ["Identification", "identify"]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Identification:
-    """What a robot's logs say of its parameters.
+    """The parameters of a robot, by every method that its logs allow.
 
     Parameters
     ----------
@@ -36,7 +40,7 @@ class Identification:
         By joint, then by method.
     scale : ndarray, shape (n,)
         Factor from units of the command to physical ones: the stated torque gain, or 1.
-    leftover : ndarray, shape (n,)
+    error_over_noise : ndarray, shape (n,)
         Error of the fitted model in closed loop over the noise of the position: near 1 nothing
         is missing; NaN without a control law.
     disagreements : list of Disagreement
@@ -45,20 +49,23 @@ class Identification:
         Of the logs held out, by method.
     biases : list of Bias
         What the paper's three terms would be without the extra ones.
+    last_pass : LastPass or None
+        How CLIE converged; None where it gave no result.
     warnings : list of str
-        What the checks say of the logs used, and what could not be done.
+        Warnings of the checks on the logs used, and what could not be done.
 
     """
 
-    robot: object
-    sources: list
-    estimates: list
+    robot: Robot
+    sources: list[str]
+    estimates: list[list[Estimate]]
     scale: np.ndarray
-    leftover: np.ndarray
-    disagreements: list
-    predictions: list
-    biases: list
-    warnings: list
+    error_over_noise: np.ndarray
+    disagreements: list[Disagreement]
+    predictions: list[Prediction]
+    biases: list["Bias"]
+    last_pass: LastPass | None
+    warnings: list[str]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,14 +78,15 @@ class Bias:
     without: float
 
 
-def identify(records, held_out=(), extra=()):
+def identify(records: Sequence[Record], held_out: Sequence[Record] = (),
+             extra: Sequence[str] = ()) -> Identification:
     """Identify a robot from its logs.
 
     Parameters
     ----------
-    records : list of Record
-        Logs to learn from, with u and the robot; of one robot.
-    held_out : list of Record
+    records : sequence of Record
+        Logs to identify from, with u and the robot; of one robot.
+    held_out : sequence of Record
         Logs to predict.
     extra : sequence of str
         Terms beyond the paper's three, such as ``coulomb``; see `columns.EXTRA`.
@@ -93,62 +101,63 @@ def identify(records, held_out=(), extra=()):
     RecordError
         If a check finds an error in a log.
     NotIdentifiableError
-        If the motion does not show the parameters, or the logs lack the command.
+        If the motion does not show the parameters, or the command is missing in the logs.
     ClieError
         If an extra term is not known.
 
     """
     names = term_names(extra)
-    records, warnings = _sound(records)
-    robot = records[0].robot
-    runs = split(records, rough_inertia(records[0]))
+    sound, warnings = _sound(records)
+    robot = sound[0].robot
+    runs = split(sound, rough_inertia(sound[0]))
     loads = [known_load(run, robot) for run in runs]
     by_joint = [_one_joint(runs, loads, k, names, warnings) for k in range(robot.n)]
-    if robot.controller.law != "unknown":
-        _add_paper(by_joint, runs, loads, warnings)
+    known = robot.controller.law != "unknown"
+    last_pass = _add_paper(by_joint, runs, loads, warnings) if known else None
     scale = robot.motor.torque_gain if robot.motor.torque_gain is not None else np.ones(robot.n)
-    found = [d for k, joint in enumerate(by_joint)
-             for d in disagreements(robot.joints[k], joint, float(scale[k]))]
-    leftover = np.array([_leftover(runs, loads, k, joint) for k, joint in enumerate(by_joint)])
     return Identification(
-        robot, [record.source for record in records], by_joint, scale, leftover, found,
+        robot, [record.source for record in sound], by_joint, scale,
+        np.array([_error_over_noise(runs, loads, k, joint) for k, joint in enumerate(by_joint)]),
+        [difference for k, joint in enumerate(by_joint)
+         for difference in disagreements(robot.joints[k], joint, float(scale[k]))],
         _predictions(by_joint, held_out),
-        _biases(runs, loads, by_joint, scale) if extra else [], warnings)
+        _biases(runs, loads, by_joint, scale) if extra else [], last_pass, warnings)
 
 
-def _sound(records):
-    """Records without an error, and what the checks say; an error if none is left."""
-    good, said, faults = [], [], []
+def _sound(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
+    """Records without an error, and the warnings on them; an error if none is left."""
+    good, warnings, faults = [], [], []
     for record in records:
-        fault, warnings = _judged(record)
+        fault, own = _examine(record)
         if fault is None:
             good.append(record)
-            said += warnings
+            warnings += own
         else:
             faults.append(fault)
-            said.append(f"Left out {fault}")
+            warnings.append(f"Left out {fault}")
     if not good:
         raise faults[0]
-    return good, said
+    return good, warnings
 
 
-def _judged(record):
+def _examine(record: Record) -> tuple[ClieError | None, list[str]]:
     """What makes a record useless, as an error or None, and the warnings on it."""
     if record.robot is None or record.u is None:
         missing = "the command u" if record.u is None else "a robot.toml"
         return NotIdentifiableError(f"{record.source}: it comes without {missing}, and without it "
                                     "no parameter can be identified"), []
-    found = check_record(record)
-    errors = [f for f in found if f.severity == "error"]
+    findings = check_record(record)
+    errors = [f for f in findings if f.severity == "error"]
     if errors:
         weak = all(f.check.startswith("excitation.") for f in errors)
         kind = NotIdentifiableError if weak else RecordError
         return kind(f"{record.source}: {errors[0]}"), []
-    return None, [f"{record.source}: {f.joint + ': ' if f.joint else ''}{f.what}" for f in found
+    return None, [f"{record.source}: {f.joint + ': ' if f.joint else ''}{f.what}" for f in findings
                   if f.severity == "warning"]
 
 
-def _one_joint(runs, loads, k, names, warnings):
+def _one_joint(runs: list[Run], loads: list[np.ndarray], k: int, names: tuple[str, ...],
+               warnings: list[str]) -> list[Estimate]:
     """Estimates of one joint by the regressions; the best one first."""
     textbook = idim_least_squares(runs, loads, k, names)
     if runs[0].record.robot.controller.law == "unknown":
@@ -166,7 +175,8 @@ def _one_joint(runs, loads, k, names, warnings):
     return [loop, instrumental_variables(runs, loads, k, names, motions), textbook]
 
 
-def _leftover(runs, loads, k, joint):
+def _error_over_noise(runs: list[Run], loads: list[np.ndarray], k: int,
+                      joint: list[Estimate]) -> float:
     """Closed-loop error of the fit over the noise of the position: 1 when nothing is missing."""
     best = next((e for e in joint if e.method == REFERENCE), None)
     if best is None:
@@ -182,9 +192,10 @@ def _leftover(runs, loads, k, joint):
     return float(error / np.mean(noise)) if np.mean(noise) > 0 else np.nan
 
 
-def _biases(runs, loads, by_joint, scale):
+def _biases(runs: list[Run], loads: list[np.ndarray], by_joint: list[list[Estimate]],
+            scale: np.ndarray) -> list[Bias]:
     """Change of the paper's three terms when the extra ones are left out."""
-    found = []
+    biases = []
     for k, joint in enumerate(by_joint):
         best = next((e for e in joint if e.method == REFERENCE), None)
         if best is None:
@@ -194,46 +205,54 @@ def _biases(runs, loads, by_joint, scale):
                                               idim_least_squares(runs, loads, k, BASE))
         except DivergedError:
             continue  # without the extra terms the model cannot follow the log at all
-        found += [Bias(runs[0].record.joints[k], term, float(best.get(term)[0] * scale[k]),
-                       float(plain.get(term)[0] * scale[k])) for term in BASE]
-    return found
+        biases += [Bias(runs[0].record.joints[k], term, float(best.get(term)[0] * scale[k]),
+                        float(plain.get(term)[0] * scale[k])) for term in BASE]
+    return biases
 
 
-def _add_paper(by_joint, runs, loads, warnings):
-    """Put CLIE and composite first; terms beyond their model are given to them as known."""
+def _add_paper(by_joint: list[list[Estimate]], runs: list[Run], loads: list[np.ndarray],
+               warnings: list[str]) -> LastPass | None:
+    """Put CLIE and composite first; terms beyond their model are given to them as known.
+
+    Returns the last pass of CLIE.
+    """
+    last_pass = None
     known = [load + np.stack([_beyond(run, runs, k, joint[0]) for k, joint in enumerate(by_joint)],
                              axis=1) for run, load in zip(runs, loads, strict=True)]
     for method in (composite, clie):
         try:
-            found = method(runs, known)
+            estimates, last = method(runs, known)
         except ClieError as error:
             warnings.append(f"{method.__name__} gives no result: {error}")
         else:
-            for joint, estimate in zip(by_joint, found, strict=True):
+            for joint, estimate in zip(by_joint, estimates, strict=True):
                 joint.insert(0, estimate)
+            last_pass = last if method is clie else None
+    return last_pass
 
 
-def _beyond(run, runs, k, estimate):
+def _beyond(run: Run, runs: list[Run], k: int, estimate: Estimate) -> np.ndarray:
     """Torque of the terms beyond the paper's three along a run."""
     columns = terms(estimate.names[3:], run.q[:, k], run.dq[:, k], run.ddq[:, k],
                     top_speed(runs, k))
     return columns @ estimate.value[3:]
 
 
-def _predictions(by_joint, held_out):
+def _predictions(by_joint: list[list[Estimate]], held_out: Sequence[Record]) -> list[Prediction]:
     """Predictions of every log held out: by CLIE with what it was given, and by the reference."""
-    found = []
+    predictions = []
     for record in held_out:
         run = whole(record, rough_inertia(record))
         load, noise = known_load(run, record.robot), noise_floor(record).std
         for method in ("CLIE (27)", REFERENCE):
-            chosen = [_completed(joint, method) for joint in by_joint]
-            if all(chosen):
-                found.append(predicted(record, load, chosen, noise))
-    return found
+            completed = [_complete(joint, method) for joint in by_joint]
+            estimates = [estimate for estimate in completed if estimate is not None]
+            if len(estimates) == len(by_joint):
+                predictions.append(predict_log(record, load, estimates, noise))
+    return predictions
 
 
-def _completed(joint, method):
+def _complete(joint: list[Estimate], method: str) -> Estimate | None:
     """Estimate of a method, with the terms that were given to it."""
     own = next((e for e in joint if e.method == method), None)
     reference = next((e for e in joint if e.method == REFERENCE), None)

@@ -5,14 +5,17 @@ between them; the position alone is filtered once more, and wider, before it is 
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from clie_blocks.analysis.records.checks.measures import centres, half_width, smooth_motion
 from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.linear_filters import low_pass
 
 BAND = 2.0  # regression band over the natural frequency of the loop
 MOTION_BAND = 4.0  # and over the mean frequency of the motion
@@ -43,7 +46,7 @@ class Run:
 
     """
 
-    record: object
+    record: Record
     step: float
     q: np.ndarray
     dq: np.ndarray
@@ -52,25 +55,34 @@ class Run:
     every: int
     bands: np.ndarray
 
-    def lowpassed(self, x, k):
+    def lowpassed(self, x: np.ndarray, k: int) -> np.ndarray:
         """Signal in the band of the regression of joint k, thinned to independent samples."""
         return _lowpass(x, self.bands[k], self.step)[self.inner][::self.every]
 
 
-def split(records, inertia):
-    """Runs of some records, long enough to learn from.
+def command(record: Record) -> np.ndarray:
+    """Recorded command, shape (N, n); an error where the log has none."""
+    if record.u is None:
+        raise NotIdentifiableError(f"{record.source}: the log has no command u, and without it no "
+                                   "parameter can be identified; log it, or name its column with "
+                                   "--map u=COLUMN")
+    return record.u
+
+
+def excitation(record: Record) -> np.ndarray:
+    """Injected excitation, shape (N, n), zero where none was logged."""
+    return np.zeros(record.q.shape) if record.pe is None else record.pe
+
+
+def split(records: Sequence[Record], inertia: np.ndarray) -> list[Run]:
+    """Unbroken runs of some logs of one robot, long enough to identify from.
 
     Parameters
     ----------
-    records : list of Record
+    records : sequence of Record
         Logs of one robot.
     inertia : ndarray, shape (n,)
         Rough inertia [u per rad/s^2]; sets the band of the filters together with the gains.
-
-    Returns
-    -------
-    list of Run
-        At least one.
 
     Raises
     ------
@@ -78,44 +90,44 @@ def split(records, inertia):
         If no run is long enough.
 
     """
-    found = [whole(record.part(start, stop), inertia) for record in records
-             for start, stop in runs(record, LEAST_SAMPLES)]
-    if not found:
+    unbroken = [whole(record.part(start, stop), inertia) for record in records
+                for start, stop in runs(record, LEAST_SAMPLES)]
+    if not unbroken:
         raise NotIdentifiableError(f"{records[0].source} has no unbroken run of {LEAST_SAMPLES} "
                                    "samples; repair the gaps or log longer")
-    return found
+    return unbroken
 
 
-def natural_frequency(controller, inertia):
+def natural_frequency(controller: Controller, inertia: np.ndarray) -> np.ndarray:
     """Natural frequency of the loop [Hz], or zero where the law is unknown."""
     if controller.law == "unknown":
         return np.zeros(len(inertia))
     return np.sqrt(gains(controller)[0] / inertia) / (2 * np.pi)
 
 
-def rough_inertia(record):
-    """Inertia from the balance of momentum, ``integral u = J dq + F q + c t + b``.
+def rough_inertia(record: Record) -> np.ndarray:
+    """Inertia of each joint from the balance of momentum, ``int u = J dq + F q + c t + b``, (n,).
 
     It needs no acceleration, hence no filter; friction and load only blur it.
     """
     return np.array([_momentum_inertia(record, k) for k in range(record.n)])
 
 
-def stiction(dq, top_speed):
+def stiction(dq: np.ndarray, top_speed: float) -> np.ndarray:
     """Direction of dry friction, smoothed below a hundredth of the top speed."""
     return np.tanh(dq / (STICTION_SPEED * top_speed))
 
 
-def _momentum_inertia(record, k):
+def _momentum_inertia(record: Record, k: int) -> float:
     start, stop = max(runs(record), key=lambda run: run[1] - run[0], default=(0, len(record)))
-    step, q, u = record.sample_time, record.q[start:stop, k], record.u[start:stop, k]
+    step, q, u = record.sample_time, record.q[start:stop, k], command(record)[start:stop, k]
     time = np.arange(stop - start) * step
     columns = np.column_stack((np.gradient(q, step), q, time, np.ones_like(time)))
     momentum = np.cumsum(u) * step
     return max(abs(np.linalg.lstsq(columns, momentum, rcond=None)[0][0]), 1e-12)
 
 
-def whole(part, inertia):
+def whole(part: Record, inertia: np.ndarray) -> Run:
     """One run of all samples of a record, each of which must be valid."""
     step = part.sample_time
     loop = natural_frequency(part.robot.controller, inertia)
@@ -128,7 +140,7 @@ def whole(part, inertia):
                slice(edge, len(part) - edge), max(1, int(0.2 / (bands.max() * step))), bands)
 
 
-def _mean_frequency(part):
+def _mean_frequency(part: Record) -> np.ndarray:
     """Mean frequency of the motion [Hz], seen through windows that keep the noise out."""
     width = half_width(part, SMOOTH)
     _, dq, ddq = smooth_motion(part, centres(part, width), width)
@@ -136,10 +148,10 @@ def _mean_frequency(part):
                    / np.maximum(np.mean(dq**2, axis=0), 1e-300)) / (2 * np.pi)
 
 
-def _lowpass_each(x, bands, step):
+def _lowpass_each(x: np.ndarray, bands: np.ndarray, step: float) -> np.ndarray:
     return np.stack([_lowpass(x[:, k], band, step) for k, band in enumerate(bands)], axis=1)
 
 
-def _lowpass(x, band, step):
+def _lowpass(x: np.ndarray, band: float, step: float) -> np.ndarray:
     """Butterworth of order 4, run forwards and backwards, so that nothing is shifted."""
-    return sosfiltfilt(butter(4, min(2 * band * step, 0.9), output="sos"), x)
+    return low_pass(x, 4, min(band * step, 0.45), 1.0)

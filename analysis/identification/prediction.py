@@ -2,10 +2,14 @@
 
 import dataclasses
 import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.identification.motion import command, excitation
+from clie_blocks.analysis.identification.regression import Estimate
 from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import sample_time
 
 
@@ -37,30 +41,13 @@ class Prediction:
     noise: np.ndarray
 
 
-def predict(record, load, k, estimate):
-    """Simulate one joint under the stated law from its first position at rest.
+def predict(record: Record, load: np.ndarray, k: int,
+            estimate: Estimate) -> tuple[np.ndarray, np.ndarray]:
+    """Position and command, shape (N,), of one joint's model under the stated law.
 
-    Parameters
-    ----------
-    record : Record
-        Its reference and excitation drive the model; of its position the first sample counts.
-    load : ndarray, shape (N,)
-        Known load torque.
-    k : int
-        Joint.
-    estimate : Estimate
-        Parameters.
-
-    Returns
-    -------
-    q, u : ndarray, shape (N,)
-        Position and command of the model.
-
-    Notes
-    -----
-    The plant is solved exactly over each held command.  Dry friction is set-valued: it holds the
-    joint at rest as long as it can.
-
+    It starts at the first measured position at rest, driven by reference, excitation and a known
+    load torque of shape (N,).  The plant is solved exactly over each held command; dry friction
+    is set-valued: it holds the joint at rest as long as it can.
     """
     step = sample_time(record, record.robot.controller)
     law = _law(record, k, step)
@@ -71,30 +58,30 @@ def predict(record, load, k, estimate):
         u = law(i, q)
         out[:, i] = q, u
         q, dq = plant(q, dq, u - outside)
-    return out
+    return out[0], out[1]
 
 
-def _law(record, k, step):
+def _law(record: Record, k: int, step: float) -> Callable[[int, float], float]:
     """Stated law as a function of sample and position, with the memory of its velocity filter."""
     law = control_law(record.robot.controller, step)
     kp, kd, limit = (float(value[k]) for value in (law.kp, law.kd, law.saturation))
     b, a = law.numerator[:, k].tolist(), law.denominator[:, k].tolist()
-    pe = np.zeros(len(record)) if record.pe is None else record.pe[:, k]
-    asked = (kp * record.qd[:, k] + pe).tolist()
+    feedforward = (kp * record.qd[:, k] + excitation(record)[:, k]).tolist()
     first = float(record.q[0, k])
     memory = [0.0] * len(b)
 
-    def command(i, q):
+    def law_of(i: int, q: float) -> float:
         x = q - first  # at rest at the first position the filter holds nothing
         rate = b[0] * x + memory[0]
         for j in range(len(b) - 1):
             memory[j] = b[j + 1] * x - a[j + 1] * rate + memory[j + 1]
-        return min(max(asked[i] - kp * q - kd * rate, -limit), limit)
+        return min(max(feedforward[i] - kp * q - kd * rate, -limit), limit)
 
-    return command
+    return law_of
 
 
-def _plant(estimate, step):
+def _plant(estimate: Estimate,
+           step: float) -> Callable[[float, float, float], tuple[float, float]]:
     """One step of ``J ddq + F dq + c + weight + dry friction = torque``, torque held."""
     values = dict(zip(estimate.names, estimate.value.tolist(), strict=True))
     inertia, viscous = values["inertia"], values["viscous"]
@@ -107,7 +94,7 @@ def _plant(estimate, step):
     reach = (step * step / inertia) * ((rate - 1 + forget) / rate**2 if abs(rate) > 1e-4
                                        else 0.5 - rate / 6)
 
-    def advance(q, dq, torque):
+    def advance(q: float, dq: float, torque: float) -> tuple[float, float]:
         torque -= offset + wc * math.cos(q) + ws * math.sin(q)
         free = forget * dq + gain * torque
         hold = min(max(free / gain, -dry), dry)  # torque that friction needs to stop the joint
@@ -116,33 +103,19 @@ def _plant(estimate, step):
     return advance
 
 
-def predicted(record, load, estimates, noise):
-    """Prediction of all joints of a log.
+def predict_log(record: Record, load: np.ndarray, estimates: Sequence[Estimate],
+                noise: np.ndarray) -> Prediction:
+    """Errors over the valid samples of a log, predicted with one estimate per joint.
 
-    Parameters
-    ----------
-    record : Record
-        The log.
-    load : ndarray, shape (N, n)
-        Known load torque.
-    estimates : list of Estimate
-        One per joint, all by one method.
-    noise : ndarray, shape (n,)
-        Noise of q.
-
-    Returns
-    -------
-    Prediction
-        Errors over the valid samples.
-
+    The known load torque has shape (N, n), the noise of q shape (n,).
     """
     runs = [predict(record, load[:, k], k, estimate) for k, estimate in enumerate(estimates)]
     q, u = (np.stack([run[i] for run in runs], axis=1) for i in (0, 1))
     used = record.valid
     return Prediction(record.source, estimates[0].method, _rms((record.q - q)[used]),
-                      record.q[used].std(axis=0), _rms((u - record.u)[used]),
-                      _rms(record.u[used]), noise)
+                      record.q[used].std(axis=0), _rms((u - command(record))[used]),
+                      _rms(command(record)[used]), noise)
 
 
-def _rms(x):
+def _rms(x: np.ndarray) -> np.ndarray:
     return np.sqrt(np.mean(x**2, axis=0))
