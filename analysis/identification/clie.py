@@ -22,8 +22,9 @@ import numpy as np
 
 from clie_blocks.analysis.identification.columns import BASE
 from clie_blocks.analysis.identification.log_loop import LogLoop
-from clie_blocks.analysis.identification.motion import Run, command, excitation
+from clie_blocks.analysis.identification.motion import Run
 from clie_blocks.analysis.identification.regression import Estimate
+from clie_blocks.analysis.identification.signals_of_log import command, excitation
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.uncertainty import block_covariance, quantile95
 from clie_blocks.errors import DivergedError

@@ -18,8 +18,14 @@ import numpy as np
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.identification.columns import terms
-from clie_blocks.analysis.identification.motion import Run, command, excitation
+from clie_blocks.analysis.identification.motion import Run
 from clie_blocks.analysis.identification.regression import Estimate, solve, top_speed
+from clie_blocks.analysis.identification.signals_of_log import (
+    command,
+    excitation,
+    reference,
+    robot_of,
+)
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.replay import velocity
 from clie_blocks.analysis.records.robot import Controller
@@ -103,7 +109,7 @@ def model_motion(run: Run, load: np.ndarray, k: int, names: Sequence[str], value
 
     Terms beyond the paper's three act as recorded: they are evaluated on the measured motion.
     """
-    loop = sensitivity(value[0], value[1], run.record.robot.controller, k, run.step)
+    loop = sensitivity(value[0], value[1], robot_of(run.record).controller, k, run.step)
     drive = _drive(run, k)
     beyond = terms(names[2:], run.q[:, k], run.dq[:, k], run.ddq[:, k], speed) @ value[2:]
     start = run.record.q[0, k]
@@ -117,13 +123,13 @@ def _drive(run: Run, k: int) -> np.ndarray:
 
     The residual of the replayed law enters as recorded; it carries saturation and rounding.
     """
-    record, controller = run.record, run.record.robot.controller
+    record, controller = run.record, robot_of(run.record).controller
     law = control_law(controller, run.step)
     linear = dataclasses.replace(law, saturation=np.inf)
-    pe, u = excitation(record), command(record)
+    qd, pe, u = reference(record), excitation(record), command(record)
     dq = velocity(record, controller, law.variant)
-    replayed = linear.command(record.qd - record.q, dq, pe)[:, k]
-    return law.kp[k] * (record.qd[:, k] - record.q[0, k]) + pe[:, k] + u[:, k] - replayed
+    replayed = linear.command(qd - record.q, dq, pe)[:, k]
+    return law.kp[k] * (qd[:, k] - record.q[0, k]) + pe[:, k] + u[:, k] - replayed
 
 
 def _linearise(run: Run, load: np.ndarray, k: int, names: Sequence[str], value: np.ndarray,

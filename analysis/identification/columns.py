@@ -52,18 +52,18 @@ def known_load(run: Run, robot: Robot) -> np.ndarray:
     """
     zero = np.zeros(run.q.shape)
     links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
-    stated = all(x is not None for x in (links.mass, links.com, ratio))
-    if not stated or not (nominal.gravity or nominal.coupling) or robot.n > 2:
+    if links.mass is None or links.com is None or ratio is None or robot.n > 2:
         return zero
-    load = _weight(run.q, links, nominal.g) if nominal.gravity else zero
+    load = _weight(run.q, links.mass * links.com, links, nominal.g) if nominal.gravity else zero
     if nominal.coupling and robot.n == 2 and links.length is not None:
         load = load + _coupling(run, links)
     return load / (ratio if robot.motor.torque_gain is None else ratio * robot.motor.torque_gain)
 
 
-def _weight(q: np.ndarray, links: Links, g: float) -> np.ndarray:
+def _weight(q: np.ndarray, moment: np.ndarray, links: Links, g: float) -> np.ndarray:
+    """Torque of the weight, with the first moment of the mass of a single link."""
     if q.shape[1] == 1:
-        return links.mass * links.com * g * np.cos(q)
+        return moment * g * np.cos(q)
     from clie_blocks.manipulator import gravity
 
     return gravity(q.T, links.mass, links.length, links.com, g).T

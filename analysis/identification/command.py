@@ -32,8 +32,9 @@ def main(argv: list[str] | None = None) -> int:
     """Identify a robot from logs; of several the last is held out unless stated otherwise."""
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
-    records = _read(options.logs, robot)
-    held_out = _read(options.holdout, robot)
+    columns = dict(options.map) or None
+    records = _read(options.logs, robot, columns)
+    held_out = _read(options.holdout, robot, columns)
     if not options.holdout and len(records) > 1:
         records, held_out = records[:-1], records[-1:]
     result = identify(records, held_out, [name for name in options.extra.split(",") if name])
@@ -152,8 +153,17 @@ def _show_predictions(result: Identification, predictions: Sequence[Prediction])
          for p in predictions for k, name in enumerate(result.robot.joints)], "<<>>>>>")
 
 
-def _read(paths: Sequence[str], robot: Robot | None) -> list[Record]:
-    return [record for path in paths for record in read_records(path, robot)]
+def _read(paths: Sequence[str], robot: Robot | None,
+          columns: dict[str, str] | None) -> list[Record]:
+    return [record for path in paths for record in read_records(path, robot, columns=columns)]
+
+
+def _signal_and_column(text: str) -> tuple[str, str]:
+    signal, separator, column = text.partition("=")
+    if not separator:
+        raise argparse.ArgumentTypeError(f"{text!r} is not SIGNAL=COLUMN, as "
+                                         "q=actual_pos_{joint}")
+    return signal, column
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -163,6 +173,8 @@ def _parser() -> argparse.ArgumentParser:
         output_help="write identification.json and how CLIE converged, clie.svg")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one with the log")
+    parser.add_argument("--map", action="append", type=_signal_and_column, default=[],
+                        metavar="SIGNAL=COLUMN", help="name a column, as q=actual_pos_{joint}")
     parser.add_argument("--holdout", nargs="+", default=[], metavar="LOG",
                         help="logs to predict only")
     parser.add_argument("--with", dest="extra", default="", metavar="TERMS",

@@ -17,6 +17,7 @@ from clie_blocks.analysis.identification.regression import (
     instrumental_variables,
     top_speed,
 )
+from clie_blocks.analysis.identification.signals_of_log import command, robot_of
 from clie_blocks.analysis.records.checks import check_record
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import noise_floor
@@ -108,7 +109,7 @@ def identify(records: Sequence[Record], held_out: Sequence[Record] = (),
     """
     names = term_names(extra)
     sound, warnings = _sound(records)
-    robot = sound[0].robot
+    robot = robot_of(sound[0])
     runs = split(sound, rough_inertia(sound[0]))
     loads = [known_load(run, robot) for run in runs]
     by_joint = [_one_joint(runs, loads, k, names, warnings) for k in range(robot.n)]
@@ -142,10 +143,10 @@ def _sound(records: Sequence[Record]) -> tuple[list[Record], list[str]]:
 
 def _examine(record: Record) -> tuple[ClieError | None, list[str]]:
     """What makes a record useless, as an error or None, and the warnings on it."""
-    if record.robot is None or record.u is None:
-        missing = "the command u" if record.u is None else "a robot.toml"
-        return NotIdentifiableError(f"{record.source}: it comes without {missing}, and without it "
-                                    "no parameter can be identified"), []
+    try:
+        robot_of(record), command(record)
+    except NotIdentifiableError as error:
+        return error, []
     findings = check_record(record)
     errors = [f for f in findings if f.severity == "error"]
     if errors:
@@ -160,7 +161,7 @@ def _one_joint(runs: list[Run], loads: list[np.ndarray], k: int, names: tuple[st
                warnings: list[str]) -> list[Estimate]:
     """Estimates of one joint by the regressions; the best one first."""
     textbook = idim_least_squares(runs, loads, k, names)
-    if runs[0].record.robot.controller.law == "unknown":
+    if robot_of(runs[0].record).controller.law == "unknown":
         warnings.append("The control law is not stated: only IDIM-LS is possible, which noise "
                         "biases.")
         return [textbook]
@@ -243,7 +244,7 @@ def _predictions(by_joint: list[list[Estimate]], held_out: Sequence[Record]) -> 
     predictions = []
     for record in held_out:
         run = whole(record, rough_inertia(record))
-        load, noise = known_load(run, record.robot), noise_floor(record).std
+        load, noise = known_load(run, robot_of(record)), noise_floor(record).std
         for method in ("CLIE (27)", REFERENCE):
             completed = [_complete(joint, method) for joint in by_joint]
             estimates = [estimate for estimate in completed if estimate is not None]

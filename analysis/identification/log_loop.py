@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import control as ct
 import numpy as np
 
-from clie_blocks.analysis.identification.motion import excitation, rough_inertia
+from clie_blocks.analysis.identification.motion import rough_inertia
+from clie_blocks.analysis.identification.signals_of_log import (
+    command,
+    excitation,
+    reference,
+    robot_of,
+)
 from clie_blocks.analysis.records.control_law import gains
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Controller
@@ -69,12 +75,8 @@ class LogLoop:
             If u or qd is missing in the log, or its controller is not a PD law.
 
         """
-        for name in ("u", "qd"):
-            if getattr(record, name) is None:
-                raise NotIdentifiableError(
-                    f"{record.source}: the log has no {name!r}, which CLIE compares with the "
-                    f"model; log it, or name its column with --map {name}=COLUMN")
-        controller = record.robot.controller
+        reference(record)  # an error early, where there is none
+        controller = robot_of(record).controller
         kp, kd = pd_gains(controller)
         velocity = velocity_block(controller, record.n,
                                   controller.sample_time or record.sample_time)
@@ -90,7 +92,7 @@ class LogLoop:
         blocks = {block for block, _ in program.states}
         start = {"model": [*record.q[0], *np.zeros(record.n)], "update": theta,
                  "velocity": resting_state(self.velocity, record.q[0])}
-        inputs = {"u": record.u, "q_d": record.qd, "pe": excitation(record)}
+        inputs = {"u": command(record), "q_d": reference(record), "pe": excitation(record)}
         if "q[0]" in program.inputs:
             inputs["q"] = record.q
         return program.run((len(record) - 1) * self.velocity.dt, inputs=inputs, log=None,
@@ -142,5 +144,5 @@ def resting_state(velocity: ct.StateSpace, q: np.ndarray) -> np.ndarray:
 
 def _regressors(record: Record, period: float) -> np.ndarray:
     """Regressors (13) along the recorded motion, shape (samples, 3n, n)."""
-    dq = np.gradient(record.q, period, axis=0)
-    return np.stack([regressor_matrix(*row) for row in zip(dq[::SPARSE], record.u[::SPARSE])])
+    dq, u = np.gradient(record.q, period, axis=0)[::SPARSE], command(record)[::SPARSE]
+    return np.stack([regressor_matrix(*row) for row in zip(dq, u)])

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.identification.signals_of_log import command, robot_of
 from clie_blocks.analysis.records.checks.measures import centres, half_width, smooth_motion
 from clie_blocks.analysis.records.control_law import gains
 from clie_blocks.analysis.records.model import Record
@@ -58,20 +59,6 @@ class Run:
     def lowpassed(self, x: np.ndarray, k: int) -> np.ndarray:
         """Signal in the band of the regression of joint k, thinned to independent samples."""
         return _lowpass(x, self.bands[k], self.step)[self.inner][::self.every]
-
-
-def command(record: Record) -> np.ndarray:
-    """Recorded command, shape (N, n); an error where the log has none."""
-    if record.u is None:
-        raise NotIdentifiableError(f"{record.source}: the log has no command u, and without it no "
-                                   "parameter can be identified; log it, or name its column with "
-                                   "--map u=COLUMN")
-    return record.u
-
-
-def excitation(record: Record) -> np.ndarray:
-    """Injected excitation, shape (N, n), zero where none was logged."""
-    return np.zeros(record.q.shape) if record.pe is None else record.pe
 
 
 def split(records: Sequence[Record], inertia: np.ndarray) -> list[Run]:
@@ -130,7 +117,7 @@ def _momentum_inertia(record: Record, k: int) -> float:
 def whole(part: Record, inertia: np.ndarray) -> Run:
     """One run of all samples of a record, each of which must be valid."""
     step = part.sample_time
-    loop = natural_frequency(part.robot.controller, inertia)
+    loop = natural_frequency(robot_of(part).controller, inertia)
     bands = np.maximum(BAND * loop, MOTION_BAND * _mean_frequency(part))
     bands = np.clip(bands, 5 / part.duration, 0.1 / step)
     q = _lowpass_each(part.q, WIDER * bands, step)

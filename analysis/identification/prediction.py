@@ -6,8 +6,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.identification.motion import command, excitation
 from clie_blocks.analysis.identification.regression import Estimate
+from clie_blocks.analysis.identification.signals_of_log import (
+    command,
+    excitation,
+    reference,
+    robot_of,
+)
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import sample_time
@@ -49,7 +54,7 @@ def predict(record: Record, load: np.ndarray, k: int,
     load torque of shape (N,).  The plant is solved exactly over each held command; dry friction
     is set-valued: it holds the joint at rest as long as it can.
     """
-    step = sample_time(record, record.robot.controller)
+    step = sample_time(record, robot_of(record).controller)
     law = _law(record, k, step)
     plant = _plant(estimate, step)
     q, dq = float(record.q[0, k]), 0.0
@@ -63,10 +68,10 @@ def predict(record: Record, load: np.ndarray, k: int,
 
 def _law(record: Record, k: int, step: float) -> Callable[[int, float], float]:
     """Stated law as a function of sample and position, with the memory of its velocity filter."""
-    law = control_law(record.robot.controller, step)
+    law = control_law(robot_of(record).controller, step)
     kp, kd, limit = (float(value[k]) for value in (law.kp, law.kd, law.saturation))
     b, a = law.numerator[:, k].tolist(), law.denominator[:, k].tolist()
-    feedforward = (kp * record.qd[:, k] + excitation(record)[:, k]).tolist()
+    feedforward = (kp * reference(record)[:, k] + excitation(record)[:, k]).tolist()
     first = float(record.q[0, k])
     memory = [0.0] * len(b)
 

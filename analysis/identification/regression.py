@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.identification.columns import terms
-from clie_blocks.analysis.identification.motion import Run, command
+from clie_blocks.analysis.identification.motion import Run
+from clie_blocks.analysis.identification.signals_of_log import command
 from clie_blocks.analysis.records.uncertainty import Fit, least_squares
 from clie_blocks.errors import NotIdentifiableError
 

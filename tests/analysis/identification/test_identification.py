@@ -139,7 +139,7 @@ def test_a_log_with_an_error_is_refused_and_one_of_several_is_left_out(clean):
     turned = clean.replace(u=-clean.u, source="turned.csv")
     with pytest.raises(RecordError, match="turned.csv: .*a sign is wrong"):
         identify([turned])
-    with pytest.raises(NotIdentifiableError, match="without the command u"):
+    with pytest.raises(NotIdentifiableError, match="no 'u'.*--map u=COLUMN"):
         identify([clean.replace(u=None)])
     with pytest.raises(ClieError, match="did you mean 'coulomb'"):
         identify([clean], extra=["columb"])
