@@ -57,7 +57,7 @@ def show(result: Identification) -> None:
     if result.biases:
         print(f"Without the extra terms: {'; '.join(map(_bias, result.biases))}.")
     for source in dict.fromkeys(p.source for p in result.predictions):
-        print(f"\nPrediction of {source}, which was not used for the fit:")
+        print(f"\nPrediction of {source}, not used for the fit, rms errors:")
         _show_predictions(result, [p for p in result.predictions if p.source == source])
     for text in dict.fromkeys(result.warnings):
         print(f"WARNING {text}")
@@ -135,7 +135,7 @@ def _agreement(result: Identification) -> list[str]:
     if ratios:
         lines.append(f"Error of the fitted loop over the noise of the position: {ratios}.")
     if ratios and (result.disagreements or np.nanmax(result.error_over_noise) > MISSING):
-        lines[-1] += " Something is missing in the model; 'clie diagnose' looks for it."
+        lines.append("Something is missing in the model; 'clie diagnose' looks for it.")
     return lines
 
 
@@ -146,8 +146,8 @@ def _bias(b: Bias) -> str:
 def _show_predictions(result: Identification, predictions: Sequence[Prediction]) -> None:
     q, u = result.robot.units.get("q", "rad"), _command_unit(result.robot)
     print_table(
-        ("", "method", f"position, rms [{q}]", "of the motion", "noise",
-         f"input error, rms [{u}]", "of the command"),
+        ("", "method", f"position [{q}]", "of motion", f"noise [{q}]", f"input [{u}]",
+         "of command"),
         [(name, p.method, f"{p.position_rms[k]:.3g}", f"{p.position_rms[k] / p.moved_rms[k]:.2%}",
           f"{p.noise[k]:.2g}", f"{p.input_rms[k]:.3g}", f"{p.input_rms[k] / p.command_rms[k]:.2%}")
          for p in predictions for k, name in enumerate(result.robot.joints)], "<<>>>>>")

@@ -206,7 +206,7 @@ def test_the_command_prints_a_table_and_json(shared, capsys, tmp_path):
     text = capsys.readouterr().out
     assert "inertia [kg]" in text
     assert "Without the extra terms: axis inertia" in text
-    assert "DATA_EMPS_PULSES.parquet, which was not used for the fit" in text
+    assert "DATA_EMPS_PULSES.parquet, not used for the fit" in text
     assert main([log, "--json", "-o", str(tmp_path)]) == 0
     answer = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert answer["schema_version"] == 1
