@@ -1,16 +1,20 @@
 """PD control with excitation, for the robot and its model alike; feedback linearisation."""
 
 import control as ct
+import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError, signals, vector
 
 
-def pd_torque(q_d, q, dq, pe, kp, kd):
+def pd_torque(q_d: np.ndarray, q: np.ndarray, dq: np.ndarray, pe: np.ndarray, kp: PerJoint,
+              kd: PerJoint) -> np.ndarray:
     """PD torque with excitation, eq. (11): ``u = Kp (q_d - q) - Kd dq + PE``."""
     return kp * (q_d - q) - kd * dq + pe
 
 
-def pd_controller(kp, kd, *, name="pd"):
+def pd_controller(kp: ArrayLike, kd: ArrayLike, *, name: str = "pd") -> ct.NonlinearIOSystem:
     """PD controller with persistent excitation, eqs. (11) and (20).
 
     Inputs: q_d, q [rad], dq [rad/s], pe [N m].  Outputs: u [N m], motor side.  No state.
@@ -42,7 +46,8 @@ def pd_controller(kp, kd, *, name="pd"):
     gains = _gains(kp, kd, name)
     n = gains["kp"].size
 
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         q_d, q, dq, pe = u.reshape(4, n)
         return pd_torque(q_d, q, dq, pe, params["kp"], params["kd"])
 
@@ -50,12 +55,16 @@ def pd_controller(kp, kd, *, name="pd"):
                     inputs=signals("q_d", "q", "dq", "pe", n=n))
 
 
-def linearizing_torque(q_d, dq_d, ddq_d, q, dq, a, b, d, kp, kd):
+def linearizing_torque(q_d: np.ndarray, dq_d: np.ndarray, ddq_d: np.ndarray, q: np.ndarray,
+                       dq: np.ndarray, a: PerJoint, b: PerJoint, d: PerJoint, kp: PerJoint,
+                       kd: PerJoint) -> np.ndarray:
     """Feedback linearisation, eq. (50) with ``+d``: makes the joint follow a PD error law."""
     return (a * dq + d + kp * (q_d - q) + kd * (dq_d - dq) + ddq_d) / b
 
 
-def linearizing_controller(a, b, d, kp, kd, *, printed_sign=False, name="controller"):
+def linearizing_controller(a: ArrayLike, b: ArrayLike, d: ArrayLike, kp: ArrayLike, kd: ArrayLike,
+                           *, printed_sign: bool = False,
+                           name: str = "controller") -> ct.NonlinearIOSystem:
     """Feedback linearisation with estimated parameters, eq. (50), Fig. 5.
 
     Inputs: q_d, dq_d, ddq_d, q, dq [rad, rad/s, rad/s^2].  Outputs: u [N m].  No state.
@@ -90,16 +99,19 @@ def linearizing_controller(a, b, d, kp, kd, *, printed_sign=False, name="control
                  f"{name}.b": vector(b, f"{name}: b", n=n, unit="1/(kg m^2)", above=0),
                  f"{name}.d": vector(d, f"{name}: d", n=n, unit="rad/s^2")}
 
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
+        q_d, dq_d, ddq_d, q, dq = u.reshape(5, n)
         a, b, d = (params[f"{name}.{key}"] for key in "abd")
-        return linearizing_torque(*u.reshape(5, n), a, b, sign * d, params["kp"], params["kd"])
+        return linearizing_torque(q_d, dq_d, ddq_d, q, dq, a, b, sign * d, params["kp"],
+                                  params["kd"])
 
     return ct.nlsys(None, output, dt=None, name=name, params={**gains, **estimates},
                     inputs=signals("q_d", "dq_d", "ddq_d", "q", "dq", n=n),
                     outputs=signals("u", n=n))
 
 
-def _gains(kp, kd, name):
+def _gains(kp: ArrayLike, kd: ArrayLike, name: str) -> dict[str, np.ndarray]:
     gains = {"kp": vector(kp, f"{name}: kp", unit="N m/rad", above=0),
              "kd": vector(kd, f"{name}: kd", unit="N m s/rad", above=0)}
     if gains["kp"].size != gains["kd"].size:

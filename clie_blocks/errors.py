@@ -1,6 +1,7 @@
 """What can go wrong for a user, and the exit code that says so to a shell."""
 
 import difflib
+from collections.abc import Iterable
 
 
 class ClieError(Exception):
@@ -30,15 +31,15 @@ class DivergedError(ClieError):
 class MissingExtraError(ClieError):
     """A job needs an optional dependency that is not installed."""
 
-    def __init__(self, job, package, extra):
+    def __init__(self, job: str, package: str, extra: str) -> None:
         super().__init__(job, package, extra)  # as they came, so that a worker can send it
 
-    def __str__(self):
+    def __str__(self) -> str:
         job, package, extra = self.args
         return f'{job} needs {package}: pip install "clie-blocks[{extra}]"'
 
 
-def nearest(name, known):
+def nearest(name: object, known: Iterable[object]) -> str:
     """Return a hint that names the closest valid names, for the end of a message.
 
     Parameters
@@ -54,8 +55,8 @@ def nearest(name, known):
         ``"did you mean 'x'? known: x, y"``; the list is cut after twelve names.
 
     """
-    known = [str(k) for k in known]
-    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
+    names = [str(k) for k in known]
+    close = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    listed = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     return f"{hint}known: {listed or 'none'}"

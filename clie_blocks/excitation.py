@@ -1,17 +1,22 @@
 """Excitation and set-points: functions of time, and the block that turns one into a source."""
 
+from collections.abc import Callable
+
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError, signals
 
 
-def paper_excitation(t):
+def paper_excitation(t: PerJoint) -> np.ndarray:
     """The paper's excitation, eq. (48) [N m], the same for every joint."""
     return 0.7 * np.sin(2 * np.pi * t) + 0.5 * np.sin(np.pi * t) - 0.25 * np.cos(np.pi * t)
 
 
-def multisine(t, frequency, amplitude, phase=0.0):
+def multisine(t: float, frequency: ArrayLike, amplitude: PerJoint,
+              phase: PerJoint = 0.0) -> np.ndarray:
     """Sum of sines: ``sum_k amplitude_k sin(2 pi frequency_k t + phase_k)``.
 
     Parameters
@@ -30,13 +35,14 @@ def multisine(t, frequency, amplitude, phase=0.0):
     return np.sum(amplitude * np.sin(angle), axis=-1)
 
 
-def schroeder_phases(m):
+def schroeder_phases(m: int) -> np.ndarray:
     """Phases that keep the peak of an m-tone multisine low [rad] (Schroeder 1970)."""
     k = np.arange(m)
     return -np.pi * k * (k + 1) / m
 
 
-def chirp(t, f_start, f_end, duration, amplitude):
+def chirp(t: float, f_start: PerJoint, f_end: ArrayLike, duration: float,
+          amplitude: PerJoint) -> np.ndarray:
     """Sine whose frequency grows exponentially from f_start to f_end [Hz] in `duration` [s].
 
     Parameters
@@ -56,7 +62,7 @@ def chirp(t, f_start, f_end, duration, amplitude):
     return amplitude * np.sin(2 * np.pi * cycles)
 
 
-def triangle(t, period, amplitude):
+def triangle(t: float, period: PerJoint, amplitude: PerJoint) -> np.ndarray:
     """Triangle wave through zero at t = 0, rising first: constant speed both ways.
 
     Parameters
@@ -73,7 +79,7 @@ def triangle(t, period, amplitude):
     return amplitude * (1.0 - 4.0 * np.abs(phase - 0.5))
 
 
-def steps(t, times, levels):
+def steps(t: float, times: ArrayLike, levels: ArrayLike) -> np.ndarray:
     """Piecewise constant signal: ``levels[k]`` from ``times[k]`` on, zero before the first.
 
     Parameters
@@ -91,7 +97,8 @@ def steps(t, times, levels):
     return np.sum(np.where(t >= np.asarray(times), jumps, 0.0), axis=-1)
 
 
-def source(signal, port, n, *, name=None):
+def source(signal: Callable[[float], PerJoint] | ArrayLike, port: str, n: int, *,
+           name: str | None = None) -> ct.NonlinearIOSystem:
     """Block without inputs that plays a function of time, such as the excitation (48).
 
     Inputs: none.  Outputs: `port`.  No state.
@@ -113,14 +120,15 @@ def source(signal, port, n, *, name=None):
         If the signal does not give one value per joint.
 
     """
-    constant = None if callable(signal) else np.asarray(signal, float)
-    at = signal if callable(signal) else lambda t: constant
+    constant = np.asarray(0.0 if callable(signal) else signal, float)
+    at: Callable[[float], PerJoint] = signal if callable(signal) else lambda t: constant
     shape = np.shape(at(0.0))
     if shape not in ((), (n,)):
         raise DiagramError(f"source {port!r}: the signal gives shape {shape} at t = 0, but the "
                            f"diagram has {n} joints; return a number or shape ({n},)")
 
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         return at(t) * np.ones(n)
 
     return ct.nlsys(None, output, dt=None, name=name or port, inputs=0, outputs=signals(port, n=n))

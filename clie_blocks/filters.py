@@ -1,12 +1,17 @@
 """The filters G1 (47) and G2 (34) as linear systems, one channel per joint."""
 
+from collections.abc import Sequence
+
 import control as ct
 import numpy as np
 
 from clie_blocks.signals import DiagramError, signals
 
+Matrix = np.ndarray | list[list[float]]
 
-def velocity_filter(n, *, highpass=200.0, lowpass=300.0, name="velocity_filter"):
+
+def velocity_filter(n: int, *, highpass: float = 200.0, lowpass: float = 300.0,
+                    name: str = "velocity_filter") -> ct.StateSpace:
     """Velocity from position, eq. (47): ``G1 = highpass s/(s + highpass) lowpass/(s + lowpass)``.
 
     Inputs: q [rad].  Outputs: dq [rad/s].  State: 2 per joint, x[0] [rad] and x[1] [rad/s].
@@ -37,7 +42,8 @@ def velocity_filter(n, *, highpass=200.0, lowpass=300.0, name="velocity_filter")
     return _per_joint(a, b, [[0.0, 1.0]], [[0.0]], n, inputs="q", outputs=["dq"], name=name)
 
 
-def lowpass(n, *, omega_f=300.0, port="u", name="lowpass"):
+def lowpass(n: int, *, omega_f: float = 300.0, port: str = "u",
+            name: str = "lowpass") -> ct.StateSpace:
     """First-order low-pass, eq. (34): ``G2 = omega_f / (s + omega_f)``.
 
     Inputs: `port`.  Outputs: ``'{port}_f'``.  State: one per joint.
@@ -64,7 +70,8 @@ def lowpass(n, *, omega_f=300.0, port="u", name="lowpass"):
                       inputs=port, outputs=[f"{port}_f"], name=name)
 
 
-def lowpass_with_rate(n, *, omega_f=300.0, name="lowpass_dq"):
+def lowpass_with_rate(n: int, *, omega_f: float = 300.0,
+                      name: str = "lowpass_dq") -> ct.StateSpace:
     """Low-pass of the velocity and its rate, eqs. (34), (35): no acceleration is measured.
 
     Inputs: dq [rad/s].  Outputs: dq_f [rad/s], y_f = ``omega_f (dq - dq_f)`` [rad/s^2].
@@ -90,7 +97,8 @@ def lowpass_with_rate(n, *, omega_f=300.0, name="lowpass_dq"):
                       inputs="dq", outputs=["dq_f", "y_f"], name=name)
 
 
-def difference_filter(n, period, *, taps=2, name="velocity_filter"):
+def difference_filter(n: int, period: float, *, taps: int = 2,
+                      name: str = "velocity_filter") -> ct.StateSpace:
     """Velocity as the backward difference of a mean of `taps` samples, as servo drives take it.
 
     Inputs: q [rad].  Outputs: dq = ``(q[k] - q[k - taps]) / (taps period)`` [rad/s].
@@ -122,7 +130,8 @@ def difference_filter(n, period, *, taps=2, name="velocity_filter"):
                       dt=period)
 
 
-def _per_joint(a, b, c, d, n, *, inputs, outputs, name, dt=0):
+def _per_joint(a: Matrix, b: Matrix, c: Matrix, d: Matrix, n: int, *, inputs: str,
+               outputs: Sequence[str], name: str, dt: float = 0) -> ct.StateSpace:
     """Repeat a single-input filter for n joints; ports are vectors, states joint by joint."""
     eye = np.eye(n)
     rows = [np.kron(eye, np.atleast_2d(row)) for row in c]
@@ -131,7 +140,7 @@ def _per_joint(a, b, c, d, n, *, inputs, outputs, name, dt=0):
                  name=name, inputs=signals(inputs, n=n), outputs=signals(*outputs, n=n))
 
 
-def _positive(name, **corners):
+def _positive(name: str, **corners: float) -> None:
     for key, value in corners.items():
         if not value > 0:
             raise DiagramError(f"{name}: {key} must be positive, got {value}")

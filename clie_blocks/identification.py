@@ -2,32 +2,37 @@
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError, signals, vector
 
 
-def regressor_matrix(dq, u):
+def regressor_matrix(dq: np.ndarray, u: np.ndarray) -> np.ndarray:
     """Regressor of one loop, eqs. (13) and (22), shape (3n, n): ``ddq = -Phi^T Theta``."""
     return np.vstack((np.diag(dq), -np.diag(u), np.eye(len(dq))))
 
 
-def filtered_regressor_matrix(dq_f, u_f, omega_f, t):
+def filtered_regressor_matrix(dq_f: np.ndarray, u_f: np.ndarray, omega_f: PerJoint,
+                              t: float) -> np.ndarray:
     """Filtered regressor, eq. (36), shape (3n, n); its last block is the filtered constant 1."""
     ramp = 1.0 - np.exp(-omega_f * t)
     return np.vstack((np.diag(dq_f), -np.diag(u_f), ramp * np.eye(len(dq_f))))
 
 
-def gradient_rate(phi, e_u, gamma, kp, kd):
+def gradient_rate(phi: np.ndarray, e_u: np.ndarray, gamma: PerJoint, kp: PerJoint,
+                  kd: PerJoint) -> np.ndarray:
     """Update law, eq. (27): ``dTheta_hat/dt = -Gamma Phi Kd Kp^-1 e_u``."""
     return -_times(gamma, phi @ (kd / kp * e_u))
 
 
-def composite_rate(phi, e_u, phi_f, e_f, gamma, alpha, kp, kd):
+def composite_rate(phi: np.ndarray, e_u: np.ndarray, phi_f: np.ndarray, e_f: np.ndarray,
+                   gamma: PerJoint, alpha: PerJoint, kp: PerJoint, kd: PerJoint) -> np.ndarray:
     """Composite update law, eq. (40): (27) plus ``alpha Gamma Phi_f e_f``."""
     return gradient_rate(phi, e_u, gamma, kp, kd) + alpha * _times(gamma, phi_f @ e_f)
 
 
-def regressor(n, *, name="regressor"):
+def regressor(n: int, *, name: str = "regressor") -> ct.NonlinearIOSystem:
     """Regressor of the estimated model, eq. (22): free of measurement noise.
 
     Inputs: dq [rad/s], u [N m].  Outputs: phi, shape (3n, n), flat and row-major.  No state.
@@ -40,7 +45,8 @@ def regressor(n, *, name="regressor"):
         Name of the block.
 
     """
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         dq, torque = u.reshape(2, n)
         return regressor_matrix(dq, torque).reshape(-1)
 
@@ -48,7 +54,8 @@ def regressor(n, *, name="regressor"):
                     outputs=signals("phi", n=3 * n * n))
 
 
-def filtered_regressor(n, *, omega_f=300.0, name="filtered_regressor"):
+def filtered_regressor(n: int, *, omega_f: float = 300.0,
+                       name: str = "filtered_regressor") -> ct.NonlinearIOSystem:
     """Regressor of the filtered robot, eq. (36).
 
     Inputs: dq_f [rad/s], u_f [N m].  Outputs: phi_f, shape (3n, n), flat.  No state.
@@ -67,7 +74,8 @@ def filtered_regressor(n, *, omega_f=300.0, name="filtered_regressor"):
     The entry ``1 - exp(-omega_f t)`` assumes that filter and robot start at time 0 from rest.
 
     """
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         dq_f, u_f = u.reshape(2, n)
         return filtered_regressor_matrix(dq_f, u_f, params[f"{name}.omega_f"], t).reshape(-1)
 
@@ -75,7 +83,7 @@ def filtered_regressor(n, *, omega_f=300.0, name="filtered_regressor"):
                     inputs=signals("dq_f", "u_f", n=n), outputs=signals("phi_f", n=3 * n * n))
 
 
-def identification_error(n, *, name="identification_error"):
+def identification_error(n: int, *, name: str = "identification_error") -> ct.NonlinearIOSystem:
     """Identification error, eqs. (37), (38): ``e_f = -Phi_f^T Theta_hat - y_f``.
 
     Inputs: phi_f (flat), theta_hat (3n,), y_f [rad/s^2].  Outputs: e_f [rad/s^2].  No state.
@@ -88,7 +96,8 @@ def identification_error(n, *, name="identification_error"):
         Name of the block.
 
     """
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         phi_f, theta_hat, y_f = np.split(u, [3 * n * n, 3 * n * n + 3 * n])
         return -(phi_f.reshape(3 * n, n).T @ theta_hat) - y_f
 
@@ -98,7 +107,8 @@ def identification_error(n, *, name="identification_error"):
                 + signals("y_f", n=n)))
 
 
-def gradient_update(gamma, kp, kd, *, period=None, name="update"):
+def gradient_update(gamma: ArrayLike, kp: ArrayLike, kd: ArrayLike, *, period: float | None = None,
+                    name: str = "update") -> ct.NonlinearIOSystem:
     """Update law, eq. (27).
 
     Inputs: e_u [N m], phi (flat).  Outputs: theta_hat (3n,) = [a_hat, b_hat, d_hat].
@@ -123,7 +133,8 @@ def gradient_update(gamma, kp, kd, *, period=None, name="update"):
     """
     kp, kd, n = _update_gains(kp, kd, name)
 
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         e_u, phi = u[:n], u[n:].reshape(3 * n, n)
         rate = gradient_rate(phi, e_u, params[f"{name}.gamma"], params["kp"], params["kd"])
         return rate if period is None else x + period * rate
@@ -135,7 +146,8 @@ def gradient_update(gamma, kp, kd, *, period=None, name="update"):
         params={f"{name}.gamma": adaptation_gain(gamma, n, name), "kp": kp, "kd": kd})
 
 
-def composite_update(gamma, alpha, kp, kd, *, period=None, name="update"):
+def composite_update(gamma: ArrayLike, alpha: float, kp: ArrayLike, kd: ArrayLike, *,
+                     period: float | None = None, name: str = "update") -> ct.NonlinearIOSystem:
     """Composite update law, eq. (40).
 
     Inputs: e_u [N m], phi (flat), e_f [rad/s^2], phi_f (flat).
@@ -168,7 +180,8 @@ def composite_update(gamma, alpha, kp, kd, *, period=None, name="update"):
     kp, kd, n = _update_gains(kp, kd, name)
     alpha = vector(alpha, f"{name}: alpha", n=1, least=0).item()
 
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         sizes = np.cumsum([n, 3 * n * n, n])
         e_u, phi, e_f, phi_f = np.split(u, sizes)
         rate = composite_rate(
@@ -185,7 +198,8 @@ def composite_update(gamma, alpha, kp, kd, *, period=None, name="update"):
                 "kp": kp, "kd": kd})
 
 
-def scaled_gain(phi, rate, kp, kd, b):
+def scaled_gain(phi: ArrayLike, rate: float, kp: ArrayLike, kd: ArrayLike,
+                b: ArrayLike) -> np.ndarray:
     """Diagonal adaptation gain that lets every estimate converge at about the same rate.
 
     Below the bandwidth of the loop the averaged estimates of (27) obey ``dTheta_err/dt = -Gamma
@@ -212,7 +226,7 @@ def scaled_gain(phi, rate, kp, kd, b):
     return rate / (np.mean(np.sum(np.square(phi), axis=2), axis=0) * weight)
 
 
-def adaptation_gain(gamma, n, name="update"):
+def adaptation_gain(gamma: ArrayLike, n: int, name: str = "update") -> np.ndarray:
     """Check an adaptation gain Gamma: positive definite, one of the three accepted shapes.
 
     Parameters
@@ -248,14 +262,14 @@ def adaptation_gain(gamma, n, name="update"):
     return gamma
 
 
-def _update_gains(kp, kd, name):
+def _update_gains(kp: ArrayLike, kd: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray, int]:
     kp = vector(kp, f"{name}: kp", above=0)
     return kp, vector(kd, f"{name}: kd", n=kp.size, above=0), kp.size
 
 
-def _times(gamma, direction):
+def _times(gamma: PerJoint, direction: np.ndarray) -> np.ndarray:
     return gamma @ direction if np.ndim(gamma) == 2 else gamma * direction
 
 
-def _state(t, x, u, params):
+def _state(t: float, x: np.ndarray, u: np.ndarray, params: dict[str, np.ndarray]) -> np.ndarray:
     return x

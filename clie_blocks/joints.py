@@ -1,17 +1,23 @@
 """Decoupled joints, eqs. (4)-(10), and the estimated model that runs beside them, eq. (19)."""
 
+from collections.abc import Callable, Mapping
+
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import signals, vector
 
 
-def joint_acceleration(dq, u, a, b, d):
+def joint_acceleration(dq: np.ndarray, u: np.ndarray, a: PerJoint, b: PerJoint,
+                       d: PerJoint) -> np.ndarray:
     """Joint acceleration, eq. (9): ``ddq = -A dq + B u - D``."""
     return -a * dq + b * u - d
 
 
-def decoupled_joints(a, b, d, *, name="plant"):
+def decoupled_joints(a: ArrayLike, b: ArrayLike, d: ArrayLike, *,
+                     name: str = "plant") -> ct.NonlinearIOSystem:
     """Decoupled joints in normalised form, eq. (9).
 
     Inputs: u [N m], motor side.  Outputs: q [rad], dq [rad/s].  State: q, dq.
@@ -47,14 +53,16 @@ def decoupled_joints(a, b, d, *, name="plant"):
     b = vector(b, f"{name}: b", n=a.size, unit="1/(kg m^2)", above=0)
     d = vector(d, f"{name}: d", n=a.size, unit="rad/s^2")
 
-    def acceleration(q, dq, u, params):
+    def acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray,
+                     params: dict[str, np.ndarray]) -> np.ndarray:
         return joint_acceleration(dq, u, *(params[f"{name}.{key}"] for key in "abd"))
 
     return second_order(acceleration, {f"{name}.a": a, f"{name}.b": b, f"{name}.d": d},
                         n=a.size, name=name)
 
 
-def inertial_joints(inertia, damping, load, *, name="plant"):
+def inertial_joints(inertia: ArrayLike, damping: ArrayLike, load: ArrayLike, *,
+                    name: str = "plant") -> ct.NonlinearIOSystem:
     """Decoupled joints in physical form, eq. (8): ``inertia ddq + damping dq + load = u``.
 
     Inputs: u [N m], motor side.  Outputs: q [rad], dq [rad/s].  State: q, dq.
@@ -86,7 +94,8 @@ def inertial_joints(inertia, damping, load, *, name="plant"):
     damping = vector(damping, f"{name}: damping", n=n, unit="N m s/rad", above=0)
     load = vector(load, f"{name}: load", n=n, unit="N m")
 
-    def acceleration(q, dq, u, params):
+    def acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray,
+                     params: dict[str, np.ndarray]) -> np.ndarray:
         inertia, damping, load = (params[f"{name}.{key}"]
                                   for key in ("inertia", "damping", "load"))
         return (u - damping * dq - load) / inertia
@@ -95,7 +104,8 @@ def inertial_joints(inertia, damping, load, *, name="plant"):
                                        f"{name}.load": load}, n=n, name=name)
 
 
-def held_joint_step(q, dq, u, a, b, d, period):
+def held_joint_step(q: np.ndarray, dq: np.ndarray, u: np.ndarray, a: PerJoint, b: PerJoint,
+                    d: PerJoint, period: float) -> tuple[np.ndarray, np.ndarray]:
     """State of eq. (9) one period later, with u held: exact, and finite for ``a = 0``.
 
     Parameters
@@ -124,7 +134,8 @@ def held_joint_step(q, dq, u, a, b, d, period):
     return q + travel * dq + push * force, np.exp(-x) * dq + travel * force
 
 
-def estimated_model(n, *, period=None, name="model"):
+def estimated_model(n: int, *, period: float | None = None,
+                    name: str = "model") -> ct.NonlinearIOSystem:
     """Estimated model, eq. (19), whose parameters arrive as a signal.
 
     Inputs: u [N m], theta_hat (3n,) = [a_hat, b_hat, d_hat] [1/s, 1/(kg m^2), rad/s^2].
@@ -146,7 +157,8 @@ def estimated_model(n, *, period=None, name="model"):
         The block.
 
     """
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         q, dq, torque = x[:n], x[n:], u[:n]
         a_hat, b_hat, d_hat = u[n:].reshape(3, n)
         if period is not None:
@@ -158,8 +170,9 @@ def estimated_model(n, *, period=None, name="model"):
                     outputs=signals("q", "dq", n=n))
 
 
-def motor_side(mass_diagonal, h, gear_ratio, j_motor, b_motor, *, eta=0.0, delta_r=0.0,
-               delta_m=0.0):
+def motor_side(mass_diagonal: ArrayLike, h: ArrayLike, gear_ratio: ArrayLike, j_motor: ArrayLike,
+               b_motor: ArrayLike, *, eta: ArrayLike = 0.0, delta_r: ArrayLike = 0.0,
+               delta_m: ArrayLike = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reduce links, gears and motors to eq. (6): inertia, damping and load at the motor torque.
 
     Parameters
@@ -194,7 +207,8 @@ def motor_side(mass_diagonal, h, gear_ratio, j_motor, b_motor, *, eta=0.0, delta
     return inertia, damping, load - vector(delta_m, "delta_m", n=n)
 
 
-def normalised(inertia, damping, load):
+def normalised(inertia: ArrayLike, damping: ArrayLike,
+               load: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Coefficients of eq. (9) from those of eq. (8): ``a, b, d``.
 
     Parameters
@@ -212,7 +226,8 @@ def normalised(inertia, damping, load):
     return damping / inertia, 1.0 / inertia, load / inertia
 
 
-def second_order(acceleration, params, *, n, name):
+def second_order(acceleration: Callable[..., np.ndarray], params: Mapping[str, PerJoint], *,
+                 n: int, name: str) -> ct.NonlinearIOSystem:
     """Build a plant with ports ``u -> q, dq`` from its acceleration.
 
     Parameters
@@ -232,7 +247,8 @@ def second_order(acceleration, params, *, n, name):
         Inputs: u.  Outputs and state: q, dq.
 
     """
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         q, dq = x[:n], x[n:]
         return np.concatenate((dq, acceleration(q, dq, u, params)))
 
@@ -240,5 +256,5 @@ def second_order(acceleration, params, *, n, name):
                     inputs=signals("u", n=n), outputs=signals("q", "dq", n=n))
 
 
-def _state(t, x, u, params):
+def _state(t: float, x: np.ndarray, u: np.ndarray, params: dict[str, np.ndarray]) -> np.ndarray:
     return x

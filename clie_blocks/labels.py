@@ -4,17 +4,21 @@ What only runs a compiled program starts without python-control, which takes a t
 """
 
 import re
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.errors import ClieError
+
+PerJoint = float | np.ndarray  # a parameter: one value for all joints, or an array of shape (n,)
 
 
 class DiagramError(ClieError, ValueError):
     """A block or a wire of a diagram is not what the diagram needs."""
 
 
-def signals(*names, n):
+def signals(*names: str, n: int) -> list[str]:
     """Labels of vector signals, in python-control's form ``'q[0]'``.
 
     Parameters
@@ -33,7 +37,8 @@ def signals(*names, n):
     return [f"{name}[{k}]" for name in names for k in range(n)]
 
 
-def vector(value, name, *, n=None, unit="", above=None, least=None):
+def vector(value: ArrayLike, name: str, *, n: int | None = None, unit: str = "",
+           above: float | None = None, least: float | None = None) -> np.ndarray:
     """One value per joint as a float array, checked.
 
     Parameters
@@ -80,9 +85,9 @@ def vector(value, name, *, n=None, unit="", above=None, least=None):
     return array
 
 
-def ports(labels):
+def ports(labels: Iterable[str]) -> dict[str, list[int]]:
     """Group labels by base name: ``{'q': [0, 1], 'dq': [2, 3]}``."""
-    found = {}
+    groups: dict[str, list[int]] = {}
     for position, label in enumerate(labels):
-        found.setdefault(re.sub(r"\[\d+\]$", "", label), []).append(position)
-    return found
+        groups.setdefault(re.sub(r"\[\d+\]$", "", label), []).append(position)
+    return groups

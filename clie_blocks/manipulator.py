@@ -1,14 +1,25 @@
 """The two-link arm of section 5: rigid bodies, gears and motors, with nothing left out."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.joints import second_order
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import vector
+
+if TYPE_CHECKING:
+    import control as ct
 
 GRAVITY = 9.81  # m/s^2, as in the paper
 
 
-def mass_matrix(q, mass, length, com, j_link):
+def mass_matrix(q: np.ndarray, mass: np.ndarray, length: np.ndarray, com: np.ndarray,
+                j_link: np.ndarray) -> np.ndarray:
     """Mass matrix M(q) of the two links [kg m^2], section 5."""
     w_1 = mass[1] * com[1] ** 2 + j_link[1]
     w_2 = mass[1] * length[0] * com[1] * np.cos(q[1])
@@ -16,19 +27,22 @@ def mass_matrix(q, mass, length, com, j_link):
     return np.array([[m_11, w_1 + w_2], [w_1 + w_2, w_1]])
 
 
-def coriolis(q, dq, mass, length, com):
+def coriolis(q: np.ndarray, dq: np.ndarray, mass: np.ndarray, length: np.ndarray,
+             com: np.ndarray) -> np.ndarray:
     """Matrix C(q, dq) of Coriolis and centrifugal terms [N m s/rad], section 5."""
     slope = -mass[1] * length[0] * com[1] * np.sin(q[1])
     return np.array([[slope * dq[1], slope * (dq[0] + dq[1])], [-slope * dq[0], 0 * slope]])
 
 
-def gravity(q, mass, length, com, g=GRAVITY):
+def gravity(q: np.ndarray, mass: np.ndarray, length: np.ndarray, com: np.ndarray,
+            g: PerJoint = GRAVITY) -> np.ndarray:
     """Gravity torque G(q) of the links [N m]; q[0] = 0 is horizontal, q[1] relative to link 1."""
     w_3 = mass[1] * g * com[1] * np.cos(q[0] + q[1])
     return np.array([(mass[0] * com[0] + mass[1] * length[0]) * g * np.cos(q[0]) + w_3, w_3])
 
 
-def arm_acceleration(q, dq, u, links, motors, g=GRAVITY):
+def arm_acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray, links: Sequence[np.ndarray],
+                     motors: Sequence[np.ndarray], g: PerJoint = GRAVITY) -> np.ndarray:
     """Acceleration of arm, gears and motors together, eqs. (1)-(5) [rad/s^2].
 
     Parameters
@@ -54,8 +68,10 @@ def arm_acceleration(q, dq, u, links, motors, g=GRAVITY):
     return np.linalg.solve(inertia, u - gear_ratio * b_motor * dq - link_torque / gear_ratio)
 
 
-def two_link_arm(mass, length, gear_ratio, j_motor, b_motor, *, com=None, j_link=0.0, h=0.0,
-                 g=GRAVITY, name="plant"):
+def two_link_arm(mass: ArrayLike, length: ArrayLike, gear_ratio: ArrayLike, j_motor: ArrayLike,
+                 b_motor: ArrayLike, *, com: ArrayLike | None = None, j_link: ArrayLike = 0.0,
+                 h: ArrayLike = 0.0, g: float = GRAVITY,
+                 name: str = "plant") -> ct.NonlinearIOSystem:
     """Two-link arm with motors and gears, eqs. (1)-(7) and section 5, no decoupling assumed.
 
     Inputs: u [N m], motor side.  Outputs: q [rad], dq [rad/s].  State: q, dq.
@@ -103,7 +119,8 @@ def two_link_arm(mass, length, gear_ratio, j_motor, b_motor, *, com=None, j_link
     params = {f"{name}.{key}": vector(value, f"{name}: {key}", n=2, unit=unit, above=above)
               for key, (value, unit, above) in {**link, **motor}.items()}
 
-    def acceleration(q, dq, u, params):
+    def acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray,
+                     params: dict[str, np.ndarray]) -> np.ndarray:
         links = [params[f"{name}.{key}"] for key in link]
         motors = [params[f"{name}.{key}"] for key in motor]
         return arm_acceleration(q, dq, u, links, motors, params[f"{name}.g"])

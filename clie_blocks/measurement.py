@@ -2,17 +2,19 @@
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import signals, summing, vector
 
 
-def quantized(q, resolution):
+def quantized(q: np.ndarray, resolution: PerJoint) -> np.ndarray:
     """Position rounded to the encoder's steps; resolution zero leaves it untouched."""
     step = np.where(resolution > 0, resolution, 1.0)
     return np.where(resolution > 0, step * np.floor(q / step + 0.5), q)
 
 
-def noisy_measurement(n, *, name="measured"):
+def noisy_measurement(n: int, *, name: str = "measured") -> ct.StateSpace:
     """Measured position with additive noise, section 5.
 
     Inputs: q [rad], noise [rad].  Outputs: q_measured [rad].  No state.
@@ -33,7 +35,7 @@ def noisy_measurement(n, *, name="measured"):
     return summing("q", "noise", output="q_measured", n=n, name=name)
 
 
-def encoder(resolution, *, name="encoder"):
+def encoder(resolution: ArrayLike, *, name: str = "encoder") -> ct.NonlinearIOSystem:
     """Encoder that rounds a position to its steps.
 
     Inputs: q [rad].  Outputs: q_measured [rad].  No state.
@@ -49,7 +51,8 @@ def encoder(resolution, *, name="encoder"):
     resolution = vector(resolution, f"{name}: resolution", unit="rad", least=0)
     n = resolution.size
 
-    def output(t, x, u, params):
+    def output(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         return quantized(u, params[f"{name}.resolution"])
 
     return ct.nlsys(None, output, dt=None, name=name, params={f"{name}.resolution": resolution},

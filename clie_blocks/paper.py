@@ -4,9 +4,17 @@ Source: "Stable Robot Manipulator Parameter Identification: A Closed-Loop Input 
 Parameter vectors are ordered ``[a1, a2, b1, b2, d1, d2]``.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.manipulator import two_link_arm
+
+if TYPE_CHECKING:
+    import control as ct
 
 # Section 5: the robot.  The link inertias are not printed; zero reproduces Tables 2 and 3 best.
 MASS = np.array([0.5, 0.5])  # kg
@@ -67,7 +75,7 @@ RHO = 11.19
 WINDOWS = ((0.0, 5.0), (5.0, 15.0), (15.0, 25.0), (25.0, 35.0), (35.0, 45.0), (45.0, 55.0))
 
 
-def paper_arm(*, name="plant"):
+def paper_arm(*, name: str = "plant") -> ct.NonlinearIOSystem:
     """The two-link arm of section 5 with its motors and gears, link inertias zero.
 
     Parameters
@@ -84,20 +92,20 @@ def paper_arm(*, name="plant"):
     return two_link_arm(MASS, LENGTH, GEAR_RATIO, J_MOTOR, B_MOTOR, name=name)
 
 
-def tracking_reference(t):
+def tracking_reference(t: PerJoint) -> np.ndarray:
     """Reference of the validation with (50): positions [rad] of both joints, section 5.2."""
     return np.array([np.sin(np.pi / 4 * t) / 2 + 3 * np.sin(np.pi / 3 * t) / 4,
                      np.sin(np.pi / 3 * t) / 10 + np.cos(np.pi / 4 * t) / 2])
 
 
-def tracking_velocity(t):
+def tracking_velocity(t: PerJoint) -> np.ndarray:
     """First derivative of `tracking_reference` [rad/s]."""
     v, w = np.pi / 4, np.pi / 3
     return np.array([v * np.cos(v * t) / 2 + 3 * w * np.cos(w * t) / 4,
                      w * np.cos(w * t) / 10 - v * np.sin(v * t) / 2])
 
 
-def tracking_acceleration(t):
+def tracking_acceleration(t: PerJoint) -> np.ndarray:
     """Second derivative of `tracking_reference` [rad/s^2]."""
     v, w = np.pi / 4, np.pi / 3
     return np.array([-v**2 * np.sin(v * t) / 2 - 3 * w**2 * np.sin(w * t) / 4,

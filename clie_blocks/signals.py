@@ -7,6 +7,7 @@ one place where those traps are closed; every diagram of the package is built th
 """
 
 import copy
+from collections.abc import Iterable, Mapping, Sequence
 
 import control as ct
 import numpy as np
@@ -17,8 +18,10 @@ from clie_blocks.labels import DiagramError, ports, signals, vector
 __all__ = ["Diagram", "DiagramError", "check_params", "interconnect", "ports", "signal",
            "signals", "summing", "vector"]
 
+Terminal = tuple[int, int]  # position of a block, and of one of its signals
 
-def signal(response, name):
+
+def signal(response: ct.TimeResponseData, name: str) -> np.ndarray:
     """Vector signal of a response, such as ``signal(response, 'theta_hat')``.
 
     Parameters
@@ -51,13 +54,13 @@ class Diagram(ct.InterconnectedSystem):
 
     nested = False
 
-    def _update_params(self, params):
+    def _update_params(self, params: Mapping | None) -> None:
         if not self.nested:
             check_params(self, params)
         super()._update_params(params)
 
 
-def check_params(system, params):
+def check_params(system: ct.NonlinearIOSystem, params: Mapping | None) -> None:
     """Refuse a parameter that no block of the system has.
 
     Parameters
@@ -80,7 +83,9 @@ def check_params(system, params):
                 f"{system.name}: no block has the parameter {key!r}; {nearest(key, known)}")
 
 
-def interconnect(blocks, connections, *, inputs, outputs, name, unused=()):
+def interconnect(blocks: Sequence[ct.NonlinearIOSystem], connections: Sequence[tuple[str, ...]], *,
+                 inputs: Mapping[str, str | Sequence[str]], outputs: Mapping[str, str], name: str,
+                 unused: Iterable[str] = ()) -> Diagram:
     """Join blocks into a diagram, with every silent trap of `control.interconnect` an error.
 
     Parameters
@@ -128,7 +133,7 @@ def interconnect(blocks, connections, *, inputs, outputs, name, unused=()):
         inputs=input_labels, outputs=output_labels, params=_shared_params(blocks), name=name)
 
 
-def summing(*terms, output, n, name):
+def summing(*terms: str, output: str, n: int, name: str) -> ct.StateSpace:
     """Summing junction of vectors, a real LTI block: ``summing('u_model', '-u', ...)``.
 
     Inputs: one port per term.  Outputs: `output`.  No state.
@@ -154,11 +159,14 @@ def summing(*terms, output, n, name):
 class _Wiring:
     """Named wires as python-control's index tuples, each end checked."""
 
-    def __init__(self, name, blocks, index):
+    def __init__(self, name: str, blocks: Sequence[ct.NonlinearIOSystem],
+                 index: Mapping[str, int]) -> None:
         self.name, self.blocks, self.index = name, blocks, index
-        self.connections, self.driven, self.read = [], set(), set()
+        self.connections: list[list] = []
+        self.driven: set[Terminal] = set()
+        self.read: set[Terminal] = set()
 
-    def join(self, target, sources):
+    def join(self, target: str, sources: Sequence[str]) -> None:
         into = self._find(target, "input")
         for source in sources:
             sign, start = (-1.0, source[1:]) if source.startswith("-") else (1.0, source)
@@ -171,7 +179,7 @@ class _Wiring:
             self.connections += [[i, (*o, sign)] for i, o in zip(into, out)]
         self._drive(target, into)
 
-    def feed(self, inputs):
+    def feed(self, inputs: Mapping[str, str | Sequence[str]]) -> tuple[list, list[str]]:
         inplist, labels = [], []
         for label, targets in inputs.items():
             targets = [targets] if isinstance(targets, str) else list(targets)
@@ -185,7 +193,7 @@ class _Wiring:
             labels += self._labels(label, targets[0], "input")
         return inplist, labels
 
-    def show(self, outputs):
+    def show(self, outputs: Mapping[str, str]) -> tuple[list, list[str]]:
         outlist, labels = [], []
         for label, source in outputs.items():
             out = self._find(source, "output")
@@ -194,7 +202,7 @@ class _Wiring:
             labels += self._labels(label, source, "output")
         return outlist, labels
 
-    def refuse_loose_ends(self, unused):
+    def refuse_loose_ends(self, unused: Iterable[str]) -> None:
         for port in unused:
             self.read |= set(self._find(port, "output"))
         for k, block in enumerate(self.blocks):
@@ -209,13 +217,13 @@ class _Wiring:
                         f"{self.name}: nothing reads {block.name}.{loose[0]}; connect it, show "
                         f"it as a diagram output, or list it in unused=")
 
-    def _drive(self, target, into):
+    def _drive(self, target: str, into: list[Terminal]) -> None:
         if self.driven & set(into):
             raise DiagramError(f"{self.name}: {target} is driven twice; python-control would add "
                                "both; write the sources of a sum in one connection")
         self.driven |= set(into)
 
-    def _find(self, port, kind):
+    def _find(self, port: str, kind: str) -> list[Terminal]:
         block_name, dot, base = port.rpartition(".")
         if not dot or block_name not in self.index:
             raise DiagramError(f"{self.name}: no block {block_name or port!r} for the {kind} "
@@ -228,14 +236,14 @@ class _Wiring:
                                f"{nearest(base, ports(labels))}")
         return [(k, i) for i in found[base]]
 
-    def _labels(self, label, port, kind):
+    def _labels(self, label: str, port: str, kind: str) -> list[str]:
         block_name, _, base = port.rpartition(".")
         labels = getattr(self.blocks[self.index[block_name]], f"{kind}_labels")
         return [label] if base in labels else signals(label, n=len(ports(labels)[base]))
 
 
-def _own_copies(blocks, name):
-    seen = set()
+def _own_copies(blocks: Sequence[ct.NonlinearIOSystem], name: str) -> list[ct.NonlinearIOSystem]:
+    seen: set[str] = set()
     for block in blocks:
         if block.name in seen:
             raise DiagramError(f"{name}: two blocks are called {block.name!r}; "
@@ -248,8 +256,9 @@ def _own_copies(blocks, name):
     return copies
 
 
-def _shared_params(blocks):
-    merged, owner = {}, {}
+def _shared_params(blocks: Sequence[ct.NonlinearIOSystem]) -> dict[str, np.ndarray]:
+    merged: dict[str, np.ndarray] = {}
+    owner: dict[str, str] = {}
     for block in blocks:
         for key, value in (getattr(block, "params", None) or {}).items():
             if key in merged and not np.array_equal(merged[key], value):

@@ -1,11 +1,21 @@
 """Fig. 2 with the composite update law (40): the filtered robot corrects the estimates too."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
 from clie_blocks.diagrams.paper_experiment import run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.filters import lowpass, lowpass_with_rate
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
 from clie_blocks.output import run_main
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
+
+if TYPE_CHECKING:
+    import control as ct
 
 # The identification error (37), (38) and the composite law (40): the same beside a recorded robot.
 IDENTIFIER = (
@@ -21,8 +31,9 @@ IDENTIFIER = (
     ("model.theta_hat", "update.theta_hat"))
 
 
-def clie_composite(plant, kp, kd, gamma, alpha, *, omega_f=300.0, velocity="exact",
-                   name="clie_composite"):
+def clie_composite(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike,
+                   alpha: float, *, omega_f: float = 300.0, velocity: str = "exact",
+                   name: str = "clie_composite") -> Diagram:
     """CLIE identification of a plant with the composite update law (40).
 
     Inputs: q_d [rad], pe [N m], noise [rad] on the measured position.
@@ -73,7 +84,7 @@ def clie_composite(plant, kp, kd, gamma, alpha, *, omega_f=300.0, velocity="exac
         name=name)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Run CASE 2 or 3 of the paper; see ``--help``."""
     return run_cases({2: clie_composite, 3: clie_composite}, argv)
 

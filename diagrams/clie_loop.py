@@ -1,14 +1,25 @@
 """Fig. 2 with the update law (27): robot and model under one PD law, compared by their inputs."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
 from clie_blocks.diagrams.clie_composite import clie_composite
-from clie_blocks.diagrams.paper_experiment import run_cases
+from clie_blocks.diagrams.paper_experiment import Builder, run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.identification import gradient_update
 from clie_blocks.output import run_main
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
+
+if TYPE_CHECKING:
+    import control as ct
 
 
-def clie_loop(plant, kp, kd, gamma, *, velocity="exact", name="clie_loop"):
+def clie_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, *,
+              velocity: str = "exact", name: str = "clie_loop") -> Diagram:
     """CLIE identification of a plant with the update law (27), Fig. 2.
 
     Inputs: q_d [rad], pe [N m]; and noise [rad] unless `velocity` is ``'exact'``.
@@ -51,10 +62,10 @@ def clie_loop(plant, kp, kd, gamma, *, velocity="exact", name="clie_loop"):
         inputs=loops.inputs, outputs={**loops.outputs, "theta_hat": "update.theta_hat"}, name=name)
 
 
-CASES = {1: clie_loop, 2: clie_composite, 3: clie_composite}  # Table 1
+CASES: dict[int, Builder] = {1: clie_loop, 2: clie_composite, 3: clie_composite}  # Table 1
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Run the paper's identification; see ``--help``."""
     return run_cases(CASES, argv)
 

@@ -1,21 +1,33 @@
 """Plots of an identification run: Fig. 2 as built, estimates (Fig. 4), input error, motion."""
 
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.figure import Figure
 
 from clie_blocks import paper
 from clie_blocks.diagrams.picture import draw
 from clie_blocks.output import save_figure
-from clie_blocks.signals import signal
+from clie_blocks.signals import Diagram, signal
+
+if TYPE_CHECKING:
+    import control as ct
+    from matplotlib.axes import Axes
 
 
-def save_plots(experiment, response, folder):
+def save_plots(diagram: Diagram, case: int, response: ct.TimeResponseData,
+               folder: str | PathLike) -> list[str]:
     """Save all plots of a run as PNG and SVG.
 
     Parameters
     ----------
-    experiment : Experiment
-        The settings.
+    diagram : clie_blocks.signals.Diagram
+        Fig. 2 as it was run.
+    case : int
+        CASE of Table 1.
     response : control.TimeResponseData
         The run.
     folder : path-like
@@ -29,16 +41,16 @@ def save_plots(experiment, response, folder):
     """
     time = response.time
     figures = {
-        "diagram": draw(experiment.diagram()),
+        "diagram": draw(diagram),
         "estimates": estimates(time, signal(response, "theta_hat"),
-                               paper.THETA_HAT[experiment.case]),
+                               paper.THETA_HAT[case]),
         "input_error": input_error(time, signal(response, "e_u")),
         "motion": motion(time, signal(response, "q"), signal(response, "q_model"))}
     return [path for stem, figure in figures.items()
-            for path in save_figure(figure, folder, f"case_{experiment.case}_{stem}")]
+            for path in save_figure(figure, folder, f"case_{case}_{stem}")]
 
 
-def estimates(time, theta_hat, printed):
+def estimates(time: np.ndarray, theta_hat: np.ndarray, printed: np.ndarray) -> Figure:
     """Estimates over time with the real and the printed values, Fig. 4.
 
     Parameters
@@ -66,7 +78,7 @@ def estimates(time, theta_hat, printed):
     return figure
 
 
-def input_error(time, e_u):
+def input_error(time: np.ndarray, e_u: np.ndarray) -> Figure:
     """Input error of both joints, eq. (26), over the run and in its last ten seconds.
 
     Parameters
@@ -90,7 +102,7 @@ def input_error(time, e_u):
     return figure
 
 
-def motion(time, q, q_model):
+def motion(time: np.ndarray, q: np.ndarray, q_model: np.ndarray) -> Figure:
     """Joint positions of robot and model at the start and at the end of the run.
 
     Parameters
@@ -118,7 +130,7 @@ def motion(time, q, q_model):
     return figure
 
 
-def _focus(ax, values, target):
+def _focus(ax: Axes, values: np.ndarray, target: float) -> None:
     """Show the settled part: the first transient would flatten everything else."""
     settled = values[len(values) // 20:]
     low, high = min(settled.min(), target), max(settled.max(), target)

@@ -1,11 +1,22 @@
 """Fig. 5: feedback linearisation with the estimated parameters, eq. (50)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
 from clie_blocks.controllers import linearizing_controller
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
+
+if TYPE_CHECKING:
+    import control as ct
 
 
-def feedback_linearization(plant, theta_hat, kp, kd, *, printed_sign=False,
-                           name="feedback_linearization"):
+def feedback_linearization(plant: ct.NonlinearIOSystem, theta_hat: ArrayLike, kp: ArrayLike,
+                           kd: ArrayLike, *, printed_sign: bool = False,
+                           name: str = "feedback_linearization") -> Diagram:
     """Tracking with feedback linearisation, Fig. 5, eqs. (9) and (50).
 
     Inputs: q_d, dq_d, ddq_d [rad, rad/s, rad/s^2].  Outputs: q [rad], dq [rad/s], u [N m].
@@ -30,7 +41,7 @@ def feedback_linearization(plant, theta_hat, kp, kd, *, printed_sign=False,
 
     """
     n = plant.ninputs
-    a, b, d = (theta_hat[k * n:(k + 1) * n] for k in range(3))
+    a, b, d = (np.ravel(theta_hat)[k * n:(k + 1) * n] for k in range(3))
     controller = linearizing_controller(a, b, d, kp, kd, printed_sign=printed_sign)
     return interconnect(
         [controller, plant], name=name,

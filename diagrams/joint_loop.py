@@ -1,11 +1,20 @@
 """Fig. 1: each robot joint in closed loop with a PD controller."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
 
 from clie_blocks.controllers import pd_controller
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
+
+if TYPE_CHECKING:
+    import control as ct
 
 
-def joint_loop(plant, kp, kd, *, name="joint_loop"):
+def joint_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, *,
+               name: str = "joint_loop") -> Diagram:
     """Joints under PD control with excitation, Fig. 1, eqs. (8) or (9) with (11).
 
     Inputs: q_d [rad], pe [N m].  Outputs: q [rad], dq [rad/s], u [N m].

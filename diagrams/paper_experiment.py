@@ -1,9 +1,12 @@
 """The paper's identification experiment: its options, its table beside Table 2, its plots."""
 
+from __future__ import annotations
+
 import argparse
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +19,9 @@ from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.output import to_json
 from clie_blocks.signals import Diagram, signal
+
+if TYPE_CHECKING:
+    import control as ct
 
 MEAN_WINDOW = 20.0  # s, as in Table 2
 LOG_PERIOD = 0.01  # s
@@ -58,12 +64,12 @@ class Experiment:
     velocity: str = "exact"
     duration: float = paper.DURATION
     gamma: float = paper.GAMMA
-    set_point: tuple = tuple(paper.SET_POINT)
+    set_point: tuple[float, ...] = tuple(paper.SET_POINT)
     noise_variance: float = paper.NOISE_VARIANCE
     noise_period: float | None = None
     seed: int = 0
 
-    def diagram(self):
+    def diagram(self) -> Diagram:
         """Return the diagram of this experiment."""
         plant = (paper.paper_arm() if self.plant == "arm"
                  else decoupled_joints(*paper.THETA.reshape(3, 2)))
@@ -73,7 +79,7 @@ class Experiment:
         return build(plant, *gains, paper.ALPHA[self.case], omega_f=paper.OMEGA_F,
                      velocity=self.velocity)
 
-    def inputs(self, diagram):
+    def inputs(self, diagram: Diagram) -> dict[str, Any]:
         """Return the inputs of a run; noise only where the diagram has a place for it."""
         inputs = {"q_d": np.array(self.set_point), "pe": paper_excitation}
         if "noise[0]" in diagram.input_labels:
@@ -81,7 +87,7 @@ class Experiment:
                                           period=self.noise_period)
         return inputs
 
-    def run(self, log=None):
+    def run(self, log: Sequence[str] | None = None) -> ct.TimeResponseData:
         """Simulate and return the response, logged every 10 ms."""
         diagram = self.diagram()
         return compile_diagram(diagram).run(
@@ -89,13 +95,14 @@ class Experiment:
             every=round(LOG_PERIOD / paper.STEP))
 
 
-def mean_estimate(response, window=MEAN_WINDOW):
+def mean_estimate(response: ct.TimeResponseData, window: float = MEAN_WINDOW) -> np.ndarray:
     """Mean of the estimates over the last seconds, as in Table 2, shape (6,)."""
     last = response.time >= response.time[-1] - window
     return np.mean(signal(response, "theta_hat")[:, last], axis=1)
 
 
-def result(experiment, response, seconds, files):
+def result(experiment: Experiment, response: ct.TimeResponseData, seconds: float,
+           files: Sequence[str]) -> dict[str, Any]:
     """Collect the numbers of a run, with Table 2 beside them, for print and JSON."""
     theta_hat = mean_estimate(response)
     return {
@@ -106,7 +113,7 @@ def result(experiment, response, seconds, files):
         "seconds": seconds, "files": files}
 
 
-def table(numbers):
+def table(numbers: Mapping[str, Any]) -> str:
     """Return the estimates beside Table 2 as text."""
     lines = [f"{'':4}{'true':>9}{'estimate':>11}{'error':>9}{'paper':>10}   unit"]
     rows = zip(numbers["names"], numbers["theta_true"], numbers["theta_hat"],
@@ -116,7 +123,7 @@ def table(numbers):
     return "\n".join(lines)
 
 
-def remarks(experiment):
+def remarks(experiment: Experiment) -> list[str]:
     """Sentences on what the paper leaves open and what the run therefore shows."""
     said = [f"velocity reading '{experiment.velocity}': {READINGS[experiment.velocity]}"]
     if experiment.case == 1 and experiment.velocity == "exact":
@@ -134,7 +141,7 @@ def remarks(experiment):
     return said
 
 
-def parser(cases):
+def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
     options = argparse.ArgumentParser(
         prog="clie_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
@@ -160,7 +167,7 @@ def parser(cases):
     return options
 
 
-def run_cases(builders, argv=None):
+def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None) -> int:
     """Run the experiment of one case, print its table and save its plots.
 
     Parameters
@@ -185,7 +192,7 @@ def run_cases(builders, argv=None):
     start = time.perf_counter()
     response = experiment.run()
     seconds = time.perf_counter() - start
-    files = save_plots(experiment, response, folder)
+    files = save_plots(experiment.diagram(), experiment.case, response, folder)
     numbers = result(experiment, response, seconds, files)
     if as_json:
         print(to_json(numbers))

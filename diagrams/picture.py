@@ -1,13 +1,23 @@
 """Pictures of diagrams, in the manner of Simulink."""
 
-from clie_blocks.diagrams.drawing.colours import Shades
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import TYPE_CHECKING
+
 from clie_blocks.diagrams.drawing.layout import layout
-from clie_blocks.diagrams.drawing.paint import paint
+from clie_blocks.diagrams.drawing.paint import Shades, paint
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError
 
+if TYPE_CHECKING:
+    import control as ct
+    from matplotlib.figure import Figure
 
-def draw(diagram, *, expand=False, names=None, values=None, value_label="", title=""):
+
+def draw(diagram: ct.InterconnectedSystem, *, expand: bool | Collection[str] = False,
+         names: Mapping[str, str] | None = None, values: Mapping[str, float] | None = None,
+         value_label: str = "", title: str = "") -> Figure:
     """Draw any `control.InterconnectedSystem` as a block diagram.
 
     Signals flow from left to right and feedback runs back below or above its loop.  A vector
@@ -51,13 +61,13 @@ def draw(diagram, *, expand=False, names=None, values=None, value_label="", titl
     return paint(plan, _shades(values) if values else None, value_label, title)
 
 
-def _shades(values):
+def _shades(values: Mapping[str, float]) -> Shades:
     numbers = [float(value) for value in values.values()]
     low, high = min(0.0, *numbers), max(numbers)
     return Shades(dict(zip(values, numbers)), low, high if high > low else low + 1.0)
 
 
-def _inner_keys(diagram, path=""):
+def _inner_keys(diagram: ct.InterconnectedSystem, path: str = "") -> list[str]:
     found = []
     for block in diagram.syslist:
         if hasattr(block, "syslist"):
@@ -65,7 +75,7 @@ def _inner_keys(diagram, path=""):
     return found
 
 
-def _check_names(keys, known, what):
+def _check_names(keys: Iterable[str], known: Collection[str], what: str) -> None:
     for key in keys:
         if key not in known:
             raise DiagramError(f"draw: {what} has {key!r}, which is no block of the picture; "

@@ -1,16 +1,18 @@
 """Fig. 2 with a recorded robot and the composite update law (40)."""
 
 import control as ct
+from numpy.typing import ArrayLike
 
 from clie_blocks.diagrams.clie_composite import IDENTIFIER
 from clie_blocks.diagrams.recorded_loop import model_half
 from clie_blocks.filters import lowpass, lowpass_with_rate, velocity_filter
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
 
 
-def recorded_composite(kp, kd, gamma, alpha, velocity, *, omega_f=300.0,
-                       name="recorded_composite"):
+def recorded_composite(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, alpha: float,
+                       velocity: ct.StateSpace, *, omega_f: float = 300.0,
+                       name: str = "recorded_composite") -> Diagram:
     """Model half of Fig. 2 beside a recorded robot, with the composite law (40).
 
     Inputs: u, pe [N m], q_d, q [rad], one recorded row per sample.
@@ -44,7 +46,7 @@ def recorded_composite(kp, kd, gamma, alpha, velocity, *, omega_f=300.0,
     half = model_half(kp, kd, velocity)
     n, period = velocity.ninputs, velocity.dt
 
-    def sampled(block):
+    def sampled(block: ct.StateSpace) -> ct.StateSpace:
         return ct.sample_system(block, period, "tustin", name=block.name)
 
     return interconnect(

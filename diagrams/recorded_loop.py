@@ -6,7 +6,13 @@ continuous PD law beside held samples sees a sawtooth of ``Kp dq period``, on th
 three times the signal itself.)
 """
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
 
 from clie_blocks.controllers import pd_controller
 from clie_blocks.diagrams.picture import draw
@@ -14,12 +20,16 @@ from clie_blocks.filters import difference_filter
 from clie_blocks.identification import gradient_update, regressor
 from clie_blocks.joints import estimated_model
 from clie_blocks.output import run_main, save_figure
-from clie_blocks.signals import interconnect, summing
+from clie_blocks.signals import Diagram, interconnect, summing
+
+if TYPE_CHECKING:
+    import control as ct
 
 NAMES = {"pd_model": "PD controller", "model": "estimated model", "update": "update law"}
 
 
-def recorded_loop(kp, kd, gamma, velocity, *, name="recorded_loop"):
+def recorded_loop(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, velocity: ct.StateSpace, *,
+                  name: str = "recorded_loop") -> Diagram:
     """Model half of Fig. 2 beside a recorded robot, with the update law (27).
 
     Inputs: u, pe [N m], q_d [rad], one recorded row per sample.
@@ -58,7 +68,7 @@ def recorded_loop(kp, kd, gamma, velocity, *, name="recorded_loop"):
         name=name)
 
 
-def model_half(kp, kd, velocity):
+def model_half(kp: ArrayLike, kd: ArrayLike, velocity: ct.StateSpace) -> dict[str, Any]:
     """Sampled model under its PD law, and its input error against the recorded input.
 
     Parameters
@@ -94,7 +104,7 @@ def model_half(kp, kd, velocity):
                     "e_u": "input_error.e_u"}}
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> None:
     """Draw the diagram for one joint; ``clie identify`` runs it on a log."""
     parser = argparse.ArgumentParser(
         prog="recorded_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,

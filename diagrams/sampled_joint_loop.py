@@ -1,14 +1,16 @@
 """Fig. 1 as a robot runs it: continuous joints, a PD law and a velocity filter in a computer."""
 
 import control as ct
+from numpy.typing import ArrayLike
 
-from clie_blocks.compiled import sampled
+from clie_blocks.compiled import SampledProgram, sampled
 from clie_blocks.controllers import pd_controller
 from clie_blocks.filters import velocity_filter
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
 
 
-def sampled_controller(kp, kd, period, *, name="controller"):
+def sampled_controller(kp: ArrayLike, kd: ArrayLike, period: float, *,
+                       name: str = "controller") -> Diagram:
     """PD law (11) on the velocity of G1 (47), both sampled; G1 by Tustin's rule.
 
     Inputs: q_d, q [rad], pe [N m].  Outputs: u [N m].  State: 2 per joint, of G1.
@@ -37,7 +39,8 @@ def sampled_controller(kp, kd, period, *, name="controller"):
         outputs={"u": "pd.u"}, name=name)
 
 
-def sampled_joint_loop(plant, kp, kd, period, *, name="sampled_joint_loop"):
+def sampled_joint_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, period: float, *,
+                       name: str = "sampled_joint_loop") -> SampledProgram:
     """Joints under a sampled PD law with sample and hold, Fig. 1.
 
     Inputs: q_d [rad], pe [N m].  Outputs: q [rad], dq [rad/s], u [N m], held.

@@ -1,6 +1,11 @@
 """Fig. 2 without its identifier: the robot and its model under the same PD law, side by side."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
 
 from clie_blocks.controllers import pd_controller
 from clie_blocks.filters import velocity_filter
@@ -8,6 +13,9 @@ from clie_blocks.identification import regressor
 from clie_blocks.joints import estimated_model
 from clie_blocks.measurement import noisy_measurement
 from clie_blocks.signals import DiagramError, nearest, summing
+
+if TYPE_CHECKING:
+    import control as ct
 
 # Where the velocity filter G1 (47) acts; the paper does not say.
 READINGS = {
@@ -23,13 +31,14 @@ READINGS = {
 class TwinLoop:
     """Blocks, connections and diagram ports, to which an identifier is added."""
 
-    blocks: list
-    connections: list
-    inputs: dict
-    outputs: dict
+    blocks: list[ct.NonlinearIOSystem]
+    connections: list[tuple[str, ...]]
+    inputs: dict[str, list[str]]
+    outputs: dict[str, str]
 
 
-def twin_loop(plant, kp, kd, *, velocity="exact", sensed=False):
+def twin_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, *,
+              velocity: str = "exact", sensed: bool = False) -> TwinLoop:
     """Robot and model under the same PD law, eqs. (9)-(11), (19)-(22), (26).
 
     Parameters
@@ -83,7 +92,7 @@ def twin_loop(plant, kp, kd, *, velocity="exact", sensed=False):
     return core
 
 
-def _sense_position(core, robot, n):
+def _sense_position(core: TwinLoop, robot: str, n: int) -> None:
     """Noisy position, and its velocity through G1 (47)."""
     core.blocks.extend([noisy_measurement(n, name="measured"),
                         velocity_filter(n, name="velocity_filter")])
@@ -92,14 +101,14 @@ def _sense_position(core, robot, n):
     core.inputs["noise"] = ["measured.noise"]
 
 
-def _close_robot(core, robot, velocity):
+def _close_robot(core: TwinLoop, robot: str, velocity: str) -> None:
     if velocity in ("measured", "filtered-both"):
         core.connections.extend([("pd.q", "measured.q_measured"), ("pd.dq", "velocity_filter.dq")])
     else:
         core.connections.extend([("pd.q", f"{robot}.q"), ("pd.dq", f"{robot}.dq")])
 
 
-def _close_model(core, velocity, n):
+def _close_model(core: TwinLoop, velocity: str, n: int) -> None:
     if velocity == "filtered-both":
         core.blocks.append(velocity_filter(n, name="velocity_filter_model"))
         core.connections.extend([("velocity_filter_model.q", "model.q"),
@@ -108,7 +117,7 @@ def _close_model(core, velocity, n):
         core.connections.append(("pd_model.dq", "model.dq"))
 
 
-def _compare_inputs(core, velocity, kp, kd):
+def _compare_inputs(core: TwinLoop, velocity: str, kp: ArrayLike, kd: ArrayLike) -> None:
     if velocity == "input-error":
         core.blocks.append(pd_controller(kp, kd, name="pd_measured"))
         core.connections.extend([("pd_measured.q", "measured.q_measured"),

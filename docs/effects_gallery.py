@@ -4,6 +4,7 @@
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -38,7 +39,7 @@ compare with another engine: [effects_mujoco.md](effects_mujoco.md).
 """
 
 
-def gallery():
+def gallery() -> str:
     """Return the text of the page."""
     families = [(family, [name for name in LIBRARY if LIBRARY[name].family == family])
                 for family in FAMILIES]
@@ -49,7 +50,7 @@ def gallery():
     return HEAD + contents + "\n\n" + "\n".join(sections)
 
 
-def _entry(name):
+def _entry(name: str) -> str:
     effect = LIBRARY[name]
     numbers = "; ".join(f"`{p.name}` {p.typical:g} {p.unit if p.unit != '1' else ''}".rstrip()
                         for p in effect.parameters)
@@ -61,7 +62,7 @@ def _entry(name):
             f"- Reference: {effect.reference}\n")
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> None:
     """Write the page and one SVG per effect.
 
     Parameters

@@ -1,6 +1,7 @@
 """Draw the figures that stand in the README from the very diagrams: ``python docs/figures.py``."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from clie_blocks import paper
@@ -10,12 +11,13 @@ from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.diagrams.picture import draw
 from clie_blocks.output import guarded, save_figure
+from clie_blocks.signals import Diagram
 
 NAMES = {"pd": "PD controller", "plant": "robot", "pd_model": "PD controller",
          "model": "estimated model", "update": "update law", "controller": "controller (50)"}
 
 
-def figures():
+def figures() -> dict[str, Diagram]:
     """Return the paper's diagrams by file name."""
     arm, gains = paper.paper_arm(), (paper.KP, paper.KD)
     return {"fig_1": joint_loop(arm, *gains), "fig_2": clie_loop(arm, *gains, paper.GAMMA),
@@ -23,7 +25,7 @@ def figures():
             "fig_5": feedback_linearization(arm, paper.THETA_HAT[1], *gains)}
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> None:
     """Write one SVG per figure.
 
     Parameters

@@ -4,16 +4,23 @@
 ``-o FILE`` it writes it.  Needs the extra `mujoco`.
 """
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.catalogue.mujoco_robots import ROBOTS, STEP
+from clie_blocks.analysis.catalogue.mujoco_robots import ROBOTS, STEP, Robot
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.errors import MissingExtraError, nearest
 from clie_blocks.output import run_main, write
 from clie_blocks.signals import DiagramError
+
+if TYPE_CHECKING:
+    import control as ct
 
 DURATION = 3.0
 
@@ -28,7 +35,7 @@ class Comparison:
     why: str
 
 
-def compare(name):
+def compare(name: str) -> Comparison:
     """Run one effect in both engines from rest under the same held torques.
 
     Parameters
@@ -59,18 +66,18 @@ def compare(name):
                       float(np.max(np.abs(ours - without))), robot.why)
 
 
-def _torques(robot):
+def _torques(robot: Robot) -> np.ndarray:
     t = STEP * np.arange(round(DURATION / STEP))[:, None]
     n = np.arange(len(robot.angles))
     return robot.torque * (np.cos((5.0 + 2.0 * n) * t) + 0.5 * np.cos(17.0 * t + n))
 
 
-def _our_angles(plant, rows):
+def _our_angles(plant: ct.NonlinearIOSystem, rows: np.ndarray) -> np.ndarray:
     run = compile_diagram(plant).run(DURATION, STEP, "ode4", {"u": rows}, log="q")
     return np.asarray(run.outputs).reshape(rows.shape[1], -1)[:, :-1].T
 
 
-def _mujoco_angles(robot, rows):
+def _mujoco_angles(robot: Robot, rows: np.ndarray) -> np.ndarray:
     try:
         import mujoco
     except ImportError:
@@ -105,7 +112,7 @@ steps of {step:g} ms: MuJoCo {version} with RK4, ours with `ode4`.
 """
 
 
-def page():
+def page() -> str:
     """Return the text of `docs/effects_mujoco.md`."""
     rows = ["| effect | changes q by [rad] | engines differ by [rad] | what bounds it |",
             "| --- | --- | --- | --- |"]
@@ -117,7 +124,7 @@ def page():
                         version=mujoco.__version__)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the page, or write it with ``-o FILE``."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", metavar="FILE", help="write the page to this file")

@@ -1,5 +1,8 @@
 """Answer in time of an effect's block alone: what stands for the characteristic of a memory."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from clie_blocks.compiled import compile_diagram
@@ -8,12 +11,12 @@ from clie_blocks.effects import LIBRARY
 STEP, ROWS = 5e-4, 600
 
 
-def _one(t):
+def _one(t: np.ndarray) -> np.ndarray:
     return 1.0 + 0.0 * t
 
 
 # Effects whose characteristic is an answer in time: signals that go in, and for how long [s].
-ANSWERS = {
+ANSWERS: dict[str, tuple[dict[str, Callable], float]] = {
     "actuator_lag": ({"u": _one}, 0.03),
     "velocity_estimate_lag": ({"dq": _one}, 0.03),
     "time_delay": ({"u": _one}, 0.03),
@@ -30,7 +33,7 @@ ANSWERS = {
     "rest_time_breakaway": ({"dq": lambda t: np.where(t < 60.0, 0.0, 0.02)}, 80.0)}
 
 
-def answer(name):
+def answer(name: str) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Run the block of an effect alone, at its typical numbers.
 
     Parameters
@@ -42,16 +45,16 @@ def answer(name):
     -------
     t, y : ndarray, shape (k,)
         Time [s] and the first output.
-    given : dict of str to ndarray
+    inputs : dict of str to ndarray
         The signals that went in; all others are zero.
 
     """
-    given, duration = ANSWERS[name]
+    signals, duration = ANSWERS[name]
     block = LIBRARY[name].typical().block(1)
-    inputs = {label.partition("[")[0]: [0.0] for label in block.input_labels}
-    inputs |= {signal: (lambda t, f=f: np.array([f(t)])) for signal, f in given.items()}
+    inputs: dict[str, Any] = {label.partition("[")[0]: [0.0] for label in block.input_labels}
+    inputs |= {signal: (lambda t, f=f: np.array([f(t)])) for signal, f in signals.items()}
     steps = max(2 * ROWS, round(duration / STEP))
     run = compile_diagram(block).run(duration, duration / steps, "ode4", inputs,
                                      every=steps // ROWS)
     t = np.asarray(run.time)
-    return t, np.atleast_2d(run.outputs)[0], {signal: f(t) for signal, f in given.items()}
+    return t, np.atleast_2d(run.outputs)[0], {signal: f(t) for signal, f in signals.items()}

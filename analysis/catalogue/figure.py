@@ -1,6 +1,9 @@
 """Picture of one effect: its characteristic, and the loop of Fig. 1 with and without it."""
 
+from __future__ import annotations
+
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,7 +12,12 @@ from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.characteristic import characteristic
+from clie_blocks.effects.effect import Effect
 from clie_blocks.joints import decoupled_joints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DURATION, STEP, EVERY = 12.0, 5e-4, 40
 UNITS = {"q": "rad", "q_d": "rad", "dq": "rad/s", "u": "N m", "tau": "N m", "t": "s",
@@ -17,7 +25,7 @@ UNITS = {"q": "rad", "q_d": "rad", "dq": "rad/s", "u": "N m", "tau": "N m", "t":
 WITHOUT, WITH, GAP = "#888888", "#0b5fa5", "#b3261e"
 
 
-def responses(name):
+def responses(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return time, and a signal of both joints without the effect and with its typical numbers.
 
     Parameters
@@ -36,12 +44,12 @@ def responses(name):
     return (*_run(signal), _run(signal, name)[1])
 
 
-def _signal(name):
+def _signal(name: str) -> str:
     return "u" if LIBRARY[name].port == "log" else "q"
 
 
 @lru_cache
-def _run(signal, name=None):
+def _run(signal: str, name: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """One excitation for all: slow reversals of the set-point and a faster torque."""
     loop = joint_loop(decoupled_joints([2.0, 2.4], [0.5, 0.6], [0.0, 0.0]), [10, 10], [5, 5])
     program = compile_diagram(
@@ -53,7 +61,7 @@ def _run(signal, name=None):
     return np.asarray(run.time), np.asarray(run.outputs).reshape(2, -1)
 
 
-def effect_figure(name):
+def effect_figure(name: str) -> Figure:
     """Draw an effect.
 
     Parameters
@@ -92,14 +100,14 @@ def effect_figure(name):
     return figure
 
 
-def _draw_characteristic(axes, name):
+def _draw_characteristic(axes: Axes, name: str) -> None:
     effect = LIBRARY[name]
     axes.set_title("characteristic")
-    if effect.curve is not None:
+    path = characteristic(effect.typical())
+    if path is not None and effect.curve is not None:
         swept, _ = effect.curve
-        x, y = characteristic(effect.typical())
-        axes.plot(x, y, color=WITH, lw=1.2)
-        axes.set(xlabel=_labelled(swept), ylabel=_result(effect, x, y))
+        axes.plot(*path, color=WITH, lw=1.2)
+        axes.set(xlabel=_labelled(swept), ylabel=_result(effect, swept, *path))
     elif name in ANSWERS:
         t, y, shown = answer(name)
         output = effect.build.outputs[0]
@@ -115,13 +123,13 @@ def _draw_characteristic(axes, name):
                   ha="center", va="center", transform=axes.transAxes)
 
 
-def _labelled(signal):
+def _labelled(signal: str) -> str:
     return f"{signal} [{UNITS.get(signal, '1')}]"
 
 
-def _result(effect, x, y):
-    if effect.curve[0] == "twist":
+def _result(effect: Effect, swept: str, x: np.ndarray, y: np.ndarray) -> str:
+    if swept == "twist":
         return "torque [N m]"
     name = effect.build.outputs[0]
-    kept = name == effect.curve[0] and np.max(np.abs(y)) < 0.1 * np.max(np.abs(x))
+    kept = name == swept and np.max(np.abs(y)) < 0.1 * np.max(np.abs(x))
     return f"change of {_labelled(name)}" if kept else _labelled(name)

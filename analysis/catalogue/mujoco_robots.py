@@ -1,10 +1,12 @@
 """Robots that exist twice: in MuJoCo's language and as a plant with an effect of the catalogue."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import control as ct
 
 from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.effects.setting import Setting
 from clie_blocks.joints import inertial_joints
 from clie_blocks.manipulator import GRAVITY
 
@@ -39,7 +41,7 @@ class Robot:
     actuators: str
     plant: ct.NonlinearIOSystem
     plain: ct.NonlinearIOSystem
-    angles: tuple = ((1.0,),)
+    angles: tuple[tuple[float, ...], ...] = ((1.0,),)
     torque: float = 2.0
     gravity: float = 0.0
     why: str = "methods of integration"
@@ -48,27 +50,29 @@ class Robot:
 _MOTOR = '<general name="{0}" joint="{0}" {1}/>'
 
 
-def _body(joint, inertia, inside="", *, mass=1.0, at="0 0 0", com="0 0 0"):
+def _body(joint: str, inertia: float, inside: str = "", *, mass: float = 1.0, at: str = "0 0 0",
+          com: str = "0 0 0") -> str:
     """Body on one hinge; positive angles lift a link along x out of the horizontal."""
     return (f'<body pos="{at}"><inertial pos="{com}" mass="{mass}" diaginertia="{inertia} '
             f'{inertia} {inertia}"/><joint type="hinge" axis="0 -1 0" {joint}/>{inside}</body>')
 
 
-def _single(effect, joint="", motor="", *, inertia=0.8, **options):
+def _single(effect: Setting, joint: str = "", motor: str = "", *, inertia: float = 0.8,
+            **options: Any) -> Robot:
     plain = inertial_joints([inertia], [UNDAMPED], [0.0])
     return Robot(_body(f'name="a" {joint}', inertia), _MOTOR.format("a", motor),
                  with_effects(plain, [effect]), plain, **options)
 
 
-def _viscous():
+def _viscous() -> Robot:
     return _single(LIBRARY["viscous"](extra=0.5), 'damping="0.5"')
 
 
-def _armature():
+def _armature() -> Robot:
     return _single(LIBRARY["inertia"](extra=0.3), 'armature="0.3"')
 
 
-def _coulomb():
+def _coulomb() -> Robot:
     return _single(LIBRARY["coulomb"](level=0.6, width=1e-4),
                    'frictionloss="0.6" solreffriction="0.0002 1" '
                    'solimpfriction="0.9999 0.9999 0.001 0.5 2"',
@@ -76,26 +80,26 @@ def _coulomb():
                        "over 0.1 mrad/s")
 
 
-def _saturation():
+def _saturation() -> Robot:
     return _single(LIBRARY["actuator_saturation"](limit=1.5), "", 'forcerange="-1.5 1.5"')
 
 
-def _torque_gain():
+def _torque_gain() -> Robot:
     return _single(LIBRARY["torque_gain_error"](error=0.1), "", 'gear="1.1"')
 
 
-def _lag():
+def _lag() -> Robot:
     return _single(LIBRARY["actuator_lag"](lag=0.01), "", 'dyntype="filter" dynprm="0.01"')
 
 
-def _delay():
+def _delay() -> Robot:
     # Linear interpolation between the rows runs half a step ahead of holding them.
     return _single(LIBRARY["time_delay"](delay=0.01 - STEP / 2), "",
                    'delay="0.01" nsample="110" interp="linear"',
                    why="edges of the held torque; ours is an approximant")
 
 
-def _two_hinges(effect, spring, **options):
+def _two_hinges(effect: Setting, spring: str, **options: Any) -> Robot:
     motor, link = 0.8, 0.4
     plain = inertial_joints([motor + link], [UNDAMPED], [0.0])
     return Robot(_body('name="a"', motor, _body(f'name="b" {spring}', link)),
@@ -103,12 +107,12 @@ def _two_hinges(effect, spring, **options):
                  **options)
 
 
-def _elasticity():
+def _elasticity() -> Robot:
     effect = LIBRARY["joint_elasticity"](compliance=1 / 400.0, damping=0.5, motor_inertia=0.8)
     return _two_hinges(effect, 'stiffness="400" damping="0.5"')
 
 
-def _backlash():
+def _backlash() -> Robot:
     effect = LIBRARY["backlash"](half_gap=0.02, stiffness=2000.0, damping=0.0, motor_inertia=0.8)
     # A limit of small impedance is a spring: its stiffness per inertia of the two bodies,
     # 2000 (1/0.8 + 1/0.4).  Of large impedance it would be rigid.
@@ -117,7 +121,7 @@ def _backlash():
     return _two_hinges(effect, spring, why="both step over the moment of the touch")
 
 
-def _gravity():
+def _gravity() -> Robot:
     mass, reach = 0.5, 0.4
     plain = inertial_joints([0.8 + mass * reach**2], [UNDAMPED], [0.0])
     plant = with_effects(plain, [LIBRARY["gravity"](weight=mass * reach * GRAVITY)])
@@ -125,7 +129,7 @@ def _gravity():
                  _MOTOR.format("a", ""), plant, plain, gravity=GRAVITY)
 
 
-def _payload():
+def _payload() -> Robot:
     mass, reach = 0.5, 0.4
     plain = inertial_joints([0.8], [UNDAMPED], [0.0])
     effect = LIBRARY["payload"](mass=mass, length=reach, gear_ratio=1.0)
@@ -135,7 +139,7 @@ def _payload():
                  with_effects(plain, [effect]), plain, gravity=GRAVITY)
 
 
-def _coupling():
+def _coupling() -> Robot:
     length, reach = 0.5, 0.3
     first, mass, second = 0.9, 0.7, 0.12  # second: inertia about the centre of mass
     turning = second + mass * reach**2

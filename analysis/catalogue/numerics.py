@@ -4,18 +4,27 @@
 ``-o FILE`` it writes it.
 """
 
+from __future__ import annotations
+
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled.program import Program
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, sticking, with_effects
+from clie_blocks.effects.setting import Setting
 from clie_blocks.errors import DivergedError
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.output import run_main, write
+
+if TYPE_CHECKING:
+    import control as ct
 
 STEPS = (2e-3, 1e-3, 5e-4, 2.5e-4)
 REFERENCE_STEP = 6.25e-5
@@ -43,7 +52,7 @@ class Convergence:
     size: float
 
     @property
-    def order(self):
+    def order(self) -> float:
         """Slope of log error over log step; NaN where no two steps are above rounding."""
         errors = np.array(self.errors)
         use = np.isfinite(errors) & (errors > ROUNDING)
@@ -52,7 +61,7 @@ class Convergence:
         return np.polyfit(np.log(np.array(STEPS)[use]), np.log(errors[use]), 1)[0]
 
 
-def convergence(name, method="ode4"):
+def convergence(name: str, method: str = "ode4") -> Convergence:
     """Run one effect with each of `STEPS`.
 
     Parameters
@@ -76,7 +85,7 @@ def convergence(name, method="ode4"):
     return Convergence(name, errors, float(np.max(np.abs(reference - _plain(method)))))
 
 
-def creep(setting, load, duration=10.0, step=1e-3):
+def creep(setting: Setting, load: float, duration: float = 10.0, step: float = 1e-3) -> float:
     """Speed of a joint that a load below break-away should not move [rad/s].
 
     Parameters
@@ -102,7 +111,7 @@ def creep(setting, load, duration=10.0, step=1e-3):
     return float((q[-1] - q[-1 - half]) / (duration / 2))
 
 
-def table(names=None):
+def table(names: Sequence[str] | None = None) -> str:
     """Return the Markdown table of the stiff effects, or of those named."""
     names = names or [name for name in LIBRARY if LIBRARY[name].stiff]
     heads = ["effect", "changes q by [rad]", *(f"error at {1e3 * step:g} ms" for step in STEPS),
@@ -115,7 +124,7 @@ def table(names=None):
     return "\n".join("| " + " | ".join(row) + " |" for row in rows)
 
 
-def creep_table():
+def creep_table() -> str:
     """Return the Markdown table of the creep of each dry friction under 0.9 of its level."""
     rows = ["| effect | creep at 0.9 of the level [rad/s] |", "| --- | --- |"]
     laws = {f"`{name}`": LIBRARY[name]
@@ -128,20 +137,20 @@ def creep_table():
 
 
 @lru_cache
-def _plain(method):
+def _plain(method: str) -> np.ndarray:
     """Positions without any effect."""
     return _positions(compile_diagram(_loop([])), REFERENCE_STEP, method)
 
 
-def _shown(error):
+def _shown(error: float) -> str:
     return f"{error:.1e}" if np.isfinite(error) else "diverges"
 
 
-def _loop(effects):
+def _loop(effects: Sequence[Setting]) -> ct.NonlinearIOSystem:
     return with_effects(joint_loop(decoupled_joints([2.0], [0.5], [0.0]), [10.0], [5.0]), effects)
 
 
-def _positions(program, step, method):
+def _positions(program: Program, step: float, method: str) -> np.ndarray:
     """Positions at every 2 ms of a run that reverses, rests and moves fast."""
     inputs = {"q_d": lambda t: np.array([1.4 * np.sin(0.9 * t) + 0.5 * np.sin(2.3 * t)]),
               "pe": lambda t: np.array([2.0 * np.sin(5.1 * t)])}
@@ -180,13 +189,13 @@ a step of 1 ms.
 """
 
 
-def page():
+def page() -> str:
     """Return the text of `docs/effects_numerics.md`."""
     return _PAGE.format(duration=DURATION, reference=1e3 * REFERENCE_STEP, convergence=table(),
                         creep=1e-3 * np.arctanh(0.9), sticking=creep_table())
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the page, or write it with ``-o FILE``."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", metavar="FILE", help="write the page to this file")

@@ -3,18 +3,19 @@
 import argparse
 import sys
 import textwrap
+from collections.abc import Sequence
 
 from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.characteristic import characteristic
-from clie_blocks.effects.effect import FAMILIES
+from clie_blocks.effects.effect import FAMILIES, Effect
 from clie_blocks.output import run_main, save_figure, to_json
 
 WIDTH, HEAD = 98, 30
 
 
-def catalogue():
+def catalogue() -> str:
     """Return one line per effect, by family."""
     lines = []
     for family in FAMILIES:
@@ -24,7 +25,7 @@ def catalogue():
     return "\n".join([*lines, "", f"{len(LIBRARY)} effects; 'clie effects NAME' shows one"])
 
 
-def page(name):
+def page(name: str) -> str:
     """Return the page of one effect as text, with its characteristic.
 
     Parameters
@@ -51,7 +52,7 @@ def page(name):
     return "\n\n".join(part for part in parts if part)
 
 
-def _parameters(effect):
+def _parameters(effect: Effect) -> str:
     rows = [("parameter", "unit", "range", "typical", "neutral", "")]
     rows += [(p.name, p.unit, f"{p.lower:g} .. {p.upper:g}", f"{p.typical:g}",
               "-" if p.neutral is None else f"{p.neutral:g}", p.meaning)
@@ -66,39 +67,39 @@ def _parameters(effect):
     return "\n".join(lines)
 
 
-def _drawing(effect):
-    if effect.curve is not None:
-        swept = effect.curve[0]
-        given = "torque" if swept == "twist" else effect.build.outputs[0]
-        x, y = characteristic(effect.typical())
-        return text_curve(x, y, x_label=swept, y_label=given)
+def _drawing(effect: Effect) -> str:
+    path = characteristic(effect.typical())
+    if path is not None and effect.curve is not None:
+        swept, _ = effect.curve
+        output = "torque" if swept == "twist" else effect.build.outputs[0]
+        return text_curve(*path, x_label=swept, y_label=output)
     if effect.name in ANSWERS:
-        t, y, given = answer(effect.name)
+        t, y, inputs = answer(effect.name)
         return text_curve(t, y, x_label="t", y_label=f"{effect.build.outputs[0]}, answer to "
-                          f"{' and '.join(given)}")
+                          f"{' and '.join(inputs)}")
     return ""
 
 
-def _physics(effect):
+def _physics(effect: Effect) -> str:
     return ", ".join((
         "never gives energy" if effect.passive else "can give energy",
         {"none": "neither odd nor even"}.get(effect.symmetry, effect.symmetry),
         "each joint on its own" if effect.per_joint else "joints act on each other"))
 
 
-def _entry(head, text):
+def _entry(head: str, text: str) -> str:
     return textwrap.fill(f"{head:{HEAD}}{text}", WIDTH, subsequent_indent=" " * HEAD)
 
 
-def _indented(text):
+def _indented(text: str) -> str:
     return textwrap.fill(text, WIDTH, initial_indent="    ", subsequent_indent="        ")
 
 
-def _short(text, width):
+def _short(text: str, width: int) -> str:
     return text if len(text) <= width else text[:width - 3].rstrip() + "..."
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the catalogue or one effect.
 
     Parameters
@@ -130,7 +131,7 @@ def main(argv=None):
     return 0
 
 
-def _save(name, folder):
+def _save(name: str, folder: str) -> None:
     from clie_blocks.analysis.catalogue.figure import effect_figure
 
     for path in save_figure(effect_figure(name), folder, name):

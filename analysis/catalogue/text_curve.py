@@ -1,9 +1,11 @@
 """A curve drawn with characters, for a terminal."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def text_curve(x, y, *, width=57, height=13, x_label="", y_label=""):
+def text_curve(x: ArrayLike, y: ArrayLike, *, width: int = 57, height: int = 13, x_label: str = "",
+               y_label: str = "") -> str:
     """Draw a path on a grid of characters.
 
     Parameters
@@ -42,7 +44,7 @@ def text_curve(x, y, *, width=57, height=13, x_label="", y_label=""):
     return "\n".join([*lines, f"{'':{margin}} {low}{middle}{high}"])
 
 
-def _places(values, size):
+def _places(values: np.ndarray, size: int) -> np.ndarray:
     """Cells of the values along an axis of the given size."""
     low, span = np.min(values), np.ptp(values)
     if span == 0:

@@ -1,11 +1,14 @@
 """Lag of the current loop between command and torque."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.lag import lag_rate, lag_step, lagged
+from clie_blocks.labels import PerJoint
 
 
-def lagging_torque(z, u, lag):
+def lagging_torque(z: np.ndarray, u: np.ndarray, lag: PerJoint) -> np.ndarray:
     """Torque behind a first-order lag [N m]: ``lag u_motor' = u - u_motor``."""
     return lagged(z, u, lag)
 

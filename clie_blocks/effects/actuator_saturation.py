@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def saturated_torque(u, limit):
+def saturated_torque(u: np.ndarray, limit: PerJoint) -> np.ndarray:
     """Torque that passes the limit [N m]: u clipped to [-limit, limit]."""
     return np.clip(u, -limit, limit)
 

@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def asymmetric_coulomb_torque(dq, forward, backward, width):
+def asymmetric_coulomb_torque(dq: np.ndarray, forward: PerJoint, backward: PerJoint,
+                              width: PerJoint) -> np.ndarray:
     """Friction torque [N m]: `forward` for dq > 0, `backward` for dq < 0, against the motion."""
     return np.where(dq > 0, forward, backward) * direction(dq, width)
 

@@ -1,10 +1,13 @@
 """Back-EMF of a motor driven by voltage instead of current."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def voltage_driven_torque(u, dq, damping):
+def voltage_driven_torque(u: np.ndarray, dq: np.ndarray, damping: PerJoint) -> np.ndarray:
     """Torque of a motor behind a voltage drive [N m]: ``u - damping dq``."""
     return u - damping * dq
 

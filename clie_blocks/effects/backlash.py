@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+from clie_blocks.labels import PerJoint
 
 
-def contact_torque(twist, twist_rate, half_gap, stiffness, damping):
+def contact_torque(twist: np.ndarray, twist_rate: np.ndarray, half_gap: PerJoint,
+                   stiffness: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of the tooth in contact [N m]; none within the gap.
 
     ``stiffness depth + damping twist_rate``, never pulling: it is cut at zero, and the damping
@@ -18,7 +20,7 @@ def contact_torque(twist, twist_rate, half_gap, stiffness, damping):
     return elastic + damped
 
 
-def has_gap(half_gap):
+def has_gap(half_gap: np.ndarray) -> np.ndarray:
     """Joints with play."""
     return half_gap > 0
 

@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def base_tilt_torque(q, tilt, weight, gear_ratio=1.0):
+def base_tilt_torque(q: np.ndarray, tilt: PerJoint, weight: PerJoint,
+                     gear_ratio: PerJoint = 1.0) -> np.ndarray:
     """Gravity torque of a tilted arm, less that of the level arm [N m]."""
     angle = absolute(q)
     return onto_joints(weight * (np.cos(angle + tilt) - np.cos(angle))) / gear_ratio

@@ -5,7 +5,7 @@ axis is the joint.  So one function serves the block, the tests and the regressi
 diagnosis.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from inspect import signature
 
@@ -34,11 +34,12 @@ class Static:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...] = ("tau",)
 
-    def __call__(self, values, n, name):
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
         kernel, read = _numbered(self.kernel, values, name), _reader(self.inputs, n)
 
-        def output(t, x, u, params):
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             return _stacked(kernel(params, *read(t, u)))
 
         return ct.nlsys(
@@ -73,16 +74,19 @@ class Dynamic:
     state: str = "z"
     size: int = 1
 
-    def __call__(self, values, n, name, period=0):
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str,
+                 period: float = 0) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
         rate, kernel = (_numbered(f, values, name, period) for f in (self.rate, self.kernel))
         shape = (n,) if self.size == 1 else (self.size, n)
         read = _reader(self.inputs, n)
 
-        def update(t, x, u, params):
+        def update(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             return _stacked(rate(params, x.reshape(shape), *read(t, u)))
 
-        def output(t, x, u, params):
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             return _stacked(kernel(params, x.reshape(shape), *read(t, u)))
 
         return ct.nlsys(
@@ -91,41 +95,42 @@ class Dynamic:
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
 
 
-def _qualified(values, name):
+def _qualified(values: dict[str, np.ndarray], name: str) -> dict[str, np.ndarray]:
     return {f"{name}.{key}": value for key, value in values.items()}
 
 
-def _numbered(kernel, values, name, period=0):
+def _numbered(kernel: Callable, values: dict[str, np.ndarray], name: str,
+              period: float = 0) -> Callable:
     """Let a kernel take its parameters, those that it names, from the block's `params`."""
     named = signature(kernel).parameters.values()
     every = any(p.kind is p.VAR_KEYWORD for p in named)
     fixed = {"period": period} if "period" in {p.name for p in named} else {}
     keys = {key: f"{name}.{key}" for key in values if every or key in {p.name for p in named}}
 
-    def evaluated(params, *arguments):
+    def evaluated(params: dict[str, np.ndarray], *arguments: np.ndarray) -> np.ndarray:
         numbers = {key: params[qualified] for key, qualified in keys.items()}
         return kernel(*arguments, **numbers, **fixed)
 
     return evaluated
 
 
-def _stacked(found):
+def _stacked(found: np.ndarray | tuple[np.ndarray, ...]) -> np.ndarray:
     """One vector from an array, or from several, row by row."""
     parts = found if isinstance(found, tuple) else (found,)
     return np.concatenate([part.reshape(-1) for part in parts])
 
 
-def _reader(inputs, n):
+def _reader(inputs: Sequence[str], n: int) -> Callable:
     """Split the input vector of a block into the arguments of its kernel."""
     wired = [name for name in inputs if name != "t"]
 
-    def read(t, u):
+    def read(t: float, u: np.ndarray) -> list:
         rows = dict(zip(wired, u.reshape(len(wired), n)))
         return [t if name == "t" else rows[name] for name in inputs]
 
     return read
 
 
-def _labels(names, n):
+def _labels(names: Sequence[str], n: int) -> list[str]:
     return [label for name in names if name != "t"
             for label in signals(name, n=n * n if name == "inertia" else n)]

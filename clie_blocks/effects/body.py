@@ -1,12 +1,14 @@
 """A plant with a port for extra inertia, which payload and coupling need."""
 
+from collections.abc import Callable
+
 import control as ct
 import numpy as np
 
 from clie_blocks.signals import DiagramError, ports, signals
 
 
-def acceleration_with_inertia(free, response):
+def acceleration_with_inertia(free: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Acceleration under extra inertia [rad/s^2].
 
     Parameters
@@ -25,7 +27,7 @@ def acceleration_with_inertia(free, response):
     return np.linalg.solve(np.eye(free.shape[0]) + response, free)
 
 
-def plant_with_inertia(plant):
+def plant_with_inertia(plant: ct.NonlinearIOSystem) -> ct.NonlinearIOSystem:
     """Plant with the further input `inertia`, a matrix (n, n) in row-major order [kg m^2].
 
     Inputs: u [N m], inertia [kg m^2], both motor side.  Outputs: q [rad], dq [rad/s].  State: q,
@@ -46,7 +48,8 @@ def plant_with_inertia(plant):
     _refuse_composed(plant)
     n, rate = plant.ninputs, _rate(plant)
 
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray,
+               params: dict[str, np.ndarray]) -> np.ndarray:
         torque, inertia = u[:n], u[n:].reshape(n, n)
         rest = rate(t, x, np.zeros(n), params)[n:]
         response = np.stack([rate(t, x, inertia[:, j], params)[n:] - rest for j in range(n)],
@@ -60,7 +63,7 @@ def plant_with_inertia(plant):
         states=plant.state_labels)
 
 
-def refuse_heavy_motor(plant, transmission):
+def refuse_heavy_motor(plant: ct.NonlinearIOSystem, transmission: ct.NonlinearIOSystem) -> None:
     """Refuse a transmission that takes more inertia out of the plant than it has.
 
     Parameters
@@ -92,7 +95,7 @@ def refuse_heavy_motor(plant, transmission):
                 f"q = {pose}; give the motor's share alone")
 
 
-def _accelerations(plant, pose):
+def _accelerations(plant: ct.NonlinearIOSystem, pose: np.ndarray) -> np.ndarray:
     """Acceleration of all joints [rad/s^2] by a unit torque on each, column by column."""
     n = plant.ninputs
     rest = np.concatenate((pose, np.zeros(n)))
@@ -100,13 +103,13 @@ def _accelerations(plant, pose):
     return np.stack([plant.dynamics(0.0, rest, unit) - free for unit in np.eye(n)], axis=1)[n:]
 
 
-def _refuse_composed(plant):
+def _refuse_composed(plant: ct.NonlinearIOSystem) -> None:
     if plant.nstates != 2 * plant.ninputs or hasattr(plant, "syslist"):
         raise DiagramError(f"{plant.name}: extra inertia needs the bare plant with the states q, "
                            "dq; insert all effects in one call of with_effects")
 
 
-def _rate(plant):
+def _rate(plant: ct.NonlinearIOSystem) -> Callable:
     if isinstance(plant, ct.StateSpace):
         return lambda t, x, u, params: plant.A @ x + plant.B @ u
     return plant.updfcn

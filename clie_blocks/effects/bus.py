@@ -1,8 +1,16 @@
 """Signals on their way through a plant or a controller, and the blocks inserted into them."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
 from clie_blocks.effects.body import plant_with_inertia, refuse_heavy_motor
 from clie_blocks.errors import nearest
-from clie_blocks.signals import DiagramError, interconnect, ports, summing
+from clie_blocks.signals import Diagram, DiagramError, interconnect, ports, summing
+
+if TYPE_CHECKING:
+    import control as ct
 
 _SUMMED = ("tau", "inertia")
 
@@ -19,15 +27,18 @@ class Bus:
 
     """
 
-    def __init__(self, external, n):
-        self.n, self.blocks, self.connections = n, [], []
-        self.external = {signal: [] for signal in external}
-        self.source = dict.fromkeys(external)
-        self.sums = {"tau_motor": [], "tau_link": [], "inertia": []}
-        self.transmission = None
-        self.read_ports = set()
+    def __init__(self, external: Sequence[str], n: int) -> None:
+        self.n = n
+        self.blocks: list[ct.NonlinearIOSystem] = []
+        self.connections: list[tuple[str, ...]] = []
+        self.external: dict[str, list[str]] = {signal: [] for signal in external}
+        self.source: dict[str, str | None] = dict.fromkeys(external)
+        self.sums: dict[str, list[str]] = {"tau_motor": [], "tau_link": [], "inertia": []}
+        self.transmission: str | None = None
+        self.read_ports: set[str] = set()
 
-    def insert(self, block, *, reading=None, side="motor", replaces=False):
+    def insert(self, block: ct.NonlinearIOSystem, *, reading: Mapping[str, str] | None = None,
+               side: str = "motor", replaces: bool = False) -> None:
         """Add a block: it reads the bus, then gives the bus its outputs."""
         given = list(ports(block.output_labels))
         wanted = list(ports(block.input_labels))
@@ -45,7 +56,8 @@ class Bus:
             else:
                 self.source[signal] = f"{block.name}.{signal}"
 
-    def insert_transmission(self, block, plant):
+    def insert_transmission(self, block: ct.NonlinearIOSystem,
+                            plant: ct.NonlinearIOSystem) -> None:
         """Add a transmission: a function of the link's motion, or a motor with its own motion.
 
         The latter gets its torque in `close_sums`, when all loads of the motor are known.
@@ -64,18 +76,19 @@ class Bus:
             self.transmission = block.name
             self.sums["inertia"].append(f"{block.name}.inertia")
 
-    def read(self, target, signal):
+    def read(self, target: str, signal: str) -> None:
         """Wire an input port to the present source of a signal."""
         if signal not in self.source:
             raise DiagramError(f"{target}: there is no signal {signal!r} here; "
                                f"{nearest(signal, self.source)}")
-        if self.source[signal] is None:
+        source = self.source[signal]
+        if source is None:
             self.external[signal].append(target)
         else:
-            self.connections.append((target, self.source[signal]))
-            self.read_ports.add(self.source[signal])
+            self.connections.append((target, source))
+            self.read_ports.add(source)
 
-    def close_sums(self, plant):
+    def close_sums(self, plant: ct.NonlinearIOSystem) -> None:
         """Lead the torque that the loads leave to the motor, and on to the plant."""
         if self.transmission:
             self._subtract(self.sums["tau_motor"], "motor_torque")
@@ -91,7 +104,7 @@ class Bus:
             self.read_ports |= set(inertias)
         self.read(f"{plant.name}.u", "u")
 
-    def _subtract(self, loads, name):
+    def _subtract(self, loads: Sequence[str], name: str) -> None:
         if not loads:
             return
         terms = [load.partition(".")[0] for load in loads]
@@ -102,9 +115,9 @@ class Bus:
         self.read_ports |= set(loads)
         self.source["u"] = f"{name}.u"
 
-    def diagram(self, name, outputs):
+    def diagram(self, name: str, outputs: Sequence[str]) -> Diagram:
         """Return the diagram whose outputs are the present sources."""
-        shown = {signal: self.source[signal] for signal in outputs}
+        shown = {signal: self.source[signal] or signal for signal in outputs}
         every = {f"{block.name}.{port}" for block in self.blocks
                  for port in ports(block.output_labels)}
         return interconnect(self.blocks, self.connections, inputs=self.external, outputs=shown,

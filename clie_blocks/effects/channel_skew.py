@@ -1,16 +1,19 @@
 """Recorder that writes command and position of different instants into one row."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def skewed_record(z, u, skew):
+def skewed_record(z: np.ndarray, u: np.ndarray, skew: PerJoint) -> np.ndarray:
     """Command in the row of the log [N m]: that of `skew` seconds ago."""
     return delayed(z, u, skew)
 
 
-def record_memory_rate(z, u, skew):
+def record_memory_rate(z: np.ndarray, u: np.ndarray, skew: PerJoint) -> np.ndarray:
     """Rate of the memory of the command."""
     return memory_rate(z, u, skew)
 

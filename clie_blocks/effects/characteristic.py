@@ -1,17 +1,27 @@
 """The drawn characteristic of an effect: its output over the signal that brings it out."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from functools import wraps
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic, Static
 from clie_blocks.signals import ports
 
+if TYPE_CHECKING:
+    import control as ct
+
+    from clie_blocks.effects.setting import Setting
+    from clie_blocks.effects.two_bodies import TwoBodies
+
 POINTS = 240  # of one lap
 HARDLY = 0.03  # of the span
 
 
-def characteristic(setting):
+def characteristic(setting: Setting) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the characteristic of an effect with its numbers, as a path ``x, y``.
 
     The signal of the effect's `curve` goes through a sine: a law with memory shows its loop on
@@ -52,31 +62,34 @@ def characteristic(setting):
 class Curve:
     """Characteristic that is worked out when it is drawn: ``x, y = Curve(setting)``."""
 
-    def __init__(self, setting):
+    def __init__(self, setting: Setting) -> None:
         self.setting = setting
 
-    def __iter__(self):
-        return iter(characteristic(self.setting))
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return iter(characteristic(self.setting) or ())
 
 
-def _spring(setting):
+def _spring(setting: Setting) -> ct.NonlinearIOSystem:
     """Return the spring between the two bodies of a transmission as a block of its own."""
-    build, values = setting.effect.build, setting.vectors(1)
-    if build.memory is None:
+    build, values = cast("TwoBodies", setting.effect.build), setting.vectors(1)
+    memory = build.memory
+    if memory is None:
         return Static(build.kernel, ("twist", "dtwist"))(values, 1, setting.name)
 
-    @wraps(build.memory)
-    def rate(z, twist, speed, **numbers):
-        return build.memory(z, speed, **numbers)
+    @wraps(memory)
+    def rate(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
+             **numbers: np.ndarray) -> np.ndarray:
+        return memory(z, speed, **numbers)
 
     @wraps(build.kernel)
-    def torque(z, twist, speed, **numbers):
+    def torque(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
+               **numbers: np.ndarray) -> np.ndarray:
         return build.kernel(twist, speed, z, **numbers)
 
     return Dynamic(rate, torque, ("twist", "dtwist"))(values, 1, setting.name)
 
 
-def _outputs(block, t, rows):
+def _outputs(block: ct.NonlinearIOSystem, t: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """First output along the rows, the state carried by Heun's method."""
     x, found = np.zeros(block.nstates), []
     for k, u in enumerate(rows):

@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def rippled_torque(u, q, level, depth, order, phase):
+def rippled_torque(u: np.ndarray, q: np.ndarray, level: PerJoint, depth: PerJoint, order: PerJoint,
+                   phase: PerJoint) -> np.ndarray:
     """Torque with ripple [N m]: ``u + (level + depth u) sin(order q + phase)``."""
     return u + (level + depth * u) * np.sin(order * q + phase)
 

@@ -1,14 +1,22 @@
 """Dry friction that truly sticks: the smoothed laws, driven by a contact instead of a width."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic, Static
-from clie_blocks.effects.effect import Parameter
+from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.presliding import bristle_rate, returned_share
 from clie_blocks.errors import nearest
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError
+
+if TYPE_CHECKING:
+    import control as ct
 
 DRY = ("coulomb", "stribeck", "asymmetric_coulomb", "load_dependent_friction",
        "position_dependent_friction", "directional_efficiency")
@@ -22,12 +30,13 @@ _CONTACT = (
 )
 
 
-def contact_rate(z, dq, reach, fastest):
+def contact_rate(z: np.ndarray, dq: np.ndarray, reach: PerJoint, fastest: PerJoint) -> np.ndarray:
     """Rate of the contact's bending z [rad/s]: elastic up to nine tenths of `reach`."""
     return bristle_rate(z, dq, 1.0, 1.0, reach, ELASTIC, fastest)
 
 
-def contact_direction(z, dq, reach, relaxation, fastest):
+def contact_direction(z: np.ndarray, dq: np.ndarray, reach: PerJoint, relaxation: PerJoint,
+                      fastest: PerJoint) -> np.ndarray:
     """Direction of the friction torque, -1 to 1: the bending over `reach`, damped while stuck."""
     damping = relaxation * np.exp(-(dq / (reach * fastest)) ** 2)
     return (z * returned_share(z, dq, reach, fastest)
@@ -49,23 +58,25 @@ class Contact:
     law: Static
 
     @property
-    def kernel(self):
+    def kernel(self) -> Callable:
         """Kernel of the smoothed law, of which this one takes the level."""
         return self.law.kernel
 
     @property
-    def outputs(self):
+    def outputs(self) -> tuple[str, ...]:
         """Signals it gives."""
         return self.law.outputs
 
-    def __call__(self, values, n, name):
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
         law, at = self.law.kernel, self.law.inputs.index("dq")
 
-        def rate(z, *signals, reach, fastest):
+        def rate(z: np.ndarray, *signals: np.ndarray, reach: np.ndarray,
+                 fastest: np.ndarray) -> np.ndarray:
             return contact_rate(z, signals[at], reach, fastest)
 
-        def torque(z, *signals, reach, relaxation, fastest, **numbers):
+        def torque(z: np.ndarray, *signals: np.ndarray, reach: np.ndarray, relaxation: np.ndarray,
+                   fastest: np.ndarray, **numbers: np.ndarray) -> np.ndarray:
             dq = signals[at]
             moving = np.where(z < 0, -1.0, 1.0) * np.maximum(np.abs(dq), SLOW)
             level = law(*signals[:at], moving, *signals[at + 1:], width=NO_WIDTH, **numbers)
@@ -74,7 +85,7 @@ class Contact:
         return Dynamic(rate, torque, self.law.inputs)(values, n, name)
 
 
-def sticking(effect):
+def sticking(effect: Effect) -> Effect:
     """Return a dry friction of the catalogue in the form that sticks.
 
     Below break-away the joint is held by a contact spring of stiffness level / reach: it moves by
@@ -100,7 +111,7 @@ def sticking(effect):
     if effect.name not in DRY:
         raise DiagramError(f"{effect.name} has no form that sticks; {nearest(effect.name, DRY)}")
     return replace(
-        effect, build=Contact(effect.build),
+        effect, build=Contact(cast("Static", effect.build)),
         parameters=(*(p for p in effect.parameters if p.name != "width"), *_CONTACT),
         equation=effect.equation + ", with z/reach of an elastic contact for tanh(dq / width)",
         wrong="A stuck joint gives way by up to reach and springs back; after a reversal above "

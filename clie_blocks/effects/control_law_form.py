@@ -4,29 +4,33 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def reference_rate(z, q_d, dq, corner):
+def reference_rate(z: np.ndarray, q_d: np.ndarray, dq: np.ndarray, corner: PerJoint) -> np.ndarray:
     """Rate of the smoothed set-point z [rad/s]: ``corner (q_d - z)``."""
     return corner * (q_d - z)
 
 
-def velocity_error(z, q_d, dq, share, corner):
+def velocity_error(z: np.ndarray, q_d: np.ndarray, dq: np.ndarray, share: PerJoint,
+                   corner: PerJoint) -> np.ndarray:
     """Velocity that the law damps [rad/s]: ``dq - share dq_d``, dq_d by a filtered derivative."""
     return dq - share * corner * (q_d - z)
 
 
-def reference_step(z, q_d, dq, corner, period):
+def reference_step(z: np.ndarray, q_d: np.ndarray, dq: np.ndarray, corner: PerJoint,
+                   period: float) -> np.ndarray:
     """Smoothed set-point one period later [rad], the set-point held meanwhile."""
     return z + _share_followed(corner, period) * (q_d - z)
 
 
-def sampled_velocity_error(z, q_d, dq, share, corner, period):
+def sampled_velocity_error(z: np.ndarray, q_d: np.ndarray, dq: np.ndarray, share: PerJoint,
+                           corner: PerJoint, period: float) -> np.ndarray:
     """Velocity that a sampled law damps [rad/s]: the step of z over the period is its dq_d."""
     return dq - share * _share_followed(corner, period) / period * (q_d - z)
 
 
-def _share_followed(corner, period):
+def _share_followed(corner: PerJoint, period: float) -> np.ndarray:
     return 1.0 - np.exp(-corner * period)
 
 

@@ -1,11 +1,14 @@
 """Coulomb (dry) friction of a joint, smoothed at rest."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def coulomb_torque(dq, level, width):
+def coulomb_torque(dq: np.ndarray, level: PerJoint, width: PerJoint) -> np.ndarray:
     """Friction torque ``level tanh(dq / width)`` [N m]: odd in dq, and dq tau >= 0."""
     return level * direction(dq, width)
 

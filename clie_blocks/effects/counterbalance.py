@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def counterbalance_torque(q, moment, ratio, slack, angle):
+def counterbalance_torque(q: np.ndarray, moment: PerJoint, ratio: PerJoint, slack: PerJoint,
+                          angle: PerJoint) -> np.ndarray:
     """Torque of a spring from a point on the base to a point on the link [N m].
 
     The spring has the length ``l = sqrt(1 + ratio^2 - 2 ratio cos(q - angle))`` in units of the

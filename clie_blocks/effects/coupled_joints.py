@@ -4,14 +4,16 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def dragged_motion(q, dq, ratio):
+def dragged_motion(q: np.ndarray, dq: np.ndarray,
+                   ratio: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity of the links: joint k moves by ratio_k of joint k - 1 as well."""
     return q + ratio * _joint_before(q), dq + ratio * _joint_before(dq)
 
 
-def _joint_before(signal):
+def _joint_before(signal: np.ndarray) -> np.ndarray:
     return np.concatenate((0.0 * signal[..., :1], signal[..., :-1]), axis=-1)
 
 

@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def coupling_terms(q, dq, moment, turning, gear_ratio=1.0):
+def coupling_terms(q: np.ndarray, dq: np.ndarray, moment: PerJoint, turning: np.ndarray,
+                   gear_ratio: PerJoint = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Inertia [kg m^2] and Coriolis torque [N m] that couple links, motor side.
 
     From the energy ``sum_k moment_k cos(q_k) w_(k-1) w_k + turning_k w_k^2 / 2`` with the absolute

@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def dead_zone_torque(u, width, jump):
+def dead_zone_torque(u: np.ndarray, width: PerJoint, jump: PerJoint) -> np.ndarray:
     """Torque of a drive that ignores commands up to width [N m].
 
     Beyond it ``u - (1 - jump) width sgn u``: with jump 0 the rest of the command, with jump 1

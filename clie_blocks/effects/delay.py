@@ -16,7 +16,9 @@ from dataclasses import dataclass
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError, signals, vector
 
 ORDER = 6
@@ -25,18 +27,18 @@ MEMORY = -(2 * _ROW + 1) * np.where(_ROW < _COLUMN, 1.0, (-1.0) ** (_ROW - _COLU
 ENTRY = (2 * np.arange(ORDER)[:, None] + 1) * (-1.0) ** np.arange(ORDER)[:, None]
 
 
-def memory_rate(z, signal, delay):
+def memory_rate(z: np.ndarray, signal: np.ndarray, delay: PerJoint) -> np.ndarray:
     """Rate of the memory of a signal, z of shape (ORDER, n); without a delay it rests."""
     length = np.where(delay > 0, delay, 1.0)
     return np.where(delay > 0, (MEMORY @ z + ENTRY * signal) / length, 0.0)
 
 
-def delayed(z, signal, delay):
+def delayed(z: np.ndarray, signal: np.ndarray, delay: PerJoint) -> np.ndarray:
     """Signal `delay` seconds ago; without a delay the signal itself, bit for bit."""
     return np.where(delay > 0, np.sum(z, axis=0), signal)
 
 
-def recalled(z, signal, delay, share):
+def recalled(z: np.ndarray, signal: np.ndarray, delay: PerJoint, share: PerJoint) -> np.ndarray:
     """Signal ``share delay`` seconds ago, share in [0, 1]."""
     x = 2.0 * share - 1.0
     polynomials = [1.0, x]
@@ -70,22 +72,25 @@ class DelayLine:
     longest: str
     at_rest: bool = False
 
-    def __call__(self, values, n, name, period):
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str,
+                 period: float) -> ct.NonlinearIOSystem:
         """Return the discrete-time block for n joints with the given parameter vectors."""
         width = n * len(self.ports)
         length = max(1, int(np.ceil(np.max(values[self.longest]) / period - 1e-9)))
         keys = {key: f"{name}.{key}" for key in values}
         place = np.arange(length + 1)[:, None]
 
-        def tape(x, u):
+        def tape(x: np.ndarray, u: np.ndarray) -> np.ndarray:
             now, past = u.reshape(1, width), x[1:].reshape(length, width)
             before = np.where(x[0] > 0, past, now) if self.at_rest else past
             return np.concatenate((now, before))
 
-        def update(t, x, u, params):
+        def update(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             return np.concatenate((np.ones(1), tape(x, u)[:-1].reshape(-1)))
 
-        def output(t, x, u, params):
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             delay = self.delay(t, **{key: params[qualified] for key, qualified in keys.items()})
             weight = np.maximum(0.0, 1.0 - np.abs(delay / period - place))
             return np.sum(np.concatenate([weight] * len(self.ports), axis=1) * tape(x, u), axis=0)
@@ -98,7 +103,8 @@ class DelayLine:
                                  for k in range(length) for column in range(width))])
 
 
-def delay_line(delay, period, *, port="u", name="delay_line"):
+def delay_line(delay: ArrayLike, period: float, *, port: str = "u",
+               name: str = "delay_line") -> ct.NonlinearIOSystem:
     """Exact sampled delay of one signal.
 
     Inputs: `port`.  Outputs: `port`.  State: its past.
@@ -128,6 +134,6 @@ def delay_line(delay, period, *, port="u", name="delay_line"):
     """
     if not period > 0:
         raise DiagramError(f"{name}: the period must be positive, got {period} s")
-    delay = vector(delay, f"{name}: delay", unit="s", least=0)
+    delays = vector(delay, f"{name}: delay", unit="s", least=0)
     line = DelayLine((port,), lambda t, delay: delay, longest="delay")
-    return line({"delay": delay}, delay.size, name, period)
+    return line({"delay": delays}, delays.size, name, period)

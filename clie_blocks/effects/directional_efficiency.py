@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def directional_loss_torque(dq, u, driving, backdriving, width):
+def directional_loss_torque(dq: np.ndarray, u: np.ndarray, driving: PerJoint,
+                            backdriving: PerJoint, width: PerJoint) -> np.ndarray:
     """Loss torque [N m]: `driving` of |u| while the motor drives, else `backdriving` of it."""
     return np.where(u * dq > 0, driving, backdriving) * np.abs(u) * direction(dq, width)
 

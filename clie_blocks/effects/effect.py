@@ -1,20 +1,42 @@
 """What the catalogue knows of an effect: physics, numbers, how it is told from others."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.effects.setting import Setting
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError, vector
+
+if TYPE_CHECKING:
+    import control as ct
 
 FAMILIES = ("friction", "load", "transmission", "drive", "timing", "controller", "sensor",
             "environment", "parametric")
 PORTS = ("controller", "drive", "load", "body", "environment", "transmission", "sensor", "log")
 SIMULATORS = ("mujoco", "isaac", "gazebo", "simscape")
 SYMMETRIES = ("odd", "even", "none")
+
+
+class Builder(Protocol):
+    """What makes the block of an effect, such as `clie_blocks.effects.blocks.Static`."""
+
+    @property
+    def kernel(self) -> Callable[..., Any]:
+        """Its pure function."""
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Signals it gives."""
+
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
+        """Return the block for n joints with the given parameter vectors."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +122,7 @@ class Effect:
     name: str
     family: str
     port: str
-    build: Callable
+    build: Builder
     parameters: tuple[Parameter, ...]
     equation: str
     reference: str
@@ -117,11 +139,12 @@ class Effect:
     symbol: str = ""
     sampled: Callable | None = None
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         named = ", ".join(p.name for p in self.parameters)
         return f"<effect {self.name}({named}) at the {self.port}>"
 
-    def __call__(self, *, joints=None, name=None, **values):
+    def __call__(self, *, joints: int | Sequence[int] | None = None, name: str | None = None,
+                 **values: ArrayLike) -> Setting:
         """Set the numbers: ``coulomb(level=0.3, joints=[1])``.
 
         Parameters
@@ -158,20 +181,23 @@ class Effect:
             raise DiagramError(f"{self.name}: it acts on the robot as a whole; leave joints= out")
         return Setting(self, values, _joint_list(joints), name or self.name)
 
-    def typical(self, *, joints=None, name=None, **values):
+    def typical(self, *, joints: int | Sequence[int] | None = None, name: str | None = None,
+                **values: ArrayLike) -> Setting:
         """Set every number to its typical value, save those given."""
-        return self(joints=joints, name=name, **{**self.typical_values(), **values})
+        chosen: dict[str, Any] = {**self.typical_values(), **values}
+        return self(joints=joints, name=name, **chosen)
 
-    def neutral(self, *, name=None):
+    def neutral(self, *, name: str | None = None) -> Setting:
         """Set every amplitude to the value that removes the effect bit for bit."""
-        return self(name=name, **{p.name: p.neutral for p in self.parameters
-                                  if p.neutral is not None})
+        amplitudes: dict[str, Any] = {p.name: p.neutral for p in self.parameters
+                                      if p.neutral is not None}
+        return self(name=name, **amplitudes)
 
-    def typical_values(self, names=None):
+    def typical_values(self, names: Collection[str] | None = None) -> dict[str, float]:
         """Typical values by parameter name."""
         return {p.name: p.typical for p in self.parameters if names is None or p.name in names}
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Return the catalogue's entry as plain JSON types; an infinite bound is null."""
         return {
             "name": self.name, "family": self.family, "port": self.port,
@@ -186,7 +212,7 @@ class Effect:
             "symmetry": self.symmetry, "per_joint": self.per_joint, "reference": self.reference}
 
 
-def _check_bounds(effect, parameter, value):
+def _check_bounds(effect: str, parameter: Parameter, value: ArrayLike) -> None:
     array = vector(value, f"{effect}: {parameter.name}", unit=parameter.unit)
     if not np.all((parameter.lower <= array) & (array <= parameter.upper)):
         raise DiagramError(
@@ -194,7 +220,7 @@ def _check_bounds(effect, parameter, value):
             f"[{parameter.lower:g}, {parameter.upper:g}] {parameter.unit}, got {array}")
 
 
-def _joint_list(joints):
+def _joint_list(joints: int | Sequence[int] | None) -> tuple[int, ...] | None:
     if joints is None:
         return None
     joints = tuple(np.atleast_1d(joints).tolist())
@@ -203,5 +229,5 @@ def _joint_list(joints):
     return joints
 
 
-def _finite(value):
+def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None

@@ -1,10 +1,13 @@
 """Zero of an encoder that is off."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def shifted_position(q, offset):
+def shifted_position(q: np.ndarray, offset: PerJoint) -> np.ndarray:
     """Position as measured [rad]: ``q + offset``."""
     return q + offset
 

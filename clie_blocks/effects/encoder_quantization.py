@@ -1,11 +1,14 @@
 """Resolution of an encoder."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 from clie_blocks.measurement import quantized
 
 
-def counted_position(q, resolution):
+def counted_position(q: np.ndarray, resolution: PerJoint) -> np.ndarray:
     """Position in whole steps of the encoder [rad]."""
     return quantized(q, resolution)
 

@@ -5,9 +5,10 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def fluid_drag_torque(dq, drag, gear_ratio=1.0):
+def fluid_drag_torque(dq: np.ndarray, drag: PerJoint, gear_ratio: PerJoint = 1.0) -> np.ndarray:
     """Drag torque of joint k [N m]: sum_(j >= k) drag_j w_j |w_j| / r_k, absolute rates w."""
     rate = absolute(dq)
     return onto_joints(drag * rate * np.abs(rate)) / gear_ratio

@@ -5,14 +5,17 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def warm_up(t, time_constant):
+def warm_up(t: float, time_constant: PerJoint) -> np.ndarray:
     """How warm the joint is: 0 when the record starts, 1 when all is warm."""
     return 1.0 - np.exp(-t / time_constant)
 
 
-def friction_drift_torque(t, dq, viscous_change, coulomb_change, time_constant, width):
+def friction_drift_torque(t: float, dq: np.ndarray, viscous_change: PerJoint,
+                          coulomb_change: PerJoint, time_constant: PerJoint,
+                          width: PerJoint) -> np.ndarray:
     """Change of the friction torque since the start [N m]; negative while warming up."""
     change = viscous_change * dq + coulomb_change * direction(dq, width)
     return warm_up(t, time_constant) * change

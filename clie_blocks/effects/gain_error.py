@@ -1,10 +1,14 @@
 """Gains of the controller that are not those stated, up to degrees for radians."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def misjudged_errors(q_d, q, dq, kp_error, kd_error):
+def misjudged_errors(q_d: np.ndarray, q: np.ndarray, dq: np.ndarray, kp_error: PerJoint,
+                     kd_error: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Set-point and velocity that scale Kp by 1 + kp_error and Kd by 1 + kd_error."""
     return q_d + kp_error * (q_d - q), (1.0 + kd_error) * dq
 

@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def mesh_torque(q, u, level, depth, order, phase):
+def mesh_torque(q: np.ndarray, u: np.ndarray, level: PerJoint, depth: PerJoint, order: PerJoint,
+                phase: PerJoint) -> np.ndarray:
     """Torque of the mesh [N m], opposing: ``(level + depth |u|) sin(order q + phase)``."""
     return (level + depth * np.abs(u)) * np.sin(order * q + phase)
 

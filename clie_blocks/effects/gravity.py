@@ -5,9 +5,10 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def gravity_torque(q, weight, gear_ratio=1.0):
+def gravity_torque(q: np.ndarray, weight: PerJoint, gear_ratio: PerJoint = 1.0) -> np.ndarray:
     """Gravity torque of joint k [N m]: sum_(j >= k) weight_j cos(q_0 + ... + q_j) / r_k, (1)."""
     return onto_joints(weight * np.cos(absolute(q))) / gear_ratio
 

@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def compensated_torque(q, dq, u, weight, friction, width):
+def compensated_torque(q: np.ndarray, dq: np.ndarray, u: np.ndarray, weight: PerJoint,
+                       friction: PerJoint, width: PerJoint) -> np.ndarray:
     """Torque with compensation [N m]: ``u + weight cos q + friction tanh(dq / width)``."""
     return u + weight * np.cos(q) + friction * np.tanh(dq / width)
 

@@ -4,21 +4,25 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def error_rate(z, q_d, q, u, ki, clamp):
+def error_rate(z: np.ndarray, q_d: np.ndarray, q: np.ndarray, u: np.ndarray, ki: PerJoint,
+               clamp: PerJoint) -> np.ndarray:
     """Rate of the integral z of the error [rad]; it stops where ``ki z`` leaves the clamp."""
     error = q_d - q
     stuck = (ki * np.abs(z) >= clamp) & (z * error > 0)
     return np.where((ki > 0) & ~stuck, error, 0.0)
 
 
-def error_sum(z, q_d, q, u, ki, clamp, period):
+def error_sum(z: np.ndarray, q_d: np.ndarray, q: np.ndarray, u: np.ndarray, ki: PerJoint,
+              clamp: PerJoint, period: float) -> np.ndarray:
     """Integral of the error one period later [rad s]: a sum, as drives take it."""
     return z + period * error_rate(z, q_d, q, u, ki, clamp)
 
 
-def integral_torque(z, q_d, q, u, ki, clamp):
+def integral_torque(z: np.ndarray, q_d: np.ndarray, q: np.ndarray, u: np.ndarray, ki: PerJoint,
+                    clamp: PerJoint) -> np.ndarray:
     """Torque with integral action [N m]: ``u + clip(ki z, -clamp, clamp)``."""
     return u + np.clip(ki * z, -clamp, clamp)
 

@@ -5,14 +5,17 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def velocity_memory_rate(z, q, dq, delay):
+def velocity_memory_rate(z: np.ndarray, q: np.ndarray, dq: np.ndarray,
+                         delay: PerJoint) -> np.ndarray:
     """Rate of the memory of the velocity."""
     return memory_rate(z, dq, delay)
 
 
-def late_measurement(z, q, dq, delay):
+def late_measurement(z: np.ndarray, q: np.ndarray, dq: np.ndarray,
+                     delay: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity `delay` seconds ago [rad, rad/s].
 
     The position follows from the mean velocity z[0] over the window, ``q - delay z[0]``, so that

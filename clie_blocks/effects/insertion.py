@@ -18,10 +18,19 @@ A controller that stands alone, such as the sampled half of a hybrid loop, takes
 wires as well; in a sampled one delays are exact shift registers and lags hold over each sample.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
 from clie_blocks.effects.bus import Bus
 from clie_blocks.effects.rewiring import controller_of, with_blocks
+from clie_blocks.effects.setting import Setting
 from clie_blocks.errors import nearest
-from clie_blocks.signals import DiagramError, ports
+from clie_blocks.signals import Diagram, DiagramError, ports
+
+if TYPE_CHECKING:
+    import control as ct
 
 _LOAD_PORTS = ("load", "environment", "body")
 _PLANT_PORTS = ("drive", "transmission", "sensor", *_LOAD_PORTS)
@@ -29,7 +38,8 @@ _LAW_PORTS = ("sensor", "controller", "drive")
 _SIDES = ("link", "motor")
 
 
-def with_effects(system, effects, *, plant="plant", measured="link"):
+def with_effects(system: ct.NonlinearIOSystem, effects: Iterable[Setting], *, plant: str = "plant",
+                 measured: str = "link") -> ct.NonlinearIOSystem:
     """Insert effects into a plant, a controller or a closed loop; its ports stay the same.
 
     Parameters
@@ -75,7 +85,8 @@ def with_effects(system, effects, *, plant="plant", measured="link"):
     return _effective_loop(system, effects, plant, measured)
 
 
-def _effective_loop(loop, effects, plant_name, measured):
+def _effective_loop(loop: Diagram, effects: Sequence[Setting], plant_name: str,
+                    measured: str) -> Diagram:
     blocks = {block.name: block for block in getattr(loop, "syslist", ())}
     if plant_name not in blocks:
         raise DiagramError(f"{loop.name}: no block {plant_name!r} to put effects into; "
@@ -93,7 +104,8 @@ def _effective_loop(loop, effects, plant_name, measured):
     return _recorded_loop(changed, in_log) if in_log else changed
 
 
-def _effective_plant(plant, settings, measured):
+def _effective_plant(plant: ct.NonlinearIOSystem, settings: Sequence[Setting],
+                     measured: str) -> Diagram:
     if not _is_plant(plant):
         raise DiagramError(f"{plant.name}: a plant has the ports u -> q, dq, not "
                            f"{list(ports(plant.input_labels))} -> "
@@ -116,11 +128,11 @@ def _effective_plant(plant, settings, measured):
     return bus.diagram(plant.name, outputs=("q", "dq"))
 
 
-def _seen_from(side):
+def _seen_from(side: str) -> dict[str, str]:
     return {"q": f"q_{side}", "dq": f"dq_{side}"}
 
 
-def _lone_controller(law, settings):
+def _lone_controller(law: ct.NonlinearIOSystem, settings: Sequence[Setting]) -> Diagram:
     misplaced = [s for s in settings if s.effect.port not in _LAW_PORTS]
     if misplaced:
         raise DiagramError(f"{misplaced[0].name} enters at the {misplaced[0].effect.port}, which "
@@ -129,7 +141,8 @@ def _lone_controller(law, settings):
     return _effective_controller(law, inserted, law.dt)
 
 
-def _effective_controller(law, settings, period):
+def _effective_controller(law: ct.NonlinearIOSystem, settings: Sequence[Setting],
+                          period: float) -> Diagram:
     n = law.noutputs
     bus = Bus(external=list(ports(law.input_labels)), n=n)
     blocks = [setting.block(n, period) for setting in settings]
@@ -141,7 +154,7 @@ def _effective_controller(law, settings, period):
     return bus.diagram(law.name, outputs=("u",))
 
 
-def _recorded_loop(loop, settings):
+def _recorded_loop(loop: Diagram, settings: Sequence[Setting]) -> Diagram:
     shown = list(ports(loop.output_labels))
     n = len(ports(loop.output_labels)[shown[0]])
     bus = Bus(external=list(ports(loop.input_labels)), n=n)
@@ -151,16 +164,16 @@ def _recorded_loop(loop, settings):
     return bus.diagram(loop.name, outputs=shown)
 
 
-def _at(settings, port):
+def _at(settings: Sequence[Setting], port: str) -> list[Setting]:
     return [setting for setting in settings if setting.effect.port == port]
 
 
-def _is_plant(system):
+def _is_plant(system: ct.NonlinearIOSystem) -> bool:
     return (list(ports(system.input_labels)) == ["u"]
             and list(ports(system.output_labels)) == ["q", "dq"])
 
 
-def _refuse_strangers(effects):
+def _refuse_strangers(effects: Sequence[Setting]) -> None:
     names = set()
     for setting in effects:
         if not hasattr(setting, "effect"):

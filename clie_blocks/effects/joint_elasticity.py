@@ -4,14 +4,16 @@ import numpy as np
 
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+from clie_blocks.labels import PerJoint
 
 
-def elastic_torque(twist, twist_rate, compliance, damping):
+def elastic_torque(twist: np.ndarray, twist_rate: np.ndarray, compliance: PerJoint,
+                   damping: PerJoint) -> np.ndarray:
     """Torque of a linear spring and damper [N m]: ``twist / compliance + damping twist_rate``."""
     return twist / np.where(compliance > 0, compliance, 1.0) + damping * twist_rate
 
 
-def is_elastic(compliance):
+def is_elastic(compliance: np.ndarray) -> np.ndarray:
     """Joints that give way."""
     return compliance > 0
 

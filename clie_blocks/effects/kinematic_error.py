@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def wobbling_link(q, dq, amplitude, order, phase):
+def wobbling_link(q: np.ndarray, dq: np.ndarray, amplitude: PerJoint, order: PerJoint,
+                  phase: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity of the link [rad, rad/s]: ``q + amplitude sin(order q + phase)``."""
     angle = order * q + phase
     return q + amplitude * np.sin(angle), dq + amplitude * order * np.cos(angle) * dq

@@ -2,18 +2,20 @@
 
 import numpy as np
 
+from clie_blocks.labels import PerJoint
 
-def lag_rate(z, signal, lag):
+
+def lag_rate(z: np.ndarray, signal: np.ndarray, lag: PerJoint) -> np.ndarray:
     """Rate of the lagged signal: ``(signal - z) / lag``; without a lag it rests."""
     return np.where(lag > 0, (signal - z) / np.where(lag > 0, lag, 1.0), 0.0)
 
 
-def lag_step(z, signal, lag, period):
+def lag_step(z: np.ndarray, signal: np.ndarray, lag: PerJoint, period: float) -> np.ndarray:
     """Lagged signal one period later, the signal held meanwhile: exact."""
     share = 1.0 - np.exp(-period / np.where(lag > 0, lag, 1.0))
     return np.where(lag > 0, z + share * (signal - z), 0.0)
 
 
-def lagged(z, signal, lag):
+def lagged(z: np.ndarray, signal: np.ndarray, lag: PerJoint) -> np.ndarray:
     """Lagged signal; without a lag the signal itself, bit for bit."""
     return np.where(lag > 0, z, signal)

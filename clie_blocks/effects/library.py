@@ -1,9 +1,15 @@
 """The library: effects by name, in the order of the report; one file per effect."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from clie_blocks.errors import ClieError, nearest
+
+if TYPE_CHECKING:
+    from clie_blocks.effects.effect import Effect
 
 # Effect -> file; the order is that of the report.
 _FILES = {
@@ -81,18 +87,18 @@ class UnknownEffectError(ClieError, KeyError):
 class Library(Mapping):
     """Effects by name, in the order of the report; a file is imported when its effect is read."""
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> Effect:
         if name not in _FILES:
             raise UnknownEffectError(f"no effect is called {name!r}; {nearest(name, _FILES)}")
         return getattr(import_module(f"clie_blocks.effects.{_FILES[name]}"), name.upper())
 
-    def __contains__(self, name):
+    def __contains__(self, name: object) -> bool:
         return name in _FILES
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(_FILES)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(_FILES)
 
 

@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def load_dependent_torque(dq, u, share, width):
+def load_dependent_torque(dq: np.ndarray, u: np.ndarray, share: PerJoint,
+                          width: PerJoint) -> np.ndarray:
     """Friction torque ``share |u| tanh(dq / width)`` [N m] of a gear that carries u."""
     return share * np.abs(u) * direction(dq, width)
 

@@ -4,22 +4,24 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 ELEMENTS = 5
 
 
-def slip_limits(reach):
+def slip_limits(reach: np.ndarray) -> np.ndarray:
     """Bending at which each element slips [rad], shape (ELEMENTS, n), evenly up to `reach`."""
     return np.arange(1, ELEMENTS + 1)[:, None] / ELEMENTS * reach
 
 
-def slip_rate(z, dq, reach):
+def slip_rate(z: np.ndarray, dq: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Rate of each element's bending [rad/s]: dq while it sticks, 0 while it slips."""
     pushed = np.where(z * dq > 0, np.abs(z), 0.0)
     return np.where(pushed >= slip_limits(reach), 0.0, dq)
 
 
-def maxwell_slip_torque(z, dq, level, reach):
+def maxwell_slip_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint,
+                        reach: np.ndarray) -> np.ndarray:
     """Friction torque [N m]: each element holds up to its share of `level`."""
     share = np.clip(z / slip_limits(reach), -1.0, 1.0)
     return level * (np.ones(ELEMENTS) @ share / ELEMENTS)

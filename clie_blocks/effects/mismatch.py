@@ -7,26 +7,27 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 _REFERENCE = "paper, eqs. (8)-(10): the coefficients of the decoupled joint"
 
 
-def extra_inertia(extra):
+def extra_inertia(extra: np.ndarray) -> np.ndarray:
     """Inertia matrix [kg m^2] of the error `extra` of each joint's own inertia."""
     return np.eye(extra.shape[0]) * extra
 
 
-def viscous_torque(dq, extra):
+def viscous_torque(dq: np.ndarray, extra: PerJoint) -> np.ndarray:
     """Viscous torque ``extra dq`` [N m] that the model has not."""
     return extra * dq
 
 
-def gained_torque(u, error):
+def gained_torque(u: np.ndarray, error: PerJoint) -> np.ndarray:
     """Motor torque ``(1 + error) u`` [N m]."""
     return u + error * u
 
 
-def offset_torque(torque):
+def offset_torque(torque: np.ndarray) -> np.ndarray:
     """Constant load torque [N m]."""
     return torque
 

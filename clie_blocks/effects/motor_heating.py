@@ -4,19 +4,22 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def heating_rate(z, u, heating, time_constant):
+def heating_rate(z: np.ndarray, u: np.ndarray, heating: PerJoint,
+                 time_constant: PerJoint) -> np.ndarray:
     """Rate of the temperature rise z [K/s]: ``(heating u^2 - z) / time_constant``."""
     return (heating * u**2 - z) / time_constant
 
 
-def heating_step(z, u, heating, time_constant, period):
+def heating_step(z: np.ndarray, u: np.ndarray, heating: PerJoint, time_constant: PerJoint,
+                 period: float) -> np.ndarray:
     """Temperature rise one period later [K], the torque held meanwhile: exact."""
     return z + (1.0 - np.exp(-period / time_constant)) * (heating * u**2 - z)
 
 
-def faded_torque(z, u, fade):
+def faded_torque(z: np.ndarray, u: np.ndarray, fade: PerJoint) -> np.ndarray:
     """Torque of a motor that is z warmer [N m]: ``u max(0, 1 - fade z)``."""
     return u * np.maximum(0.0, 1.0 - fade * z)
 

@@ -4,25 +4,29 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def is_held(t, hold, interval):
+def is_held(t: float, hold: PerJoint, interval: PerJoint) -> np.ndarray:
     """Whether a packet is missing at time t: the first `hold` seconds of each interval."""
     phase = t - interval * np.floor(t / interval)
     return phase < hold
 
 
-def held_rate(z, t, u, hold, interval, settle):
+def held_rate(z: np.ndarray, t: float, u: np.ndarray, hold: PerJoint, interval: PerJoint,
+              settle: PerJoint) -> np.ndarray:
     """Rate of the held command [N m/s]: it follows u, and rests while packets are missing."""
     return np.where(is_held(t, hold, interval) | (hold <= 0), 0.0, (u - z) / settle)
 
 
-def held_torque(z, t, u, hold, interval):
+def held_torque(z: np.ndarray, t: float, u: np.ndarray, hold: PerJoint,
+                interval: PerJoint) -> np.ndarray:
     """Torque of the drive [N m]: u, or the last command while packets are missing."""
     return np.where(is_held(t, hold, interval), z, u)
 
 
-def last_torque(z, t, u, hold, interval):
+def last_torque(z: np.ndarray, t: float, u: np.ndarray, hold: PerJoint,
+                interval: PerJoint) -> np.ndarray:
     """Torque that the drive of a sampled controller holds [N m]: the last one that came."""
     return np.where(is_held(t, hold, interval), z, u)
 

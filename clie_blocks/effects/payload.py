@@ -5,10 +5,12 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import absolute, onto_joints
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 from clie_blocks.manipulator import GRAVITY
 
 
-def payload_terms(q, dq, mass, length, gear_ratio):
+def payload_terms(q: np.ndarray, dq: np.ndarray, mass: PerJoint, length: PerJoint,
+                  gear_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Inertia [kg m^2] and torque [N m] of a mass at the tip, motor side.
 
     With the tip's Jacobian J the inertia is ``m J^T J / r`` and the torque

@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def periodic_torque(t, amplitude, frequency, phase):
+def periodic_torque(t: float, amplitude: PerJoint, frequency: PerJoint,
+                    phase: PerJoint) -> np.ndarray:
     """Disturbing torque ``amplitude sin(2 pi frequency t + phase)`` [N m]."""
     return amplitude * np.sin(2 * np.pi * frequency * t + phase)
 

@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def position_dependent_torque(q, dq, level, ripple, cycles, phase, width):
+def position_dependent_torque(q: np.ndarray, dq: np.ndarray, level: PerJoint, ripple: PerJoint,
+                              cycles: PerJoint, phase: PerJoint, width: PerJoint) -> np.ndarray:
     """Friction torque ``level (1 + ripple cos(cycles q + phase)) tanh(dq / width)`` [N m]."""
     return level * (1.0 + ripple * np.cos(cycles * q + phase)) * direction(dq, width)
 

@@ -5,9 +5,10 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.stribeck import RATIO, VELOCITY, stribeck_ratio
+from clie_blocks.labels import PerJoint
 
 
-def contact_speed(dq, reach, fastest):
+def contact_speed(dq: np.ndarray, reach: PerJoint, fastest: PerJoint) -> np.ndarray:
     """Speed at which the contact follows [rad/s]: dq, up to ``reach fastest``.
 
     Without the bound the state would be as fast as ``dq / reach`` and need tiny steps.
@@ -15,13 +16,15 @@ def contact_speed(dq, reach, fastest):
     return np.clip(dq, -reach * fastest, reach * fastest)
 
 
-def returned_share(z, dq, reach, fastest):
+def returned_share(z: np.ndarray, dq: np.ndarray, reach: PerJoint,
+                   fastest: PerJoint) -> np.ndarray:
     """Share of the torque of a contact that unbends [1]: it returns no more than it stored."""
     limit = reach * fastest
     return np.where(z * dq < 0, limit / np.maximum(np.abs(dq), limit), 1.0)
 
 
-def bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest):
+def bristle_rate(z: np.ndarray, dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint,
+                 reach: PerJoint, elastic: PerJoint, fastest: PerJoint) -> np.ndarray:
     """Rate of the bending z [rad/s]: ``dq - |dq| z / z_slip`` once the contact yields.
 
     It yields from the share `elastic` of the slipping deflection z_slip on, while it is being
@@ -34,20 +37,24 @@ def bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest):
     return speed - yields * np.abs(speed) * z / z_slip
 
 
-def presliding_torque(z, dq, level, static_ratio, velocity, reach, elastic, relaxation, fastest):
+def presliding_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint, static_ratio: PerJoint,
+                      velocity: PerJoint, reach: PerJoint, elastic: PerJoint, relaxation: PerJoint,
+                      fastest: PerJoint) -> np.ndarray:
     """Friction torque ``(level / reach) (z + relaxation exp(-(dq/velocity)^2) z')`` [N m]."""
     fading = relaxation * np.exp(-(dq / velocity) ** 2)
     rate = bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest)
     return level / reach * (z * returned_share(z, dq, reach, fastest) + fading * rate)
 
 
-def dahl_rate(z, dq, reach, exponent, fastest):
+def dahl_rate(z: np.ndarray, dq: np.ndarray, reach: PerJoint, exponent: PerJoint,
+              fastest: PerJoint) -> np.ndarray:
     """Rate of the bending z [rad/s]: ``dq (1 - sgn(dq) z / reach)^exponent``."""
     margin = 1.0 - np.sign(dq) * z / reach
     return contact_speed(dq, reach, fastest) * np.sign(margin) * np.abs(margin) ** exponent
 
 
-def dahl_torque(z, dq, level, reach, fastest):
+def dahl_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint, reach: PerJoint,
+                fastest: PerJoint) -> np.ndarray:
     """Friction torque of a bent contact [N m]: a spring of stiffness level / reach."""
     return level / reach * z * returned_share(z, dq, reach, fastest)
 

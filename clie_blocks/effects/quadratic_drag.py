@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def quadratic_drag_torque(dq, drag, cubic=0.0):
+def quadratic_drag_torque(dq: np.ndarray, drag: PerJoint, cubic: PerJoint = 0.0) -> np.ndarray:
     """Drag torque ``drag dq |dq| + cubic dq^3`` [N m]: odd in dq."""
     return drag * dq * np.abs(dq) + cubic * dq * dq * dq
 

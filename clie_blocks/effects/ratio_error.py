@@ -1,10 +1,14 @@
 """Gear ratio or belt that is not what the drawing says."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def stretched_motion(q, dq, error):
+def stretched_motion(q: np.ndarray, dq: np.ndarray,
+                     error: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity of the link [rad, rad/s]: ``(1 + error)`` times the motor's."""
     return (1.0 + error) * q, (1.0 + error) * dq
 

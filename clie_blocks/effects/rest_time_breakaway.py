@@ -5,19 +5,22 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def nearness_to_rest(dq, velocity):
+def nearness_to_rest(dq: np.ndarray, velocity: PerJoint) -> np.ndarray:
     """How much of a rest the motion is: 1 at standstill, 0 above the Stribeck velocity."""
     return np.exp(-(dq / velocity) ** 2)
 
 
-def contact_age_rate(age, dq, velocity, slip):
+def contact_age_rate(age: np.ndarray, dq: np.ndarray, velocity: PerJoint,
+                     slip: PerJoint) -> np.ndarray:
     """Rate of the contact's age [s/s]: it grows at rest and is renewed by sliding over `slip`."""
     return nearness_to_rest(dq, velocity) - age * np.abs(dq) / slip
 
 
-def rest_time_torque(age, dq, rise, half_time, velocity, width):
+def rest_time_torque(age: np.ndarray, dq: np.ndarray, rise: PerJoint, half_time: PerJoint,
+                     velocity: PerJoint, width: PerJoint) -> np.ndarray:
     """Excess of the break-away torque after a rest [N m], half of `rise` after `half_time`."""
     excess = rise * age / (age + half_time)
     return excess * nearness_to_rest(dq, velocity) * direction(dq, width)

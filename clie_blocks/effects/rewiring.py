@@ -1,11 +1,19 @@
 """A diagram with some of its blocks replaced by blocks of the same ports."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from clie_blocks.signals import DiagramError, interconnect, ports
+from clie_blocks.signals import Diagram, DiagramError, interconnect, ports
+
+if TYPE_CHECKING:
+    import control as ct
 
 
-def with_blocks(diagram, replaced):
+def with_blocks(diagram: Diagram, replaced: Mapping[str, ct.NonlinearIOSystem]) -> Diagram:
     """Return the diagram with other blocks in the old places.
 
     Parameters
@@ -30,7 +38,7 @@ def with_blocks(diagram, replaced):
                         unused=[port for port, used in zip(out, read) if not used])
 
 
-def controller_of(diagram, plant):
+def controller_of(diagram: Diagram, plant: str) -> str:
     """Name of the block that drives the input `u` of the plant."""
     names = [block.name for block in diagram.syslist]
     k = names.index(plant)
@@ -43,7 +51,7 @@ def controller_of(diagram, plant):
                        "effects on the controller need one")
 
 
-def _signed(port, gain, name):
+def _signed(port: str, gain: float, name: str) -> str:
     if abs(gain) != 1.0:
         raise DiagramError(f"{name}: the wire from {port} has the gain {gain:g}; "
                            "make it a block so that effects can be inserted")

@@ -1,10 +1,13 @@
 """Torque or current sensor of the recorder with a wrong gain and a bias."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def misread_torque(u, error, bias):
+def misread_torque(u: np.ndarray, error: PerJoint, bias: PerJoint) -> np.ndarray:
     """Torque as logged [N m]: ``(1 + error) u + bias``."""
     return (1.0 + error) * u + bias
 

@@ -1,16 +1,19 @@
 """Set-point that reaches the control law late."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def setpoint_memory_rate(z, q_d, delay):
+def setpoint_memory_rate(z: np.ndarray, q_d: np.ndarray, delay: PerJoint) -> np.ndarray:
     """Rate of the memory of the set-point."""
     return memory_rate(z, q_d, delay)
 
 
-def late_setpoint(z, q_d, delay):
+def late_setpoint(z: np.ndarray, q_d: np.ndarray, delay: PerJoint) -> np.ndarray:
     """Set-point that was sent `delay` seconds ago [rad]."""
     return delayed(z, q_d, delay)
 

@@ -4,21 +4,22 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 UNLIMITED = 1e6
 
 
-def slewed_rate(z, q_d, speed, follow):
+def slewed_rate(z: np.ndarray, q_d: np.ndarray, speed: np.ndarray, follow: PerJoint) -> np.ndarray:
     """Rate of the slewed set-point [rad/s]: ``clip((q_d - z) / follow, -speed, speed)``."""
     return np.where(speed < UNLIMITED, np.clip((q_d - z) / follow, -speed, speed), 0.0)
 
 
-def slewed_setpoint(z, q_d, speed):
+def slewed_setpoint(z: np.ndarray, q_d: np.ndarray, speed: np.ndarray) -> np.ndarray:
     """Set-point that the law sees [rad]; without a limit q_d itself."""
     return np.where(speed < UNLIMITED, z, q_d)
 
 
-def slewed_step(z, q_d, speed, period):
+def slewed_step(z: np.ndarray, q_d: np.ndarray, speed: np.ndarray, period: float) -> np.ndarray:
     """Set-point that the law of a sampled controller sees [rad], and its next state."""
     moved = z + np.clip(q_d - z, -speed * period, speed * period)
     return np.where(speed < UNLIMITED, moved, q_d)

@@ -1,11 +1,21 @@
 """An effect with its numbers set, ready to become a block."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.effects.characteristic import Curve
 from clie_blocks.signals import DiagramError, vector
+
+if TYPE_CHECKING:
+    import control as ct
+
+    from clie_blocks.effects.effect import Effect
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,16 +35,16 @@ class Setting:
 
     """
 
-    effect: Any
-    values: Mapping
+    effect: Effect
+    values: Mapping[str, ArrayLike]
     joints: tuple[int, ...] | None
     name: str
 
-    def __repr__(self):
-        numbers = ", ".join(f"{key}={value}" for key, value in self.values.items())
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{key}={value!s}" for key, value in self.values.items())
         return f"{self.effect.name}({numbers})"
 
-    def block(self, n, period=0):
+    def block(self, n: int, period: float = 0) -> ct.NonlinearIOSystem:
         """Build the block for n joints: a `control.NonlinearIOSystem` named `name`.
 
         With a period [s] it is the form for a sampled controller.
@@ -49,7 +59,7 @@ class Setting:
             block.icon = ("text", self.effect.symbol)
         return block
 
-    def _built(self, n, period):
+    def _built(self, n: int, period: float) -> ct.NonlinearIOSystem:
         if period and self.effect.sampled:
             return self.effect.sampled(self.vectors(n), n, self.name, period)
         block = self.effect.build(self.vectors(n), n, self.name)
@@ -58,7 +68,7 @@ class Setting:
                                f"is sampled every {period:g} s; insert it into the plant")
         return block
 
-    def vectors(self, n):
+    def vectors(self, n: int) -> dict[str, np.ndarray]:
         """Every parameter as a vector, for n joints or for the robot as a whole."""
         vectors = {}
         for p in self.effect.parameters:

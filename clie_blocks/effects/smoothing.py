@@ -3,6 +3,7 @@
 import numpy as np
 
 from clie_blocks.effects.effect import Parameter
+from clie_blocks.labels import PerJoint
 
 WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,
                   "speed over which the sign is smoothed; scale of the creep of a stuck joint")
@@ -10,6 +11,6 @@ CREEP = ("Smoothed, it creeps: under a load below the level the joint moves at "
          "width atanh(load/level) instead of sticking; its form sticking(effect) holds.")
 
 
-def direction(dq, width):
+def direction(dq: np.ndarray, width: PerJoint) -> np.ndarray:
     """Direction of motion, ``tanh(dq / width)``: odd, between -1 and 1."""
     return np.tanh(dq / width)

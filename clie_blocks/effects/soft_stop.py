@@ -4,9 +4,11 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def soft_stop_torque(q, dq, stiffness, lower, upper, damping):
+def soft_stop_torque(q: np.ndarray, dq: np.ndarray, stiffness: PerJoint, lower: PerJoint,
+                     upper: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of a stop [N m]: pushes back, more while it is compressed, and never pulls."""
     beyond, below = np.maximum(q - upper, 0.0), np.minimum(q - lower, 0.0)
     return stiffness * (beyond * np.maximum(1.0 + damping * dq, 0.0)

@@ -1,10 +1,14 @@
 """Springs at the joint: cables and hoses."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def spring_torque(q, stiffness, rest, hardening):
+def spring_torque(q: np.ndarray, stiffness: PerJoint, rest: PerJoint,
+                  hardening: PerJoint) -> np.ndarray:
     """Spring torque ``stiffness x (1 + hardening x^2)``, ``x = q - rest`` [N m]."""
     stretch = q - rest
     return stiffness * stretch * (1.0 + hardening * stretch * stretch)

@@ -7,10 +7,12 @@ from clie_blocks.effects.chain import GEAR_RATIO
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.gravity import gravity_torque
 from clie_blocks.effects.smoothing import WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def step_fault_torque(t, q, dq, u, offset, weight, viscous, coulomb, gain_loss, time, gear_ratio,
-                      width):
+def step_fault_torque(t: float, q: np.ndarray, dq: np.ndarray, u: np.ndarray, offset: PerJoint,
+                      weight: PerJoint, viscous: PerJoint, coulomb: PerJoint, gain_loss: PerJoint,
+                      time: PerJoint, gear_ratio: PerJoint, width: PerJoint) -> np.ndarray:
     """Torque that is there from `time` on [N m]: load, weight, friction or lost drive torque."""
     change = (offset + gravity_torque(q, weight, gear_ratio) + viscous * dq
               + coulomb * direction(dq, width) + gain_loss * u)

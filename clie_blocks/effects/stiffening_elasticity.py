@@ -5,9 +5,11 @@ import numpy as np
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.joint_elasticity import DAMPING, is_elastic
 from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+from clie_blocks.labels import PerJoint
 
 
-def stiffening_torque(twist, twist_rate, compliance, stiffening, knee, damping):
+def stiffening_torque(twist: np.ndarray, twist_rate: np.ndarray, compliance: PerJoint,
+                      stiffening: PerJoint, knee: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of a spring that stiffens [N m].
 
     ``k (twist + stiffening (|twist| - knee compliance) sgn twist)`` with the second term beyond

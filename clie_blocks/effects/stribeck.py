@@ -5,14 +5,17 @@ import numpy as np
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.labels import PerJoint
 
 
-def stribeck_ratio(dq, static_ratio, velocity, exponent=2.0):
+def stribeck_ratio(dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint,
+                   exponent: PerJoint = 2.0) -> np.ndarray:
     """Friction level at a speed over the Coulomb level: `static_ratio` at rest, 1 when fast."""
     return 1.0 + (static_ratio - 1.0) * np.exp(-np.abs(dq / velocity) ** exponent)
 
 
-def stribeck_torque(dq, level, static_ratio, velocity, exponent, width):
+def stribeck_torque(dq: np.ndarray, level: PerJoint, static_ratio: PerJoint, velocity: PerJoint,
+                    exponent: PerJoint, width: PerJoint) -> np.ndarray:
     """Friction torque [N m]: level times `stribeck_ratio`, against the motion."""
     return level * stribeck_ratio(dq, static_ratio, velocity, exponent) * direction(dq, width)
 

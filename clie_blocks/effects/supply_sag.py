@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def sagging_torque(u, sag):
+def sagging_torque(u: np.ndarray, sag: PerJoint) -> np.ndarray:
     """Torque under a sagging supply [N m]: ``u max(0, 1 - sag sum_j |u_j|)``."""
     drawn = np.sum(np.abs(u), axis=-1, keepdims=True)
     return u * np.maximum(0.0, 1.0 - sag * drawn)

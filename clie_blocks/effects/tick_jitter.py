@@ -5,25 +5,27 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, memory_rate, recalled
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def torque_memory_rate(z, t, u, spread):
+def torque_memory_rate(z: np.ndarray, t: float, u: np.ndarray, spread: PerJoint) -> np.ndarray:
     """Rate of the memory of the torque."""
     return memory_rate(z, u, spread)
 
 
-def beating_torque(z, t, u, spread, beat):
+def beating_torque(z: np.ndarray, t: float, u: np.ndarray, spread: PerJoint,
+                   beat: PerJoint) -> np.ndarray:
     """Torque commanded ``spread frac(beat t)`` seconds ago [N m]."""
     return recalled(z, u, spread, saw_tooth(t, beat))
 
 
-def saw_tooth(t, beat):
+def saw_tooth(t: float, beat: PerJoint) -> np.ndarray:
     """Share of the beat that has passed, 0 to 1."""
     turns = beat * t
     return turns - np.floor(turns)
 
 
-def beating_delay(t, spread, beat):
+def beating_delay(t: float, spread: PerJoint, beat: PerJoint) -> np.ndarray:
     """Delay of the torque [s]."""
     return spread * saw_tooth(t, beat)
 

@@ -1,11 +1,14 @@
 """Torque that acts later than it is commanded."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def late_torque(z, u, delay):
+def late_torque(z: np.ndarray, u: np.ndarray, delay: PerJoint) -> np.ndarray:
     """Torque commanded `delay` seconds ago [N m]."""
     return delayed(z, u, delay)
 

@@ -1,10 +1,13 @@
 """Torque per command is not what the datasheet says."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def scaled_torque(u, error):
+def scaled_torque(u: np.ndarray, error: PerJoint) -> np.ndarray:
     """Torque ``(1 + error) u`` [N m]."""
     return (1.0 + error) * u
 

@@ -1,11 +1,14 @@
 """Command in steps: the resolution of a digital drive."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 from clie_blocks.measurement import quantized
 
 
-def stepped_torque(u, resolution):
+def stepped_torque(u: np.ndarray, resolution: PerJoint) -> np.ndarray:
     """Torque rounded to steps of the drive [N m]."""
     return quantized(u, resolution)
 

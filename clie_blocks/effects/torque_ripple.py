@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def cogging_torque(q, level, order, phase):
+def cogging_torque(q: np.ndarray, level: PerJoint, order: PerJoint, phase: PerJoint) -> np.ndarray:
     """Cogging torque level sin(order q + phase) [N m], opposing: a potential, so no loss."""
     return level * np.sin(order * q + phase)
 

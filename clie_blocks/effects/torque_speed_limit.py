@@ -4,9 +4,10 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def enveloped_torque(u, dq, peak, droop):
+def enveloped_torque(u: np.ndarray, dq: np.ndarray, peak: PerJoint, droop: PerJoint) -> np.ndarray:
     """Torque within the envelope of a voltage-limited motor [N m].
 
     Between ``-peak clip(1 + droop dq, 0, 1)`` and ``peak clip(1 - droop dq, 0, 1)``: driving

@@ -5,19 +5,21 @@ import numpy as np
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.joint_elasticity import DAMPING
 from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
+from clie_blocks.labels import PerJoint
 
 
-def slip_rate(z, twist_rate, reach):
+def slip_rate(z: np.ndarray, twist_rate: np.ndarray, reach: PerJoint) -> np.ndarray:
     """Rate of the Bouc-Wen state [1/s]: ``(w - (|w| z + w |z|) / 2) / reach``, |z| <= 1."""
     return (twist_rate - 0.5 * (np.abs(twist_rate) * z + twist_rate * np.abs(z))) / reach
 
 
-def hysteretic_torque(twist, twist_rate, z, level, stiffness, damping):
+def hysteretic_torque(twist: np.ndarray, twist_rate: np.ndarray, z: np.ndarray, level: PerJoint,
+                      stiffness: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of spring, damper and slipping part [N m]."""
     return stiffness * twist + level * z + damping * twist_rate
 
 
-def has_hysteresis(level):
+def has_hysteresis(level: np.ndarray) -> np.ndarray:
     """Joints that slip inside."""
     return level > 0
 

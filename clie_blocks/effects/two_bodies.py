@@ -53,25 +53,28 @@ class TwoBodies:
     inputs = ("u", "q", "dq")
     outputs = ("u", "q_motor", "dq_motor", "inertia")
 
-    def __call__(self, values, n, name):
+    def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
         rows = 3 if self.memory else 2
 
-        def spring(x, dq, params):
+        def spring(x: np.ndarray, dq: np.ndarray, params: dict[str, np.ndarray]) -> tuple:
             numbers = {key: params[f"{name}.{key}"] for key in values}
             twist, speed, *memory = x.reshape(rows, n)
             torque = _named(self.kernel, numbers)(twist, speed - dq, *memory)
             return _named(self.active, numbers)(), torque, twist, speed, memory, numbers
 
-        def update(t, x, u, params):
+        def update(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             torque_in, _, dq = u.reshape(3, n)
             active, torque, _, speed, memory, numbers = spring(x, dq, params)
             damped = torque_in - torque - numbers["motor_damping"] * speed
             rates = [speed - dq, damped / numbers["motor_inertia"]]
-            rates += [_named(self.memory, numbers)(z, speed - dq) for z in memory]
+            if self.memory:
+                rates += [_named(self.memory, numbers)(z, speed - dq) for z in memory]
             return np.concatenate([np.where(active, rate, 0.0) for rate in rates])
 
-        def output(t, x, u, params):
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: dict[str, np.ndarray]) -> np.ndarray:
             torque_in, q, dq = u.reshape(3, n)
             active, torque, twist, speed, _, numbers = spring(x, dq, params)
             # The plant damps the link with the motor's share as well: give that back.
@@ -89,7 +92,7 @@ class TwoBodies:
             outputs=signals("u", "q_motor", "dq_motor", n=n) + signals("inertia", n=n * n))
 
 
-def _named(function, numbers):
+def _named(function: Callable, numbers: dict[str, np.ndarray]) -> Callable:
     """Fill in the parameters that the function names."""
     known = signature(function).parameters
     chosen = {key: value for key, value in numbers.items() if key in known}

@@ -1,11 +1,14 @@
 """Velocity estimate of the drive that lags behind the joint."""
 
+import numpy as np
+
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
 from clie_blocks.effects.lag import lag_rate, lag_step, lagged
+from clie_blocks.labels import PerJoint
 
 
-def lagging_velocity(z, dq, lag):
+def lagging_velocity(z: np.ndarray, dq: np.ndarray, lag: PerJoint) -> np.ndarray:
     """Velocity estimate [rad/s]: ``lag v' = dq - v``."""
     return lagged(z, dq, lag)
 

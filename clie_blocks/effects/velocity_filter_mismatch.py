@@ -4,19 +4,21 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.labels import PerJoint
 
 
-def corner_rate(z, dq, error, corner):
+def corner_rate(z: np.ndarray, dq: np.ndarray, error: PerJoint, corner: PerJoint) -> np.ndarray:
     """Rate of the lagged velocity [rad/s^2]: ``corner (1 + error) (dq - z)``."""
     return corner * (1.0 + error) * (dq - z)
 
 
-def corner_step(z, dq, error, corner, period):
+def corner_step(z: np.ndarray, dq: np.ndarray, error: PerJoint, corner: PerJoint,
+                period: float) -> np.ndarray:
     """Lagged velocity one period later [rad/s], the velocity held meanwhile: exact."""
     return z + (1.0 - np.exp(-corner * (1.0 + error) * period)) * (dq - z)
 
 
-def mismatched_velocity(z, dq, error):
+def mismatched_velocity(z: np.ndarray, dq: np.ndarray, error: PerJoint) -> np.ndarray:
     """Velocity behind the true filter, where the stated one was expected [rad/s].
 
     ``(1 + error) (s + corner) / (s + corner (1 + error))``: it takes the stated corner away and

@@ -2,6 +2,7 @@
 
 A picture is made in this order: `graph` reads the diagram, `icons` finds what a block looks like,
 `shapes` sizes it, `layers` gives each block its column and breaks feedback, `channels` lists what
-meets between two columns, `order` sorts each column, `heights` aligns it, `routing` gives each
-wire its lane, `labels` places the texts, `layout` puts these together, and `paint` draws it.
+meets between two columns, `order` sorts each column, `routing` aligns the nodes and gives each
+wire its lane, `labels` writes the texts, `layout` puts these together into a `plan`, and `paint`
+draws it.
 """

@@ -6,29 +6,33 @@ columns as bends and turns again before its target.
 
 from dataclasses import dataclass, field
 
+from clie_blocks.diagrams.drawing.graph import Graph, Pin
 from clie_blocks.diagrams.drawing.shapes import Node
 
 
 @dataclass
 class Net:
-    """Ends of one net in one channel: pins ``(node, port)`` at its left and at its right.
+    """Ends of one net in one channel: pins ``(node, port)`` at its left and at its right."""
 
-    `entry` is the side and pin through which the signal comes.
-    """
+    left: list[Pin] = field(default_factory=list)
+    right: list[Pin] = field(default_factory=list)
+    ends: list[tuple[str, Pin]] = field(default_factory=list)  # with their side, as added
 
-    left: list = field(default_factory=list)
-    right: list = field(default_factory=list)
-    entry: tuple = ()
+    @property
+    def entry(self) -> tuple[str, Pin]:
+        """Side and pin through which the signal comes: the first one."""
+        return self.ends[0]
 
-    def add(self, side, pin):
+    def add(self, side: str, pin: Pin) -> None:
         """Add a pin; the first one is the entry."""
-        self.entry = self.entry or (side, pin)
+        self.ends.append((side, pin))
         pins = self.left if side == "left" else self.right
         if pin not in pins:
             pins.append(pin)
 
 
-def channels_of(graph, nodes, column):
+def channels_of(graph: Graph, nodes: dict[str, Node],
+                column: dict[str, int]) -> list[dict[Pin, Net]]:
     """Nets of every channel; adds the bends to `nodes` and `column`.
 
     Parameters
@@ -47,12 +51,12 @@ def channels_of(graph, nodes, column):
 
     """
     count = max(column.values(), default=0) + 2
-    channels = [{} for _ in range(count)]
+    channels: list[dict[Pin, Net]] = [{} for _ in range(count)]
 
-    def meet(c, net, side, pin):
+    def meet(c: int, net: Pin, side: str, pin: Pin) -> None:
         channels[c].setdefault(net, Net()).add(side, pin)
 
-    def bend(net, c):
+    def bend(net: Pin, c: int) -> Pin:
         key = f"{net[0]}|{net[1]}|{c}"
         nodes.setdefault(key, Node(key, left=["~"], right=["~"], above=0, below=0))
         column[key] = c
@@ -68,43 +72,3 @@ def channels_of(graph, nodes, column):
             meet(far, net, "left" if end > start else "right", bend(net, c))
         meet(end, net, "right", wire.target)
     return channels
-
-
-def take_drops(arrangement):
-    """Let a wire that passes next to a sum drop straight onto it; returns the drops.
-
-    Parameters
-    ----------
-    arrangement : Arrangement
-        In its final order; the pins of the drops leave its channels.
-
-    Returns
-    -------
-    dict
-        Port and key of the sum, by the key of the bend from which the wire drops.
-
-    """
-    found = {}
-    for c, keys in enumerate(arrangement.columns):
-        for upper, lower in zip(keys, keys[1:]):
-            for key, bend, side in ((upper, lower, -1), (lower, upper, 0)):
-                node = arrangement.nodes[key]
-                if node.main is None or not arrangement.nodes[bend].is_bend:
-                    continue
-                port = node.left[side]
-                facing = node.offset("L", port) * (1 if side else -1) > 0
-                name = _joined(arrangement.channels[c], (key, port), (bend, "~"))
-                if facing and name is not None and bend not in found:
-                    _leave(arrangement.channels[c], name, (key, port))
-                    found[bend] = port, key
-    return found
-
-
-def _joined(nets, *pins):
-    return next((name for name, net in nets.items() if all(p in net.right for p in pins)), None)
-
-
-def _leave(nets, name, pin):
-    nets[name].right.remove(pin)
-    if len(nets[name].left) + len(nets[name].right) == 1:
-        del nets[name]

@@ -1,5 +1,6 @@
 """Blocks and wires of a diagram, with vector signals merged and sums made visible."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 import control as ct
@@ -7,6 +8,12 @@ import numpy as np
 
 from clie_blocks.diagrams.drawing.icons import Icon, icon_of
 from clie_blocks.signals import ports
+
+Pin = tuple[str, str]  # key of a block, and one of its ports
+Owner = int | None  # position of a block in its diagram; None for the diagram's own terminals
+End = tuple[Owner, str, str]  # owner, side and port
+Row = tuple[Owner, str, str, int]  # one signal: owner, side, port and index in it
+Bundles = dict[tuple[Owner, str], dict[tuple[tuple[Owner, str], float], list[tuple[int, int]]]]
 
 
 @dataclass(frozen=True)
@@ -16,10 +23,10 @@ class Block:
     key: str
     name: str
     kind: str  # 'block', 'sum', 'gain', 'diagram', 'input' or 'output'
-    inputs: tuple = ()
-    outputs: tuple = ()
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
     icon: Icon | None = None
-    signs: tuple = ()
+    signs: tuple[str, ...] = ()
     inner: "Graph | None" = None
 
 
@@ -27,8 +34,8 @@ class Block:
 class Wire:
     """One connection from an output port to an input port, `width` signals wide."""
 
-    source: tuple
-    target: tuple
+    source: Pin
+    target: Pin
     width: int
 
 
@@ -37,11 +44,12 @@ class Graph:
     """A diagram as blocks by key, in the order in which they were listed, and wires."""
 
     name: str
-    blocks: dict = field(default_factory=dict)
-    wires: list = field(default_factory=list)
+    blocks: dict[str, Block] = field(default_factory=dict)
+    wires: list[Wire] = field(default_factory=list)
 
 
-def read_graph(diagram, expand=False, path=""):
+def read_graph(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = False,
+               path: str = "") -> Graph:
     """Read a diagram into blocks and wires.
 
     Parameters
@@ -74,8 +82,8 @@ def read_graph(diagram, expand=False, path=""):
     for (owner, port), sources in _bundles(ends, split).items():
         target = _key(diagram, path, owner, port, "out"), port
         _connect(graph, target, [
-            ((_key(diagram, path, *source, "in"), source[1]), gain, len(pairs))
-            for (source, gain), pairs in sources.items()])
+            ((_key(diagram, path, source, start, "in"), start), gain, len(pairs))
+            for ((source, start), gain), pairs in sources.items()])
     return graph
 
 
@@ -85,15 +93,16 @@ class _Ends:
     The owner is the position of the block; None stands for the diagram's own terminals.
     """
 
-    def __init__(self, diagram):
+    def __init__(self, diagram: ct.InterconnectedSystem) -> None:
         blocks = list(enumerate(diagram.syslist))
-        self.labels = {(k, "in"): list(s.input_labels) for k, s in blocks}
+        self.labels: dict[tuple[Owner, str], list[str]] = {
+            (k, "in"): list(s.input_labels) for k, s in blocks}
         self.labels |= {(k, "out"): list(s.output_labels) for k, s in blocks}
         self.labels |= {(None, "in"): list(diagram.input_labels),
                         (None, "out"): list(diagram.output_labels)}
         inputs = self._rows([(k, "in") for k, _ in blocks])
         outputs = self._rows([(k, "out") for k, _ in blocks])
-        self.terms = {row: [] for row in inputs}
+        self.terms: dict[Row, list[tuple[Row, float]]] = {row: [] for row in inputs}
         for i, j in zip(*np.nonzero(diagram.connect_map)):
             self.terms[inputs[i]].append((outputs[j], diagram.connect_map[i, j]))
         sources = self._rows([(None, "in")])
@@ -108,18 +117,18 @@ class _Ends:
             found = [(seen[j], 1.0)] if j < len(outputs) else drivers[seen[j]]
             self.terms[shown[i]] += [(source, gain * factor) for source, factor in found]
 
-    def _rows(self, groups):
+    def _rows(self, groups: Sequence[tuple[Owner, str]]) -> list[Row]:
         return [(owner, side, base, place) for owner, side in groups
                 for base, place in _numbered(self.labels[owner, side])]
 
-    def names(self, owner, side, split):
+    def names(self, owner: Owner, side: str, split: set[End]) -> tuple[str, ...]:
         """Port names of one side, a split vector as its elements."""
         labels = self.labels[owner, side]
         return tuple(dict.fromkeys(
             label if (owner, side, base) in split else base
             for label, (base, _) in zip(labels, _numbered(labels))))
 
-    def port(self, signal, split):
+    def port(self, signal: Row, split: set[End]) -> tuple[str, int]:
         """Port that carries a signal, and the place of the signal in it."""
         owner, side, base, place = signal
         if (owner, side, base) not in split:
@@ -127,21 +136,21 @@ class _Ends:
         labels = self.labels[owner, side]
         return labels[ports(labels)[base][place]], 0
 
-    def size(self, owner, side, base):
+    def size(self, owner: Owner, side: str, base: str) -> int:
         return len(ports(self.labels[owner, side])[base])
 
 
-def _numbered(labels):
+def _numbered(labels: Sequence[str]) -> list[tuple[str, int]]:
     places = {position: (base, place) for base, positions in ports(labels).items()
               for place, position in enumerate(positions)}
     return [places[k] for k in range(len(labels))]
 
 
-def _split_ports(ends):
+def _split_ports(ends: _Ends) -> set[End]:
     """Vectors that some wire carries only in part, or out of order: drawn element by element."""
-    split = set()
+    split: set[End] = set()
     while True:
-        found = set()
+        partial: set[End] = set()
         for (owner, port), sources in _bundles(ends, split).items():
             for ((source, source_port), _), pairs in sources.items():
                 into, out = (owner, _side(owner, "in"), port), (
@@ -150,42 +159,44 @@ def _split_ports(ends):
                          for end in (into, out)]
                 whole = [(place, place) for place in range(max(sizes))]
                 if pairs != whole:
-                    found |= {end for end in (into, out) if _is_base(ends, end, split)}
-        if not found:
+                    partial |= {end for end in (into, out) if _is_base(ends, end, split)}
+        if not partial:
             return split
-        split |= found
+        split |= partial
 
 
-def _side(owner, inside):
+def _side(owner: Owner, inside: str) -> str:
     """Side of an end: the diagram's own inputs act as outputs and the reverse."""
     return inside if owner is not None else {"in": "out", "out": "in"}[inside]
 
 
-def _is_base(ends, end, split):
+def _is_base(ends: _Ends, end: End, split: set[End]) -> bool:
     owner, side, name = end
     return end not in split and name in ports(ends.labels[owner, side])
 
 
-def _bundles(ends, split):
+def _bundles(ends: _Ends, split: set[End]) -> Bundles:
     """Group the terms by port: {target: {(source, gain): [(place in target, in source)]}}."""
-    found = {}
+    bundles: Bundles = {}
     for target, terms in ends.terms.items():
         port, place = ends.port(target, split)
-        sources = found.setdefault((target[0], port), {})
+        sources = bundles.setdefault((target[0], port), {})
         for source, gain in terms:
             source_port, source_place = ends.port(source, split)
             sources.setdefault(((source[0], source_port), float(gain)), []).append(
                 (place, source_place))
-    return found
+    return bundles
 
 
-def _key(diagram, path, owner, port, terminal):
+def _key(diagram: ct.InterconnectedSystem, path: str, owner: Owner, port: str,
+         terminal: str) -> str:
     if owner is not None:
         return f"{path}{diagram.syslist[owner].name}"
     return f"{path}>{port}" if terminal == "in" else f"{path}{port}>"
 
 
-def _block(system, inputs, outputs, path, expand):
+def _block(system: ct.NonlinearIOSystem, inputs: tuple[str, ...], outputs: tuple[str, ...],
+           path: str, expand: bool | Collection[str]) -> Block:
     key = f"{path}{system.name}"
     common = {"key": key, "name": system.name, "inputs": inputs, "outputs": outputs}
     if isinstance(system, ct.InterconnectedSystem):
@@ -200,7 +211,7 @@ def _block(system, inputs, outputs, path, expand):
                  icon=icon, signs=signs, **common)
 
 
-def _connect(graph, target, sources):
+def _connect(graph: Graph, target: Pin, sources: Sequence[tuple[Pin, float, int]]) -> None:
     """Wire the sources to a port, through a sum or a gain where the picture needs one."""
     name = f"{target[0]}.{target[1]}"
     ends = []
@@ -223,6 +234,6 @@ def _connect(graph, target, sources):
     graph.wires += [Wire(source, target, width) for source, _, width in ends]
 
 
-def _add(graph, block):
+def _add(graph: Graph, block: Block) -> str:
     graph.blocks[block.key] = block
     return block.key

@@ -4,6 +4,7 @@ A block may say so itself: ``block.icon = ("curve", f)`` with f on [-1, 1], ``("
 with the points of a path such as a hysteresis loop, or ``("text", "$1/s$")``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +24,8 @@ class Icon:
     content: Any
 
 
-def icon_of(system, inputs, outputs):
+def icon_of(system: ct.NonlinearIOSystem, inputs: Sequence[str],
+            outputs: Sequence[str]) -> tuple[Icon | None, tuple[str, ...]]:
     """Icon of a block and, for a sum, the sign of each input port.
 
     Parameters
@@ -53,14 +55,14 @@ def icon_of(system, inputs, outputs):
     return _curve_icon(system, inputs), ()
 
 
-def _declared(kind, content):
+def _declared(kind: str, content: Any) -> Icon:
     if kind == "curve" and callable(content):
         x = np.linspace(-1.0, 1.0, 121)
         content = (x, np.array([float(content(value)) for value in x]))
     return Icon(kind, content)
 
 
-def _signs(system):
+def _signs(system: ct.StateSpace) -> tuple[str, ...]:
     """Signs of a static block that adds and subtracts whole vectors, else nothing."""
     groups = list(ports(system.input_labels).values())
     if system.nstates or any(len(group) != system.noutputs for group in groups):
@@ -72,7 +74,7 @@ def _signs(system):
     return tuple("+" if part[0, 0] > 0 else "\u2212" for part in parts)
 
 
-def _linear_icon(system):
+def _linear_icon(system: ct.StateSpace) -> Icon | None:
     """Formula of a linear block that treats every channel alike."""
     if system.ninputs != system.noutputs:
         return Icon("gain", "$K$") if not system.nstates else None
@@ -86,7 +88,7 @@ def _linear_icon(system):
     return Icon("text", _formula(system)) if alike else None
 
 
-def _formula(system):
+def _formula(system: ct.StateSpace) -> str:
     """Transfer function of the first channel as mathtext."""
     channel = ct.ss(system.A, system.B[:, :1], system.C[:1], system.D[:1, :1], system.dt)
     zeros, poles = _cancel(list(ct.zeros(channel)), list(ct.poles(channel)))
@@ -103,7 +105,7 @@ def _formula(system):
     return rf"$\frac{{{top}}}{{{_product(1.0, poles, s)}}}$" if poles else f"${top}$"
 
 
-def _cancel(zeros, poles):
+def _cancel(zeros: list, poles: list) -> tuple[list, list]:
     zeros = [z for z in zeros if np.isfinite(z)]
     for z in list(zeros):
         close = [p for p in poles if abs(p - z) < 1e-6 * max(1.0, abs(z))]
@@ -113,18 +115,17 @@ def _cancel(zeros, poles):
     return zeros, sorted(poles, key=lambda p: (abs(p), p.imag))
 
 
-def _unit_sections(gain, zeros, poles):
+def _unit_sections(gain: float, zeros: Sequence[complex], poles: Sequence[complex]) -> bool:
     """Whether it is a chain of ``p/(s + p)`` and ``p s/(s + p)``, as filters are written."""
-    poles = np.array(poles)
-    return (0 < len(poles) <= 3 and len(zeros) <= len(poles) and np.allclose(zeros, 0, atol=1e-9)
-            and np.all(poles.real < 0) and np.allclose(poles.imag, 0)
-            and np.isclose(gain, np.prod(-poles.real), rtol=1e-6))
+    p = np.array(poles)
+    return bool(0 < len(p) <= 3 and len(zeros) <= len(p) and np.allclose(zeros, 0, atol=1e-9)
+                and np.all(p.real < 0) and np.allclose(p.imag, 0)
+                and np.isclose(gain, np.prod(-p.real), rtol=1e-6))
 
 
-def _product(gain, roots, s):
+def _product(gain: float, roots: Sequence[complex], s: str) -> str:
     """Product of factors, complex ones and long ones multiplied out."""
-    roots = np.array(roots)
-    if len(roots) and np.any(abs(roots.imag) > 1e-9):
+    if len(roots) and np.any(abs(np.imag(roots)) > 1e-9):
         return _polynomial(gain * np.real(np.poly(roots)), s)
     factors = [_factor(root, s) for root in roots]
     text = "".join(f"({factor})" if factor != s and len(factors) > 1 else factor
@@ -137,7 +138,7 @@ def _product(gain, roots, s):
     return f"{number}\\,({text})" if len(factors) == 1 and text != s else f"{number}\\,{text}"
 
 
-def _polynomial(coefficients, s):
+def _polynomial(coefficients: np.ndarray, s: str) -> str:
     terms = ""
     for power, value in zip(range(len(coefficients) - 1, -1, -1), coefficients):
         if abs(value) < 1e-12:
@@ -149,14 +150,14 @@ def _polynomial(coefficients, s):
     return terms.lstrip("+") or "0"
 
 
-def _factor(root, s):
+def _factor(root: complex, s: str) -> str:
     value = float(np.real(root))
     if abs(value) < 1e-9:
         return s
     return f"{s}{'-' if value > 0 else '+'}{_number(abs(value))}"
 
 
-def _number(value):
+def _number(value: float) -> str:
     text = f"{value:.4g}"
     if "e" not in text:
         return text
@@ -165,7 +166,7 @@ def _number(value):
     return power if mantissa == "1" else rf"{mantissa}\cdot {power}"
 
 
-def _curve_icon(system, inputs):
+def _curve_icon(system: ct.NonlinearIOSystem, inputs: Sequence[str]) -> Icon | None:
     """Characteristic of a block without memory that bends one input; found by trying it."""
     if system.nstates or len(inputs) != 1 or system.ninputs != system.noutputs:
         return None
@@ -181,14 +182,14 @@ def _curve_icon(system, inputs):
         return None  # a block that cannot be tried alone is drawn by its name
 
 
-def _characteristic(system, x):
+def _characteristic(system: ct.NonlinearIOSystem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rows = np.zeros((len(x), system.ninputs))
     rows[:, 0] = x
     y = [np.ravel(system.output(0.0, np.zeros(0), row))[0] for row in rows]
     return x, np.array(y, float)
 
 
-def _bend(x, y):
+def _bend(x: np.ndarray, y: np.ndarray) -> float:
     """Distance of a curve from its best line, relative to its height; -1 if not finite."""
     if not np.all(np.isfinite(y)) or np.ptp(y) == 0:
         return -1.0

@@ -1,27 +1,14 @@
-"""Texts of a block, each with its place and the room it takes."""
+"""Texts of a block, each with its position and the room it takes."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 
 from clie_blocks.diagrams.drawing import shapes
-from clie_blocks.diagrams.drawing.shapes import GRID
+from clie_blocks.diagrams.drawing.plan import Box, Label, Point
+from clie_blocks.diagrams.drawing.shapes import GRID, Node
 from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
 
 
-@dataclass(frozen=True)
-class Label:
-    """A text with its middle and the room it takes."""
-
-    text: str
-    x: float
-    y: float
-    width: float
-    height: float
-    size: float
-    bold: bool = False
-    owner: str = ""
-
-
-def labels_of(node, box):
+def labels_of(node: Node, box: Box) -> list[Label]:
     """Texts of one block: its name, its ports and its formula.
 
     Parameters
@@ -40,9 +27,9 @@ def labels_of(node, box):
     block = box.block
     x, y = box.middle
 
-    def label(text, at, size, bold=False):
+    def label(text: str, at: Point, size: float, bold: bool = False) -> Label:
         width, height = measure(text, size, bold)
-        return Label(text, *at, width, height, size, bold, block.key)
+        return Label(text, at[0], at[1], width, height, size, bold, block.key)
 
     if block.kind in ("input", "output"):
         return [label(symbol(block.name), (x, y), shapes.PORT)]
@@ -63,12 +50,12 @@ def labels_of(node, box):
         found += [label(sign, at, shapes.SIGN) for sign, at in _signs(node, box)]
     elif block.kind != "gain":
         found += _inside_labels(node, box, label)
-    if block.kind == "gain":
+    if block.kind == "gain" and block.icon is not None:
         found.append(label(block.icon.content, (box.x + 0.4 * box.width, y), shapes.PORT))
     return found
 
 
-def _signs(node, box):
+def _signs(node: Node, box: Box) -> Iterator[tuple[str, Point]]:
     """Signs of a sum, inside the circle next to where each wire enters."""
     x, y = box.middle
     reach = 0.58 * shapes.SUM_RADIUS
@@ -78,7 +65,7 @@ def _signs(node, box):
         yield sign, (x - reach, y) if arm == 0 else (x, y + (reach if arm > 0 else -reach))
 
 
-def _inside_labels(node, box, label):
+def _inside_labels(node: Node, box: Box, label: Callable[..., Label]) -> list[Label]:
     block, found = box.block, []
     x, y = box.middle
     if block.icon is None:

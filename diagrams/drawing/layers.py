@@ -1,13 +1,16 @@
 """Columns of the blocks: which wires are feedback, and how far right each block stands."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
+from clie_blocks.diagrams.drawing.graph import Block, Graph
 from clie_blocks.diagrams.drawing.placing import cheapest_order, shortest
 
 FORWARD, BACK = 2.0, 1.0  # what a column of wire costs
 
 
-def columns(graph):
+def columns(graph: Graph) -> dict[str, int]:
     """Column of each block, left to right, with few and cheap wires that run back.
 
     Parameters
@@ -42,26 +45,26 @@ def columns(graph):
     return {key: c - low for key, c in column.items()}
 
 
-def last_column_outputs(graph, column):
+def last_column_outputs(graph: Graph, column: Mapping[str, int]) -> dict[str, int]:
     """Move all output terminals to one column right of everything."""
     _, outputs = _terminals(graph)
     last = 1 + max([c for key, c in column.items() if key not in outputs], default=0)
     return {key: last if key in outputs else c for key, c in column.items()}
 
 
-def _terminals(graph):
+def _terminals(graph: Graph) -> list[list[str]]:
     return [[key for key, block in graph.blocks.items() if block.kind == kind]
             for kind in ("input", "output")]
 
 
-def _reading_order(graph):
+def _reading_order(graph: Graph) -> list[str]:
     """Blocks from cause to effect: terminals outside, the cheapest wires turned back."""
     inputs, outputs = _terminals(graph)
     inner = [key for key in graph.blocks if key not in inputs and key not in outputs]
     return [*inputs, *(inner[k] for k in cheapest_order(_turning_cost(graph, inner))), *outputs]
 
 
-def _turning_cost(graph, inner):
+def _turning_cost(graph: Graph, inner: Sequence[str]) -> np.ndarray:
     """Cost of a block before another: the wires from the second to the first run back."""
     index = {key: k for k, key in enumerate(inner)}
     driven = {wire.target[0] for wire in graph.wires
@@ -77,7 +80,7 @@ def _turning_cost(graph, inner):
     return cost + 1e-4 * late
 
 
-def _turning_price(target, port, driven):
+def _turning_price(target: Block, port: str, driven: set[str]) -> float:
     """Feedback ends in a minus of a sum, or where the outside enters too."""
     if target.kind == "sum" and target.signs[target.inputs.index(port)] != "+":
         return 0.4

@@ -1,74 +1,30 @@
-"""The finished plan of a picture: boxes, wires and texts with their places, in points.
+"""From a diagram to the plan of its picture: columns, heights and lanes become points."""
 
-Everything that `paint` draws is here, so that tests can read geometry instead of pixels.
-"""
+from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from clie_blocks.diagrams.drawing import layers, shapes
-from clie_blocks.diagrams.drawing.channels import channels_of, take_drops
-from clie_blocks.diagrams.drawing.graph import Block, read_graph
-from clie_blocks.diagrams.drawing.heights import heights
-from clie_blocks.diagrams.drawing.labels import Label, labels_of
+from clie_blocks.diagrams.drawing.channels import Net, channels_of
+from clie_blocks.diagrams.drawing.graph import Block, Graph, Pin, read_graph
+from clie_blocks.diagrams.drawing.labels import labels_of
 from clie_blocks.diagrams.drawing.order import Arrangement, arrange, swap_ports
-from clie_blocks.diagrams.drawing.routing import lanes_of, pin_heights
-from clie_blocks.diagrams.drawing.shapes import GRID
+from clie_blocks.diagrams.drawing.plan import Arrow, Box, Label, Layout, Piece, Point, Run
+from clie_blocks.diagrams.drawing.routing import heights, lanes_of, pin_heights, take_drops
+from clie_blocks.diagrams.drawing.shapes import GRID, Node
 from clie_blocks.diagrams.drawing.texts import measure
+
+if TYPE_CHECKING:
+    import control as ct
 
 LANE, LEAVE, ARRIVE = 12.0, 20.0, 18.0
 CANDIDATES, BENT = 16, 0.15
 
 
-@dataclass(frozen=True)
-class Box:
-    """Outline of a block: left, top, width and height, y downwards."""
-
-    block: Block
-    x: float
-    y: float
-    width: float
-    height: float
-    depth: int = 0
-
-    @property
-    def key(self):
-        """Key of the block."""
-        return self.block.key
-
-    @property
-    def middle(self):
-        """Point in its middle."""
-        return self.x + self.width / 2, self.y + self.height / 2
-
-    @property
-    def is_frame(self):
-        """Whether it is an opened diagram."""
-        return self.block.inner is not None
-
-
-@dataclass(frozen=True)
-class Run:
-    """All wires from one output port: straight pieces that meet at their ends."""
-
-    source: tuple
-    targets: tuple
-    width: int
-    pieces: tuple
-    arrows: tuple  # (x, y, dx, dy): tip and direction
-
-
-@dataclass
-class Layout:
-    """A plan: everything by key or in painting order, inside ``[0, width] x [0, height]``."""
-
-    width: float = 0.0
-    height: float = 0.0
-    boxes: dict = field(default_factory=dict)
-    labels: list = field(default_factory=list)
-    runs: list = field(default_factory=list)
-
-
-def layout(diagram, expand=False, names=None):
+def layout(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = False,
+           names: Mapping[str, str] | None = None) -> Layout:
     """Plan the picture of a diagram.
 
     Parameters
@@ -89,14 +45,14 @@ def layout(diagram, expand=False, names=None):
     return _plan(_renamed(read_graph(diagram, expand), names or {}), outside=True)
 
 
-def _renamed(graph, names):
+def _renamed(graph: Graph, names: Mapping[str, str]) -> Graph:
     for key, block in graph.blocks.items():
         inner = _renamed(block.inner, names) if block.inner else None
         graph.blocks[key] = replace(block, name=names.get(key, block.name), inner=inner)
     return graph
 
 
-def _plan(graph, outside=False):
+def _plan(graph: Graph, outside: bool = False) -> Layout:
     inside = {key: _plan(block.inner) for key, block in graph.blocks.items() if block.inner}
     nodes = {key: shapes.node_of(block, inside.get(key)) for key, block in graph.blocks.items()}
     column = layers.columns(graph)
@@ -110,7 +66,7 @@ def _plan(graph, outside=False):
     return _Plan(graph, arrangement, y, lanes, drops).finish()
 
 
-def _best_heights(arrangement):
+def _best_heights(arrangement: Arrangement) -> dict[str, float]:
     """Arrange the columns so that crossings and bends together are few."""
     least = float("inf")
     for snapshot in arrange(arrangement)[:CANDIDATES]:
@@ -130,7 +86,8 @@ def _best_heights(arrangement):
 class _Plan:
     """Turns columns, heights and lanes into points."""
 
-    def __init__(self, graph, arrangement, y, lanes, drops):
+    def __init__(self, graph: Graph, arrangement: Arrangement, y: Mapping[str, float],
+                 lanes: list[dict[Pin, int]], drops: dict[str, Pin]) -> None:
         self.drops = drops
         self.graph, self.nodes, self.channels = graph, arrangement.nodes, arrangement.channels
         self.column, self.columns, self.lanes = arrangement.column, arrangement.columns, lanes
@@ -140,9 +97,11 @@ class _Plan:
         self.result = Layout(height=(low - top) * GRID)
         self._widths()
 
-    def _widths(self):
+    def _widths(self) -> None:
         """Left edge and width of each column, and of the first lane of each channel."""
-        self.left, self.breadth, self.first_lane = [], [], []
+        self.left: list[float] = []
+        self.breadth: list[float] = []
+        self.first_lane: list[float] = []
         x = 0.0
         for c, channel in enumerate(self.lanes):
             outer = c in (0, len(self.lanes) - 1)
@@ -156,28 +115,28 @@ class _Plan:
                 x += self.breadth[-1]
         self.result.width = x
 
-    def finish(self):
+    def finish(self) -> Layout:
         """Place everything."""
         for key, node in self.nodes.items():
-            if not node.is_bend:
-                self._box(key, node)
+            if node.block is not None:
+                self._box(key, node, node.block)
         for source in dict.fromkeys(wire.source for wire in self.graph.wires):
             self._run(source)
         return self.result
 
-    def _middle(self, key):
+    def _middle(self, key: str) -> Point:
         c = self.column[key]
         return self.left[c] + self.breadth[c] / 2, self.grid[key] * GRID
 
-    def _box(self, key, node):
+    def _box(self, key: str, node: Node, block: Block) -> None:
         (x, y), (width, height) = self._middle(key), node.body
-        box = Box(node.block, x - width / 2, y - height / 2, width, height)
+        box = Box(block, x - width / 2, y - height / 2, width, height)
         self.result.boxes[key] = box
         self.result.labels += labels_of(node, box)
         if node.picture is not None:
             self._inside(node.picture, box.x + 2 * GRID, box.y + 3 * GRID)
 
-    def _inside(self, picture, dx, dy):
+    def _inside(self, picture: Layout, dx: float, dy: float) -> None:
         for key, box in picture.boxes.items():
             self.result.boxes[key] = replace(box, x=box.x + dx, y=box.y + dy,
                                              depth=box.depth + 1)
@@ -185,12 +144,13 @@ class _Plan:
                                for label in picture.labels]
         for run in picture.runs:
             pieces = tuple(((a + dx, b + dy), (c + dx, d + dy)) for (a, b), (c, d) in run.pieces)
-            arrows = tuple((x + dx, y + dy, *way) for x, y, *way in run.arrows)
+            arrows = tuple((x + dx, y + dy, across, down) for x, y, across, down in run.arrows)
             self.result.runs.append(replace(run, pieces=pieces, arrows=arrows))
 
-    def _run(self, source):
+    def _run(self, source: Pin) -> None:
         """Collect the pieces of one net over all channels."""
-        pieces, arrows = [], []
+        pieces: list[Piece] = []
+        arrows: list[Arrow] = []
         for c, nets in enumerate(self.channels):
             if source in nets:
                 self._cross(c, source, nets[source], pieces, arrows)
@@ -203,7 +163,8 @@ class _Plan:
         self.result.runs.append(run)
         self._width_label(run)
 
-    def _pass(self, key, source, pieces, arrows):
+    def _pass(self, key: str, source: Pin, pieces: list[Piece],
+              arrows: list[Arrow]) -> None:
         """Piece of a long wire past its column, and what drops from it onto a sum."""
         c, y = self.column[key], self.grid[key] * GRID
         stops = [self.left[c], self.left[c] + self.breadth[c]]
@@ -218,7 +179,8 @@ class _Plan:
                 stops.pop(0)
         pieces.extend(((a, y), (b, y)) for a, b in zip(stops, stops[1:]) if a < b)
 
-    def _cross(self, c, source, net, pieces, arrows):
+    def _cross(self, c: int, source: Pin, net: Net, pieces: list[Piece],
+               arrows: list[Arrow]) -> None:
         """Pieces of a net in one channel: a stub for each pin and the upright that joins them."""
         left, right = pin_heights(self.nodes, net, self.grid)
         tails = ([self._tail("R", pin, y * GRID) for pin, y in zip(net.left, left)]
@@ -238,7 +200,7 @@ class _Plan:
         levels = sorted({y for _, y in starts})
         pieces.extend(((x, a), (x, b)) for a, b in zip(levels, levels[1:]))
 
-    def _tail(self, side, pin, y):
+    def _tail(self, side: str, pin: Pin, y: float) -> list[Point]:
         """Path from where a pin can be reached in the channel to the outline of its block."""
         node = self.nodes[pin[0]]
         c = self.column[pin[0]]
@@ -249,7 +211,7 @@ class _Plan:
         edge = (x - half if side == "L" else x + half), y
         if node.picture is not None:
             terminal = next(box for box in self.result.boxes.values() if box.depth == 1
-                            and box.key in node.block.inner.blocks and box.middle[1] == y
+                            and box.key in node.picture.boxes and box.middle[1] == y
                             and box.block.kind == ("input" if side == "L" else "output"))
             inner = terminal.x if side == "L" else terminal.x + terminal.width
             return [edge, (inner, y)]
@@ -258,7 +220,7 @@ class _Plan:
             return [(x - half, y), (x, y), (x, reach)]
         return [edge]
 
-    def _width_label(self, run):
+    def _width_label(self, run: Run) -> None:
         """Number of signals over the start of a vector wire."""
         if run.width == 1:
             return

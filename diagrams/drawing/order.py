@@ -1,14 +1,24 @@
 """Order of the things in each column and of the ports of each block, for few crossings."""
 
 import random
+from collections.abc import Callable, Mapping, Sequence
 from statistics import fmean
+
+from clie_blocks.diagrams.drawing.channels import Net
+from clie_blocks.diagrams.drawing.graph import Pin
+from clie_blocks.diagrams.drawing.shapes import Node
+
+SidedPin = tuple[str, Pin]  # 'L' or 'R' of its node, and the pin
+Partners = dict[str, dict[SidedPin, list[SidedPin]]]
+Heights = tuple[list[float], list[float]]  # of the pins of a net, left and right of its channel
+Snapshot = tuple[list[list[str]], dict[str, tuple[list[str], list[str]]]]
 
 EFFORT, SWEEPS, PASSES = 3000, 6, 10
 CLIMB, LEAD_CROSSED, COLUMN_TASTE, PORT_TASTE = 0.01, 1.0, 1.6, 0.02
 GAP_BLOCKS, GAP_BEND, GAP_SLIM = 4, 3, 2
 
 
-def gap(a, b):
+def gap(a: Node, b: Node) -> int:
     """Grid steps between the ends of two neighbours in a column."""
     if (a.is_bend and b.is_bend) or (a.is_terminal and b.is_terminal):
         return GAP_SLIM
@@ -18,10 +28,12 @@ def gap(a, b):
 class Arrangement:
     """Columns of node keys with the port orders of their nodes, and how many wires cross."""
 
-    def __init__(self, nodes, column, channels):
+    def __init__(self, nodes: dict[str, Node], column: Mapping[str, int],
+                 channels: list[dict[Pin, Net]]) -> None:
         self.nodes, self.channels = nodes, channels
         self.column = column
-        self.columns = [[] for _ in range(max(column.values(), default=0) + 1)]
+        self.columns: list[list[str]] = [
+            [] for _ in range(max(column.values(), default=0) + 1)]
         for key in nodes:
             self.columns[column[key]].append(key)
         self.rank = {key: k for k, key in enumerate(nodes)}
@@ -29,13 +41,14 @@ class Arrangement:
         self.weight = {key: 4.0 / (4.0 + k) for k, key in enumerate(blocks)}
         self.partners = _partners(nodes, channels)
         self.leads = _leads(nodes, channels)
-        self.y = {}
+        self.y: dict[str, float] = {}
         self.stack()
 
-    def stack(self, only=None):
+    def stack(self, only: int | None = None) -> None:
         """Put the nodes of the columns on top of each other, each column centred."""
         for c in range(len(self.columns)) if only is None else [only]:
-            y, previous = 0, None
+            y: float = 0
+            previous: Node | None = None
             for key in self.columns[c]:
                 node = self.nodes[key]
                 y += node.above + (gap(previous, node) + previous.below if previous else 0)
@@ -44,16 +57,16 @@ class Arrangement:
             for key in self.columns[c]:
                 self.y[key] -= middle
 
-    def pin_y(self, side, pin):
+    def pin_y(self, side: str, pin: Pin) -> float:
         """Height of a pin at the left or right ('L', 'R') of its node."""
         return self.y[pin[0]] + self.nodes[pin[0]].offset(side, pin[1])
 
-    def snapshot(self):
+    def snapshot(self) -> Snapshot:
         """Orders of columns and ports, to return to."""
         return ([list(keys) for keys in self.columns],
                 {key: (list(node.left), list(node.right)) for key, node in self.nodes.items()})
 
-    def restore(self, snapshot):
+    def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot."""
         columns, ports = snapshot
         self.columns = [list(keys) for keys in columns]
@@ -63,14 +76,14 @@ class Arrangement:
                 self.nodes[key].fit_sum()
         self.stack()
 
-    def turn_over(self):
+    def turn_over(self) -> None:
         """Turn columns and ports upside down, unless an opened diagram fixes them."""
         columns, ports = self.snapshot()
         if not any(node.fixed for node in self.nodes.values()):
             turned = {key: (left[::-1], right[::-1]) for key, (left, right) in ports.items()}
             self.restore(([keys[::-1] for keys in columns], turned))
 
-    def crossings(self, c):
+    def crossings(self, c: int) -> float:
         """Crossings in channel c when each net has one upright, the better way round.
 
         A strand that crosses a main line keeps it from being straight, and counts more.
@@ -82,19 +95,19 @@ class Arrangement:
         return _channel_crossings(nets) + LEAD_CROSSED * sum(
             _crosses(left, right, *line) for line in lines for left, right in nets)
 
-    def taste(self, c):
+    def taste(self, c: int) -> float:
         """How far a column and the ports in it stray from the order in which they were listed."""
         found = COLUMN_TASTE * inversions(self.columns[c], self.rank, self._importance)
         for key in self.columns[c]:
             node = self.nodes[key]
-            if node.sortable:
+            if node.sortable and node.block is not None:
                 ranks = {port: k for ports in (node.block.inputs, node.block.outputs)
                          for k, port in enumerate(ports)}
                 found += PORT_TASTE * (inversions(node.left, ranks)
                                        + inversions(node.right, ranks))
         return found
 
-    def _importance(self, upper, lower):
+    def _importance(self, upper: str, lower: str) -> float:
         """Weight of a pair in `taste`: what is listed first belongs on top, feedback below."""
         a, b = self.nodes[upper], self.nodes[lower]
         if a.is_terminal != b.is_terminal:
@@ -103,11 +116,11 @@ class Arrangement:
             return 0.8
         return self.weight.get(upper, 0.1) * self.weight.get(lower, 0.1)
 
-    def column_cost(self, c):
+    def column_cost(self, c: int) -> float:
         """What the order of one column costs: crossings on both sides, and taste."""
         return self.crossings(c) + self.crossings(c + 1) + self.taste(c)
 
-    def cost(self):
+    def cost(self) -> float:
         """Crossings, taste, and a little for the height that the wires climb."""
         climb = sum(abs(self.pin_y(*a) - self.pin_y(*b))
                     for pins in self.partners.values() for a, others in pins.items()
@@ -115,7 +128,7 @@ class Arrangement:
         return (sum(self.crossings(c) for c in range(len(self.channels))) + CLIMB * climb
                 + sum(self.taste(c) for c in range(len(self.columns))))
 
-    def sweep(self, rightwards):
+    def sweep(self, rightwards: bool) -> None:
         """Sort each column by the mean height of what its nodes are wired to."""
         count = len(self.columns)
         for c in range(count) if rightwards else range(count - 1, -1, -1):
@@ -124,14 +137,14 @@ class Arrangement:
             self.columns[c].sort(key=wish.__getitem__)
             self.stack(c)
 
-    def _wish(self, key, near):
+    def _wish(self, key: str, near: int) -> float:
         heights = [self.pin_y(*other) - self.nodes[key].offset(*_at(pin))
                    for pin, others in self.partners[key].items() for other in others
                    if self.column[other[1][0]] in (near, self.column[key])
                    and other[1][0] != key]
         return fmean(heights) if heights else self.y[key]
 
-    def sort_ports(self):
+    def sort_ports(self) -> None:
         """Sort the ports of each block by the mean height of their other ends."""
         for key, node in self.nodes.items():
             if not node.sortable:
@@ -143,13 +156,13 @@ class Arrangement:
             if node.main is not None:
                 node.fit_sum()
 
-    def _port_wish(self, key, side, port, place):
+    def _port_wish(self, key: str, side: str, port: str, place: int) -> float:
         others = self.partners[key].get((side, (key, port)), [])
         heights = [self.pin_y(*other) for other in others]
         return fmean(heights) if heights else self.y[key] + 1e-3 * place
 
 
-def arrange(arrangement):
+def arrange(arrangement: Arrangement) -> list[Snapshot]:
     """Find orders with few crossings; the listed order is tried first and wins ties.
 
     Parameters
@@ -176,11 +189,11 @@ def arrange(arrangement):
     return [snapshot for _, snapshot in sorted(found, key=lambda item: item[0])]
 
 
-def _keep(arrangement):
+def _keep(arrangement: Arrangement) -> None:
     """Leave the arrangement as it is."""
 
 
-def _swept(arrangement, tries):
+def _swept(arrangement: Arrangement, tries: int) -> list[Snapshot]:
     """Orders after sweeps from the listed order and from chance ones, the cheapest first."""
     chance = random.Random(0)
     start, found = arrangement.snapshot(), []
@@ -201,7 +214,7 @@ def _swept(arrangement, tries):
     return [snapshot for _, _, snapshot in sorted(found, key=lambda item: item[:2])]
 
 
-def _swap_neighbours(arrangement):
+def _swap_neighbours(arrangement: Arrangement) -> None:
     """Swap neighbours in columns and ports while that makes the picture better."""
     for _ in range(PASSES):
         better = False
@@ -215,7 +228,7 @@ def _swap_neighbours(arrangement):
             break
 
 
-def _swap_in(arrangement, c, items):
+def _swap_in(arrangement: Arrangement, c: int, items: list[str]) -> bool:
     better, least = False, arrangement.column_cost(c)
     for k in range(len(items) - 1):
         _swap(arrangement, c, items, k)
@@ -227,7 +240,7 @@ def _swap_in(arrangement, c, items):
     return better
 
 
-def swap_ports(arrangement):
+def swap_ports(arrangement: Arrangement) -> None:
     """Swap neighbouring ports where that removes crossings at the present heights."""
     for c, keys in enumerate(arrangement.columns):
         for node in (arrangement.nodes[key] for key in keys):
@@ -239,7 +252,7 @@ def swap_ports(arrangement):
                         ports[k], ports[k + 1] = ports[k + 1], ports[k]
 
 
-def _swap(arrangement, c, items, k):
+def _swap(arrangement: Arrangement, c: int, items: list[str], k: int) -> None:
     items[k], items[k + 1] = items[k + 1], items[k]
     for key in arrangement.columns[c]:
         if arrangement.nodes[key].main is not None:
@@ -247,21 +260,23 @@ def _swap(arrangement, c, items, k):
     arrangement.stack(c)
 
 
-def inversions(items, rank, weight=lambda upper, lower: 1.0):
+def inversions(items: Sequence[str], rank: Mapping[str, int],
+               weight: Callable[[str, str], float] = lambda upper, lower: 1.0) -> float:
     """Weighted pairs that stand against their rank."""
     return sum(weight(upper, lower) for k, lower in enumerate(items)
                for upper in items[:k] if rank[upper] > rank[lower])
 
 
-def _at(sided_pin):
+def _at(sided_pin: SidedPin) -> tuple[str, str]:
     side, (_, port) = sided_pin
     return side, port
 
 
-def _leads(nodes, channels):
+def _leads(nodes: Mapping[str, Node],
+           channels: list[dict[Pin, Net]]) -> list[list[tuple[Pin, Pin]]]:
     """Main lines by channel: from a port to the first listed block that follows it directly."""
     rank = {key: k for k, key in enumerate(nodes)}
-    found = [[] for _ in channels]
+    found: list[list[tuple[Pin, Pin]]] = [[] for _ in channels]
     for c, nets in enumerate(channels):
         for net in nets.values():
             side, start = net.entry
@@ -272,15 +287,15 @@ def _leads(nodes, channels):
     return found
 
 
-def _crosses(left, right, start, end):
+def _crosses(left: Sequence[float], right: Sequence[float], start: float, end: float) -> bool:
     """Whether a net passes from one side of a line to the other."""
     return ((min(left, default=start) < start and max(right, default=end) > end)
             or (max(left, default=start) > start and min(right, default=end) < end))
 
 
-def _partners(nodes, channels):
+def _partners(nodes: Mapping[str, Node], channels: list[dict[Pin, Net]]) -> Partners:
     """Other ends of the net at each pin: {node: {(side, pin): [(side, pin)]}}."""
-    found = {key: {} for key in nodes}
+    found: Partners = {key: {} for key in nodes}
     for nets in channels:
         for net in nets.values():
             pins = [("R", pin) for pin in net.left] + [("L", pin) for pin in net.right]
@@ -289,7 +304,7 @@ def _partners(nodes, channels):
     return found
 
 
-def _channel_crossings(nets):
+def _channel_crossings(nets: Sequence[Heights]) -> int:
     spans = [(min(left + right), max(left + right)) for left, right in nets]
     total = 0
     for a in range(len(nets)):
@@ -300,7 +315,8 @@ def _channel_crossings(nets):
     return total
 
 
-def crossings(first, second, first_span, second_span):
+def crossings(first: Heights, second: Heights, first_span: tuple[float, float],
+              second_span: tuple[float, float]) -> int:
     """Crossings of two nets ``(left heights, right heights)`` if the first stands left."""
     return (sum(second_span[0] < y < second_span[1] for y in first[1])
             + sum(first_span[0] < y < first_span[1] for y in second[0]))

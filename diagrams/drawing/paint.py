@@ -1,16 +1,55 @@
 """A finished plan as a Matplotlib figure."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import hypot
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from clie_blocks.diagrams.drawing import shapes
+from clie_blocks.diagrams.drawing.plan import Box, Layout, Piece, Point, Run
 from clie_blocks.diagrams.drawing.texts import font
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
+    from matplotlib.path import Path as MplPath
 
 INK, FILL, FRAME, TERMINAL, QUIET = "#1f2933", "#eef3f9", "#f8fafc", "#ffffff", "#5b6b7c"
 THIN, THICK, CORNER, DOT = 0.9, 1.9, 4.0, 2.8
 MARGIN, BAR = 12.0, 84.0
+LIGHT_TO_STRONG = ["#fff8ee", "#fbc490", "#e8604c"]  # light enough for the texts of a block
 
 
-def paint(plan, shades=None, value_label="", title=""):
+@dataclass(frozen=True)
+class Shades:
+    """Values by block key on one colour scale from `low` to `high`."""
+
+    values: dict[str, float]
+    low: float
+    high: float
+
+    def mappable(self) -> ScalarMappable:
+        """Matplotlib's pair of scale and colours, for a colour bar."""
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+        scale = LinearSegmentedColormap.from_list("share", LIGHT_TO_STRONG)
+        return ScalarMappable(Normalize(self.low, self.high), scale)
+
+    def colour(self, key: str) -> Any:
+        """Colour of a block as Matplotlib takes it, or None if it has no value."""
+        if key not in self.values:
+            return None
+        return self.mappable().to_rgba(np.asarray(self.values[key]))
+
+
+def paint(plan: Layout, shades: Shades | None = None, value_label: str = "",
+          title: str = "") -> Figure:
     """Paint a plan.
 
     Parameters
@@ -36,7 +75,7 @@ def paint(plan, shades=None, value_label="", title=""):
     width = plan.width + 2 * MARGIN + (BAR if shades else 0.0)
     height = plan.height + 2 * MARGIN + head
     figure = Figure(figsize=(width / 72, height / 72), dpi=150, facecolor="white")
-    axes = figure.add_axes([0, 0, 1, 1])
+    axes = figure.add_axes((0, 0, 1, 1))
     axes.set(xlim=(-MARGIN, width - MARGIN), ylim=(plan.height + MARGIN, -MARGIN - head))
     axes.axis("off")
     if title:
@@ -54,12 +93,12 @@ def paint(plan, shades=None, value_label="", title=""):
     return figure
 
 
-def _box(axes, box, shades):
+def _box(axes: Axes, box: Box, shades: Shades | None) -> None:
     from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
     x, y, w, h = box.x, box.y, box.width, box.height
     colour = shades.colour(box.key) if shades else None
-    style = {"ec": INK, "lw": 1.0, "zorder": 3 + box.depth / 100}
+    style: dict[str, Any] = {"ec": INK, "lw": 1.0, "zorder": 3 + box.depth / 100}
     if box.is_frame:
         axes.add_patch(Rectangle((x, y), w, h, fc=colour or FRAME, ec=QUIET, lw=1.0,
                                  ls=(0, (5, 3)), zorder=1 + box.depth / 100))
@@ -77,12 +116,11 @@ def _box(axes, box, shades):
             axes.add_patch(Rectangle((x + 3, y + 3), w - 6, h - 6, fc="none", ec=INK, lw=0.5,
                                      zorder=3.5))
         if box.block.icon is not None and box.block.icon.kind == "curve":
-            _curve(axes, box)
+            _curve(axes, box, *box.block.icon.content)
 
 
-def _curve(axes, box):
+def _curve(axes: Axes, box: Box, x: np.ndarray, y: np.ndarray) -> None:
     """Characteristic over a pair of thin axes."""
-    x, y = box.block.icon.content
     wide, high = 36.0, 26.0
     middle_x, middle_y = box.middle
     reach_x, reach_y = max(abs(x)) or 1.0, max(abs(y)) or 1.0
@@ -94,7 +132,7 @@ def _curve(axes, box):
               lw=1.4, zorder=4.5, solid_joinstyle="round")
 
 
-def _run(axes, run):
+def _run(axes: Axes, run: Run) -> None:
     from matplotlib.patches import Circle, PathPatch, Polygon
 
     thickness = THICK if run.width > 1 else THIN
@@ -113,9 +151,9 @@ def _run(axes, run):
             fc=INK, ec="none", zorder=5))
 
 
-def joints(pieces):
+def joints(pieces: Sequence[Piece]) -> dict[Point, list[Point]]:
     """Points where pieces end, each with its neighbours: ``{point: [point, ...]}``."""
-    found = {}
+    found: dict[Point, list[Point]] = {}
     for a, b in pieces:
         if a != b:
             found.setdefault(a, []).append(b)
@@ -123,9 +161,10 @@ def joints(pieces):
     return found
 
 
-def chains(pieces, meets):
+def chains(pieces: Sequence[Piece], meets: Mapping[Point, Sequence[Point]]) -> list[list[Point]]:
     """Pieces joined into polylines between ends and junctions, each piece once."""
-    done, found = set(), []
+    done: set[Piece] = set()
+    found: list[list[Point]] = []
     ends = [point for point, ways in meets.items() if len(ways) != 2]
     for start in ends:
         for way in meets[start]:
@@ -140,7 +179,7 @@ def chains(pieces, meets):
     return found
 
 
-def _rounded(points):
+def _rounded(points: list[Point]) -> MplPath:
     """Polyline with its corners rounded."""
     from matplotlib.path import Path
 
@@ -156,7 +195,7 @@ def _rounded(points):
     return Path([*vertices, points[-1]], [*codes, Path.LINETO])
 
 
-def _without_straight(points):
+def _without_straight(points: list[Point]) -> list[Point]:
     kept = [points[0]]
     for a, b, c in zip(points, points[1:], points[2:]):
         if not (a[0] == b[0] == c[0] or a[1] == b[1] == c[1]):
@@ -164,10 +203,11 @@ def _without_straight(points):
     return [*kept, points[-1]]
 
 
-def _colour_bar(figure, shades, label, plan, width, height):
+def _colour_bar(figure: Figure, shades: Shades, label: str, plan: Layout, width: float,
+                height: float) -> None:
     tall = min(plan.height, 180.0)
-    bar = figure.add_axes([1 - (BAR - 18) / width, 0.5 - tall / 2 / height, 12 / width,
-                           tall / height])
+    bar = figure.add_axes((1 - (BAR - 18) / width, 0.5 - tall / 2 / height, 12 / width,
+                           tall / height))
     painted = figure.colorbar(shades.mappable(), cax=bar)
     painted.set_label(label, fontproperties=font(8.5))
     for tick in bar.get_yticklabels():

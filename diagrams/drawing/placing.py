@@ -1,9 +1,12 @@
 """Two small optimisers: an order of least cost, and positions of least wire length."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def cheapest_order(cost):
+def cheapest_order(cost: ArrayLike) -> list[int]:
     """Order items so that the sum of ``cost[a][b]`` over all a before b is small.
 
     Parameters
@@ -35,7 +38,8 @@ def cheapest_order(cost):
     return order
 
 
-def shortest(count, pulls, gaps):
+def shortest(count: int, pulls: Sequence[tuple[int, int, float, float]],
+             gaps: Sequence[tuple[int, int, float]]) -> np.ndarray:
     """Whole-numbered positions of least total wire length: a linear program.
 
     Parameters
@@ -59,7 +63,8 @@ def shortest(count, pulls, gaps):
     if not pulls and not gaps:
         return np.zeros(count, int)
     rows = len(gaps) + 2 * len(pulls)
-    entries, bounds = [], []
+    entries: list[tuple[int, int, float]] = []
+    bounds: list[float] = []
     for a, b, d in gaps:
         entries += [(len(bounds), a, 1.0), (len(bounds), b, -1.0)]
         bounds.append(-d)

@@ -7,6 +7,8 @@ two ports can be made level exactly.
 from dataclasses import dataclass, field
 from math import ceil
 
+from clie_blocks.diagrams.drawing.graph import Block
+from clie_blocks.diagrams.drawing.plan import Layout
 from clie_blocks.diagrams.drawing.texts import measure, plain, symbol, wrapped
 
 GRID = 6.0
@@ -25,18 +27,19 @@ class Node:
     """
 
     key: str
-    block: object = None
-    left: list = field(default_factory=list)
-    right: list = field(default_factory=list)
+    block: Block | None = None
+    left: list[str] = field(default_factory=list)
+    right: list[str] = field(default_factory=list)
     width: float = 0.0
-    body: tuple = (0.0, 0.0)  # width and height of the outline
+    body: tuple[float, float] = (0.0, 0.0)  # width and height of the outline
     above: int = 0
     below: int = 0
     main: str | None = None  # the port of a sum that enters straight
-    fixed: dict = field(default_factory=dict)  # port offsets of an opened diagram
-    picture: object = None  # layout of an opened diagram
+    # of an opened diagram: offsets of its ports by side and name, and its layout
+    fixed: dict[tuple[str, str], int] = field(default_factory=dict)
+    picture: Layout | None = None
 
-    def offset(self, side, port):
+    def offset(self, side: str, port: str) -> int:
         """Grid steps from the middle of the node down to a port."""
         if self.fixed:
             return self.fixed[side, port]
@@ -46,7 +49,7 @@ class Node:
             return SUM_ARM * (place - self.left.index(self.main)) if side == "L" else 0
         return PITCH * place - PITCH * (len(ports) - 1) // 2
 
-    def fit_sum(self):
+    def fit_sum(self) -> None:
         """Room of a sum, which depends on which of its ports enters straight."""
         if len(self.left) == 3:
             self.main = self.left[1]
@@ -55,27 +58,27 @@ class Node:
         self.above, self.below = max(radius, -min(offsets)), max(radius, max(offsets))
 
     @property
-    def is_bend(self):
+    def is_bend(self) -> bool:
         """Whether it is only a passing wire."""
         return self.block is None
 
     @property
-    def is_terminal(self):
+    def is_terminal(self) -> bool:
         """Whether it is an input or output of the diagram."""
         return self.block is not None and self.block.kind in ("input", "output")
 
     @property
-    def is_plain(self):
+    def is_plain(self) -> bool:
         """Whether it is a block, a gain or a diagram: no sum, terminal or bend."""
-        return not self.is_bend and not self.is_terminal and self.block.kind != "sum"
+        return self.block is not None and self.block.kind not in ("sum", "input", "output")
 
     @property
-    def sortable(self):
+    def sortable(self) -> bool:
         """Whether its ports may change places."""
         return not self.is_bend and not self.is_terminal and not self.fixed
 
 
-def node_of(block, picture=None):
+def node_of(block: Block, picture: Layout | None = None) -> Node:
     """Return the node of a block, sized to fit its texts.
 
     Parameters
@@ -93,74 +96,73 @@ def node_of(block, picture=None):
     """
     node = Node(block.key, block, list(block.inputs), list(block.outputs))
     if picture is not None:
-        _frame(node, picture)
+        _frame(node, block, picture)
     elif block.kind in ("input", "output"):
-        _terminal(node)
+        _terminal(node, block)
     elif block.kind == "sum" and len(block.inputs) <= 3:
-        _sum(node)
+        _sum(node, block)
     elif block.kind == "gain":
-        _gain(node)
+        _gain(node, block)
     else:
-        _box(node)
+        _box(node, block)
     return node
 
 
-def out_label(block):
+def out_label(block: Block) -> str:
     """Text over the outgoing wire of a block that does not name its port inside."""
     named = block.kind in ("sum", "gain") and block.name
     return symbol(block.outputs[0]) if named and block.outputs else ""
 
 
-def port_text(block, side, place):
+def port_text(block: Block, side: str, place: int) -> str:
     """Text beside a port inside a box; a tall sum shows signs."""
     if block.kind == "sum":
         return block.signs[place] if side == "L" else ""
     return symbol((block.inputs if side == "L" else block.outputs)[place])
 
 
-def inside_name(block):
+def inside_name(block: Block) -> str:
     """Name inside a box that has no icon."""
     return wrapped(block.name) if block.icon is None else ""
 
 
-def inset(block):
+def inset(block: Block) -> float:
     """Distance of the port names from the outline; a diagram has a second outline."""
     return 8.0 if block.kind == "diagram" else 5.0
 
 
-def below_name(block):
+def below_name(block: Block) -> str:
     """Name below a block whose inside shows an icon."""
     shown = block.icon is not None and block.kind != "sum"
     return plain(block.name) if shown else ""
 
 
-def _terminal(node):
-    width = max(30.0, measure(symbol(node.block.name), PORT)[0] + 16.0)
+def _terminal(node: Node, block: Block) -> None:
+    width = max(30.0, measure(symbol(block.name), PORT)[0] + 16.0)
     node.width, node.body = width, (width, 16.0)
     node.above = node.below = 1  # so close that terminals can be level with ports
 
 
-def _sum(node):
+def _sum(node: Node, block: Block) -> None:
     node.body = (2 * SUM_RADIUS, 2 * SUM_RADIUS)
-    label = measure(out_label(node.block), PORT)[0]
+    label = measure(out_label(block), PORT)[0]
     # the label needs room right of the circle; the same is kept on the left to stay centred
     node.width = 2 * SUM_RADIUS + 2 * (label + 4 if label else 0)
     node.main = node.left[0]
     node.fit_sum()
 
 
-def _gain(node):
-    text = measure(node.block.icon.content, PORT)[0]
+def _gain(node: Node, block: Block) -> None:
+    text = measure(block.icon.content if block.icon else "", PORT)[0]
     side = max(36.0, text + 24.0)
-    label = measure(out_label(node.block), PORT)[0]
+    label = measure(out_label(block), PORT)[0]
     node.body = (side, 36.0)
     node.width = max(side + 2 * (label + 4 if label else 0),
-                     measure(below_name(node.block), NAME)[0])
-    node.above, node.below = 3, 3 + _name_room(node.block)
+                     measure(below_name(block), NAME)[0])
+    node.above, node.below = 3, 3 + _name_room(block)
 
 
-def _box(node):
-    block = node.block
+def _box(node: Node, block: Block) -> None:
     sides = [max([measure(port_text(block, side, k), PORT)[0] for k in range(len(ports))] or [0])
              for side, ports in (("L", block.inputs), ("R", block.outputs))]
     wide, high = _inside(block)
@@ -175,7 +177,7 @@ def _box(node):
     node.above, node.below = half, half + _name_room(block)
 
 
-def _inside(block):
+def _inside(block: Block) -> tuple[float, float]:
     """Width and height of what stands in the middle of a box."""
     if block.icon is None:
         return measure(inside_name(block), NAME, True)
@@ -185,16 +187,16 @@ def _inside(block):
     return wide, high
 
 
-def _name_room(block):
+def _name_room(block: Block) -> int:
     return ceil((NAME * 1.2 + 4) / GRID) if below_name(block) else 0
 
 
-def _frame(node, picture):
+def _frame(node: Node, block: Block, picture: Layout) -> None:
     """Frame round an opened diagram; its ports are level with the terminals inside."""
     margin, title = 2 * GRID, 3 * GRID
     height = picture.height + margin + title
     half = ceil(height / 2 / GRID)
-    node.body = (max(picture.width, measure(plain(node.block.name), NAME, True)[0] + 12)
+    node.body = (max(picture.width, measure(plain(block.name), NAME, True)[0] + 12)
                  + 2 * margin, 2 * half * GRID)
     node.width = node.body[0]
     node.above = node.below = half
@@ -207,6 +209,6 @@ def _frame(node, picture):
     node.right.sort(key=lambda port: node.fixed["R", port])
 
 
-def _kind(picture, kind):
+def _kind(picture: Layout, kind: str) -> list[Block]:
     return [box.block for box in picture.boxes.values()
             if box.block.kind == kind and box.depth == 0]

@@ -1,7 +1,13 @@
 """Signal names as mathematics, and the room that a text takes."""
 
+from __future__ import annotations
+
 import re
 from functools import lru_cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.font_manager import FontProperties
 
 # The glossary's words that are letters in the paper.
 LETTERS = {"theta": r"\Theta", "phi": r"\Phi", "tau": r"\tau", "eps": r"\varepsilon",
@@ -9,7 +15,7 @@ LETTERS = {"theta": r"\Theta", "phi": r"\Phi", "tau": r"\tau", "eps": r"\varepsi
            "pe": r"\mathrm{PE}"}
 
 
-def symbol(name):
+def symbol(name: str) -> str:
     """Return a port name as the paper writes it: 'dq_model' becomes q with a dot and an index.
 
     Parameters
@@ -23,7 +29,8 @@ def symbol(name):
         Mathtext; words that stand for no letter stay words.
 
     """
-    base, index = re.fullmatch(r"(.*?)((?:\[\d+\])?)", name, re.S).groups()
+    base = re.sub(r"\[\d+\]$", "", name)
+    index = name[len(base):]
     core, *marks = base.split("_")
     rate = re.fullmatch(r"(d{1,2})([a-z])", core)
     letter = rate[2] if rate else LETTERS.get(core, core)
@@ -38,12 +45,12 @@ def symbol(name):
     return f"${letter}{f'_{{{low}}}' if low else ''}${index}"
 
 
-def plain(name):
+def plain(name: str) -> str:
     """Return a name as words, safe against mathtext."""
     return name.replace("_", " ").replace("$", r"\$").strip()
 
 
-def wrapped(name, limit=16):
+def wrapped(name: str, limit: int = 16) -> str:
     """Return a block's name as words, in lines of about `limit` letters."""
     lines = [""]
     for word in plain(name).split():
@@ -53,7 +60,7 @@ def wrapped(name, limit=16):
     return "\n".join(lines)
 
 
-def font(size, bold=False):
+def font(size: float, bold: bool = False) -> FontProperties:
     """Font of all texts, independent of the user's Matplotlib settings."""
     from matplotlib.font_manager import FontProperties
 
@@ -62,7 +69,7 @@ def font(size, bold=False):
 
 
 @lru_cache(maxsize=4096)
-def measure(text, size, bold=False):
+def measure(text: str, size: float, bold: bool = False) -> tuple[float, float]:
     """Width and height of a text in points."""
     from matplotlib.textpath import TextPath
 
