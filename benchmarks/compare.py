@@ -25,8 +25,7 @@ import scaling
 from timing import interleaved, markdown, ratio, seconds
 
 from clie_blocks import paper
-from clie_blocks.compiled import compile_diagram
-from clie_blocks.compiled.runtime import reduce
+from clie_blocks.compiled import compile_diagram, reduce
 from clie_blocks.output import run_main, write
 
 STEPS, SLOW_STEPS, RUNS = 50_000, 50, 64

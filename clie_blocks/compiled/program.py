@@ -1,30 +1,37 @@
 """A compiled diagram: run it, read it, hand it back."""
 
-import sys
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.compiled.cache.signature import Description
-from clie_blocks.compiled.codegen.lane_layout import SINGLE
+from clie_blocks.compiled.codegen.engine import Engine, available_engine
+from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
+from clie_blocks.compiled.codegen.methods import SAMPLED, Method, method_named
 from clie_blocks.compiled.codegen.python import PythonEngine, source
-from clie_blocks.compiled.frontend.callback_cost import warn_of_callbacks
+from clie_blocks.compiled.frontend.callbacks import warn_of_callbacks
 from clie_blocks.compiled.frontend.tracing import trace
-from clie_blocks.compiled.ir.layout import layout
+from clie_blocks.compiled.ir.callback import Callback
+from clie_blocks.compiled.ir.layout import Layout, layout
 from clie_blocks.compiled.runtime.api import Studies
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
-from clie_blocks.compiled.runtime.events import Bounds
-from clie_blocks.compiled.runtime.inputs import bind
-from clie_blocks.compiled.runtime.methods import SAMPLED, method_named
+from clie_blocks.compiled.runtime.events import Bounds, StopBounds
+from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind
 from clie_blocks.compiled.runtime.simulate import Plan, simulate
 from clie_blocks.compiled.verification import POINTS, check
-from clie_blocks.errors import ClieError, DivergedError, nearest
+from clie_blocks.errors import ClieError, nearest
 
 QUICK_POINTS = 4
 
 
-def compile_diagram(diagram, engine="llvm", opaque=()):
+def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
+                    opaque: Iterable[str] = ()) -> Program:
     """Compile a diagram to machine code.
 
     Parameters
@@ -96,9 +103,11 @@ class Program(Studies):
 
     """
 
-    def __init__(self, diagram, engine="llvm", opaque=()):
+    def __init__(self, diagram: ct.NonlinearIOSystem, engine: str = "llvm",
+                 opaque: Iterable[str] = ()) -> None:
         self.name, self._engines, self._engine = diagram.name, {}, available_engine(engine)
         self._trace = trace(diagram, opaque=opaque)
+        self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
@@ -106,39 +115,48 @@ class Program(Studies):
         self._default = self._build(self._layout, "ode5")
 
     @property
-    def params(self):
+    def params(self) -> dict[str, Any]:
         """Default value by key."""
         parameters = self._parameters
         return {key: parameters.part(key, parameters.defaults).copy()[()]
                 for key in parameters.offset}
 
     @property
-    def description(self):
+    def description(self) -> Description:
         """What the arguments and results are called, and where they lie."""
         return Description(self.name, self.inputs, self.outputs, self.states, self._layout.slots,
                            len(self._layout.record), self._parameters, self.period)
 
     @property
-    def callbacks(self):
+    def callbacks(self) -> list[Callback]:
         """Functions of opaque blocks that the program calls back."""
         return self._trace.opaque
 
     @property
-    def cached(self):
+    def cached(self) -> bool:
         """Whether the machine code came from the disk."""
         return self._default.cached
 
-    def dynamics(self, t, x, u, params=None):
+    def dynamics(self, t: float, x: ArrayLike, u: ArrayLike,
+                 params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
         """Derivatives of the states, as ``diagram.dynamics``."""
-        return self._default.derivative(t, x, u, self._parameters.vector(params, self.name))
+        p = self._parameters.vector(params, self.name)
+        return self._default.derivative(t, np.asarray(x), np.asarray(u), p)
 
-    def output(self, t, x, u, params=None):
+    def output(self, t: float, x: ArrayLike, u: ArrayLike,
+               params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
         """Outputs, as ``diagram.output``."""
-        record = self._default.observe(t, x, u, self._parameters.vector(params, self.name))
+        p = self._parameters.vector(params, self.name)
+        record = self._default.observe(t, np.asarray(x), np.asarray(u), p)
         return record[[self._layout.slots[name] for name in self.outputs]]
 
-    def run(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
-            params=None, log=None, every=1, stop=None):
+    def run(
+            self, duration: float, step: float | None = None, method: str = "ode5",
+            inputs: Inputs = None,
+            initial_state: ArrayLike | Mapping[str, ArrayLike] | None = None,
+            params: Mapping[str, ArrayLike] | None = None, log: str | Sequence[str] | None = None,
+            every: int = 1,
+            stop: StopBounds | None = None) -> ct.TimeResponseData:
         """Simulate with a fixed step.
 
         Parameters
@@ -210,23 +228,23 @@ class Program(Studies):
                         lambda time, record: bounds.stop(time, record[watched]))
         response = self._response(done, chosen)
         response.stopped = done.stop
-        if done.stopped_at is not None:
-            raise self._diverged(done, response)
+        if done.divergence is not None:
+            raise self._diverged(done.divergence, response)
         return response
 
-    def as_nlsys(self):
+    def as_nlsys(self) -> ct.NonlinearIOSystem:
         """Return the program as one flat `control.NonlinearIOSystem`, for all of python-control.
 
         Labels and parameters are those of the diagram, and so are the results of
         `control.input_output_response`, `control.linearize` and `control.find_operating_point`;
         a parameter that no block has is refused.
         """
-        from clie_blocks.compiled.flat_system import flat_system
+        from clie_blocks.compiled.runtime.flat_system import flat_system
         return flat_system(self, self._default,
                            [self._layout.slots[name] for name in self.outputs],
                            lambda params: self._parameters.vector(params, self.name))
 
-    def source(self, language="python", method="ode5"):
+    def source(self, language: str = "python", method: str = "ode5") -> str:
         """Return the program as text.
 
         Parameters
@@ -239,27 +257,28 @@ class Program(Studies):
 
         """
         if language == "python":
-            return source(self._layout, self._names(), self._legend())
+            return source(self._layout, self._trace.names(), self._trace.legend(self.name))
         if language == "llvm":
-            from clie_blocks.compiled.codegen.native import module
-            return module(self._layout, self._method(method))
+            return self._text(self._layout, self._method(method), SINGLE)
         if language == "c":
             from clie_blocks.compiled.codegen import c
             return c.source(self.name, self._layout,
-                                 [self._trace.signals[name] for name in self.outputs],
-                                 self._parameters, self._method(method), self._ports())
+                            [self._trace.signals[name] for name in self.outputs],
+                            self._parameters, self._method(method), self._trace.ports())
         raise ClieError(f"no source in {language!r}; "
                         f"{nearest(language, ['python', 'c', 'llvm'])}")
 
-    @property
-    def _parameters(self):
-        return self._trace.parameters
+    def machine_text(self, entries: Sequence[int], memory: Memory) -> str:
+        """Return the LLVM text of a batch that records only these entries of the record."""
+        record = [self._layout.record[k] for k in entries]
+        return self._text(replace(self._layout, record=record, slots={}),
+                          self._method("ode5"), memory)
 
-    def _drive(self, inputs, steps, step):
+    def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
         rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
         return rows, layout(self._trace, driven) if driven else self._layout
 
-    def _step_of(self, step):
+    def _step_of(self, step: float | None) -> float:
         if self.period is None:
             return 1e-4 if step is None else step
         if step not in (None, self.period):
@@ -267,82 +286,25 @@ class Program(Studies):
                             f"{self.period:g} s; it cannot take steps of {step:g} s")
         return self.period
 
-    def _method(self, name):
+    def _method(self, name: str) -> Method:
         return method_named(name) if self.period is None else SAMPLED
 
-    def _build(self, arranged, method, memory=SINGLE):
-        method = self._method(method)
+    def _build(self, arranged: Layout, method_name: str, memory: Memory = SINGLE) -> Engine:
+        method = self._method(method_name)
         if self._engine == "python":
-            return PythonEngine(arranged, method)
+            return self._python_engine(arranged, method)
         from clie_blocks.compiled.codegen.native import NativeEngine
         key = (method.name, tuple(arranged.derivatives), tuple(arranged.record),
-               tuple(arranged.watch), memory.key)
+               tuple(arranged.watch), *(tuple(stored.items()) for stored in arranged.maps),
+               memory.key)
         if key not in self._engines:
-            self._engines[key] = NativeEngine(arranged, method, memory)
+            self._engines[key] = NativeEngine(arranged, method, memory,
+                                              self._text(arranged, method, memory))
         return self._engines[key]
 
-    def _response(self, done, chosen):
-        nx, nu, shown = len(self.states), len(self.inputs), self._shown()
-        columns = done.values.T
-        return ct.TimeResponseData(
-            done.time, columns[nx + nu:], columns[shown], columns[nx:nx + nu], issiso=False,
-            output_labels=chosen, input_labels=self.inputs, sysname=self.name,
-            state_labels=list(map(".".join, self._shown_states())),
-            title=f"Response of {self.name}", plot_inputs=False)
+    def _python_engine(self, arranged: Layout, method: Method) -> Engine:
+        return PythonEngine(arranged, method)
 
-    def _diverged(self, done, response):
-        block, label = self.states[done.culprit]
-        state = self._trace.graph.variable("x", done.culprit)
-        shown = [name for name, expression in self._trace.signals.items()
-                 if expression is state and name.startswith(f"{block}.")]
-        error = DivergedError(
-            f"{self.name}: at t = {done.stopped_at:.6g} s state {label} of block {block!r}"
-            f"{f' (signal {shown[0]})' if shown else ''} is no longer finite; the loop is "
-            "unstable or the step too long for it: try a shorter step, smaller gains or check "
-            "the inputs. What was computed until then is in the error's response")
-        error.response, error.time = response, done.stopped_at
-        error.block, error.signal = block, shown[0] if shown else f"{block}.{label}"
-        return error
-
-    def _names(self):
-        names = {}
-        for name, expression in self._trace.signals.items():
-            names[expression] = f"{names[expression]}, {name}" if expression in names else name
-        return names
-
-    def _ports(self):
-        return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
-                *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
-                *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
-
-    def _legend(self):
-        lines = [f'"""Diagram {self.name}: derivative and record.', "", *self._ports()]
-        lines += [f"p[{start}]  {key}{list(self._parameters.shape[key])}"
-                  for key, start in self._parameters.offset.items()]
-        return "\n".join([*lines, '"""'])
-
-
-def available_engine(engine):
-    """Return the engine that can run here: ``'python'`` where llvmlite is missing.
-
-    Parameters
-    ----------
-    engine : str
-        ``'llvm'`` or ``'python'``.
-
-    Raises
-    ------
-    ClieError
-        If there is no such engine.
-
-    """
-    if engine not in ("llvm", "python"):
-        raise ClieError(f"no engine {engine!r}; {nearest(engine, ['llvm', 'python'])}")
-    if engine == "llvm":
-        try:
-            import llvmlite.binding  # noqa: F401
-        except ImportError:
-            print("llvmlite is missing: running plain Python, some 400 times slower; "
-                  "pip install llvmlite", file=sys.stderr)
-            return "python"
-    return engine
+    def _text(self, arranged: Layout, method: Method, memory: Memory) -> str:
+        from clie_blocks.compiled.codegen.native import module
+        return module(arranged, method, memory)

@@ -1,10 +1,19 @@
 """Every compiled program is compared with the diagram itself at random points."""
 
+from __future__ import annotations
+
 import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from clie_blocks.errors import ClieError
+
+if TYPE_CHECKING:
+    import control as ct
+
+    from clie_blocks.compiled.program import Program
 
 POINTS = 32
 TOLERANCE = 1e-9
@@ -14,19 +23,10 @@ class CompiledDifferenceError(ClieError, AssertionError):
     """A compiled program does not compute what its diagram computes."""
 
 
-def check(program, diagram, points=POINTS):
+def check(program: Program, diagram: ct.NonlinearIOSystem, points: int = POINTS) -> None:
     """Compare dynamics and outputs of a program and its diagram.
 
     Half of the points have other parameters than the default ones.
-
-    Parameters
-    ----------
-    program : Program
-        The compiled diagram.
-    diagram : control.NonlinearIOSystem
-        What it was compiled from.
-    points : int
-        Number of random times, states, inputs and parameters.
 
     Raises
     ------
@@ -55,53 +55,25 @@ def check(program, diagram, points=POINTS):
             "diagram.output(0, x, u) to see what it says")
 
 
-def varied(program, diagram, generator):
-    """Return the parameters of a diagram, each changed by up to a tenth.
-
-    Parameters
-    ----------
-    program : Program
-        The compiled diagram.
-    diagram : control.NonlinearIOSystem
-        Where they are known.
-    generator : numpy.random.Generator
-        By how much.
-
-    """
+def varied(program: Program, diagram: ct.NonlinearIOSystem,
+           generator: np.random.Generator) -> dict[str, np.ndarray]:
+    """Return the parameters of a diagram, each changed by up to a tenth."""
     return {key: np.asarray(value) * (1 + 0.1 * generator.uniform(-1, 1))
             for key, value in program.params.items() if key in diagram.params}
 
 
-def reference(function, t, x, u, params):
-    """Return what python-control computes, or None where it cannot.
-
-    Parameters
-    ----------
-    function : callable
-        ``diagram.dynamics`` or ``diagram.output``.
-    t, x, u, params
-        Its arguments.
-
-    """
+def reference(function: Callable[..., Any], t: float, x: np.ndarray, u: np.ndarray,
+              params: Mapping[str, Any]) -> np.ndarray | None:
+    """Return what python-control computes, or None where it cannot."""
     try:
         return np.asarray(function(t, x, u, params=params), float).reshape(-1)
     except Exception:  # a NaN is called an algebraic loop, a random matrix may be singular, ...
         return None
 
 
-def compare(name, labels, expected, got, t):
+def compare(name: str, labels: Sequence[str], expected: np.ndarray, got: np.ndarray,
+            t: float) -> None:
     """Refuse a difference.
-
-    Parameters
-    ----------
-    name : str
-        What is compared.
-    labels : list of str
-        The name of every entry.
-    expected, got : ndarray
-        From python-control and from the program.
-    t : float
-        Time [s].
 
     Raises
     ------

@@ -9,9 +9,9 @@ import control as ct
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import compile_diagram, held_normal
+from clie_blocks.compiled import compile_diagram, held_normal, reduce
 from clie_blocks.compiled.codegen import vector_math
-from clie_blocks.compiled.runtime import recorder, reduce, simulate
+from clie_blocks.compiled.runtime import recorder, simulate
 from clie_blocks.compiled.runtime.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
@@ -162,7 +162,7 @@ def test_two_programs_in_two_threads_do_not_disturb_each_other(loop, make_block)
     ({"reduce": {"a": reduce.mean("q_e")}}, "no signal 'q_e'"),
     ({"reduce": {"a": reduce.mean("q", minus="u[0]")}}, "has 2 signals and 'u"),
     ({"reduce": {"a": reduce.mean("q", start=0.605)}}, "no row lies between 0.605 s and inf s"),
-    ({"reduce": {"a": np.mean}}, r"must come from clie_blocks.compiled.runtime.reduce"),
+    ({"reduce": {"a": np.mean}}, r"must come from clie_blocks.compiled.reduce"),
     ({"reduce": {"a": reduce.fold("q", lambda state, time, values: 1.0)}}, "last axis must be"),
     ({"threads": 0}, "threads must be a whole number"),
 ])

@@ -10,13 +10,13 @@ from c_engine import CEngine
 from clie_blocks.compiled.codegen.lane_layout import lanes
 from clie_blocks.compiled.codegen.llvm import function
 from clie_blocks.compiled.codegen.machine import Machine
+from clie_blocks.compiled.codegen.methods import METHODS
 from clie_blocks.compiled.codegen.native import NativeEngine
 from clie_blocks.compiled.codegen.python import PythonEngine
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS
 from clie_blocks.compiled.ir.scalars import F, apply
 from clie_blocks.compiled.ir.symbols import Graph
-from clie_blocks.compiled.runtime.methods import METHODS
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.7, 1e300, -1e300, 5e-324, -2.2e-310, 1e-9,
            np.inf, -np.inf, np.nan, 710.5, -745.3, 1e17]

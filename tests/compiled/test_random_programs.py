@@ -11,13 +11,13 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from clie_blocks.compiled.codegen.lane_layout import lanes
+from clie_blocks.compiled.codegen.methods import METHODS
 from clie_blocks.compiled.codegen.native import NativeEngine
 from clie_blocks.compiled.codegen.python import PythonEngine
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS
 from clie_blocks.compiled.ir.scalars import apply, number
 from clie_blocks.compiled.ir.symbols import Graph
-from clie_blocks.compiled.runtime.methods import METHODS
 
 EXACT = ("add sub mul div neg abs sqrt floor ceil trunc rint sign fmod copysign lt le gt ge eq ne "
          "and or not where").split()

@@ -5,37 +5,34 @@ reading all of it.  A program is found by its identity, which has to tell all th
 structure, and the sources that it comes from, see `sources`.
 """
 
+from __future__ import annotations
+
 import functools
 import importlib.util
 import zlib
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from clie_blocks.compiled.cache import store
-from clie_blocks.compiled.cache.signature import described
+from clie_blocks.compiled.cache.signature import Description, described
+from clie_blocks.compiled.codegen.engine import Engine
+from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
+from clie_blocks.compiled.codegen.methods import SAMPLED
 from clie_blocks.compiled.codegen.vector_math import callable_here
 from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.compiled.runtime.api import Batches
-from clie_blocks.compiled.runtime.inputs import bind
-from clie_blocks.compiled.runtime.methods import SAMPLED
+from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind
+
+if TYPE_CHECKING:
+    import control as ct
+
+    from clie_blocks.compiled.program import Program
 
 
-def recalled(identity, make):
-    """Return a program in discrete time from the disk, or compile it and keep it for others.
-
-    Parameters
-    ----------
-    identity : str
-        Tells this program from all others.
-    make : callable
-        Gives the block or diagram in discrete time, where it has to be compiled.
-
-    Returns
-    -------
-    Recalled or Program
-        The latter where there is no machine code, or a block is called back.
-
-    """
+def recalled(identity: str, make: Callable[[], ct.NonlinearIOSystem]) -> Recalled | Program:
+    """Return a program in discrete time from the disk, or compile it and keep it for others."""
     made = functools.cache(lambda: _compiled(make()))
     stored = store.load(store.key(identity))
     if stored is None or importlib.util.find_spec("llvmlite") is None:
@@ -47,7 +44,7 @@ def recalled(identity, make):
     return Recalled(identity, described(stored), made)
 
 
-def _compiled(diagram):
+def _compiled(diagram: ct.NonlinearIOSystem) -> Program:
     """Program of a diagram; python-control is imported here."""
     from clie_blocks.compiled.program import compile_diagram
 
@@ -55,18 +52,12 @@ def _compiled(diagram):
 
 
 @functools.cache
-def sources(*packages):
-    """Return one text for the present state of all sources of some packages.
-
-    Parameters
-    ----------
-    *packages : str
-        Their names.
-
-    """
-    files = [file for name in packages
-             for place in importlib.util.find_spec(name).submodule_search_locations
-             for file in sorted(Path(place).rglob("*.py"))]
+def sources(*packages: str) -> str:
+    """Return one text for the present state of all sources of some packages."""
+    specs = [importlib.util.find_spec(name) for name in packages]
+    files = [file for spec in specs if spec
+             for folder in spec.submodule_search_locations or ()
+             for file in sorted(Path(folder).rglob("*.py"))]
     return store.key(*(file.read_text(encoding="utf-8") for file in files))
 
 
@@ -88,9 +79,11 @@ class Recalled(Batches):
 
     _engine = "llvm"
 
-    def __init__(self, identity, description, made):
+    def __init__(self, identity: str, description: Description,
+                 made: Callable[[], Program]) -> None:
         self._identity, self.description = identity, description
-        self._made, self._engines = made, {}
+        self._made = made
+        self._engines: dict[tuple, Engine] = {}
         self.name, self.period = description.name, description.period
         self.inputs, self.outputs = description.inputs, description.outputs
         self.states, self.signals = description.states, list(description.slots)
@@ -98,30 +91,26 @@ class Recalled(Batches):
         self._layout = Layout(list(range(len(self.states))), list(range(description.record)),
                               description.slots, len(self.inputs))
 
-    def _drive(self, inputs, steps, step):
-        return bind(None, self.inputs, inputs, steps, step)[0], self._layout
+    def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
+        return bind(Graph(), self.inputs, inputs, steps, step)[0], self._layout
 
-    def _step_of(self, step):
-        return self.period
+    def _step_of(self, step: float | None) -> float:
+        return self.period or 1.0
 
-    def _build(self, arranged, method, memory):
+    def _build(self, arranged: Layout, method_name: str, memory: Memory = SINGLE) -> Engine:
         from clie_blocks.compiled.codegen.native import NativeEngine
 
         key = tuple(arranged.record), memory.key
         if key not in self._engines:
-            text = self._text(arranged.record, memory)
-            self._engines[key] = NativeEngine(arranged, SAMPLED, memory, lambda *parts: text)
+            text = self._text([int(k) for k in arranged.record], memory)
+            self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text)
         return self._engines[key]
 
-    def _text(self, record, memory):
-        name = store.key(self._identity, callable_here(), repr(list(record)), repr(memory.key))
+    def _text(self, record: list[int], memory: Memory) -> str:
+        name = store.key(self._identity, callable_here(), repr(record), repr(memory.key))
         stored = store.load(name)
         if stored is not None:
             return zlib.decompress(stored).decode()
-        from clie_blocks.compiled.codegen.native import module
-
-        whole = self._made()._layout
-        text = module(replace(whole, record=[whole.record[k] for k in record], slots={}),
-                      SAMPLED, memory)
+        text = self._made().machine_text(record, memory)
         store.save(name, zlib.compress(text.encode(), 1))
         return text

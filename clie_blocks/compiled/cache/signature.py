@@ -40,7 +40,7 @@ class Description:
     parameters: Parameters
     period: float | None
 
-    def text(self):
+    def text(self) -> str:
         """Return the description as text, exact in every bit."""
         numbers = self.parameters
         return json.dumps({
@@ -49,7 +49,7 @@ class Description:
                            sorted(numbers.frozen)]})
 
 
-def described(text):
+def described(text: bytes) -> Description:
     """Return the description that a text holds."""
     told = json.loads(text)
     offset, shape, defaults, frozen = told["parameters"]

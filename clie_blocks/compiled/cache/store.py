@@ -11,7 +11,7 @@ from clie_blocks.output import write
 KEPT = 12000  # a study of random robots asks for some 120 files of each structure
 
 
-def folder():
+def folder() -> Path | None:
     """Return the cache folder, or None where the user has switched the cache off.
 
     ``CLIE_BLOCKS_CACHE`` names another folder; ``off`` switches the cache off.
@@ -23,47 +23,35 @@ def folder():
     return Path(chosen) if chosen else Path(base) / "clie_blocks" / "programs"
 
 
-def key(*parts):
+def key(*parts: str) -> str:
     """Return the name under which content that depends on these texts is kept."""
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
-def load(name):
-    """Return the stored bytes, or None if there are none or they are damaged.
-
-    Parameters
-    ----------
-    name : str
-        From `key`.
-
-    """
+def load(name: str) -> bytes | None:
+    """Return the stored bytes, or None if there are none or they are damaged."""
+    place = folder()
+    if place is None:
+        return None
     try:
-        stored = (folder() / f"{name}.bin").read_bytes()
-    except (OSError, TypeError):
+        stored = (place / f"{name}.bin").read_bytes()
+    except OSError:
         return None
     digest, content = stored[:32], stored[32:]
     return content if digest == hashlib.sha256(content).digest() else None
 
 
-def save(name, content):
-    """Store bytes; a cache that cannot be written is no reason to stop.
-
-    Parameters
-    ----------
-    name : str
-        From `key`.
-    content : bytes
-        What to keep.
-
-    """
-    if folder() is None:
+def save(name: str, content: bytes) -> None:
+    """Store bytes; a cache that cannot be written is no reason to stop."""
+    place = folder()
+    if place is None:
         return
     with contextlib.suppress(ClieError, OSError):
-        write(folder() / f"{name}.bin", hashlib.sha256(content).digest() + content)
-        _forget_oldest(folder())
+        write(place / f"{name}.bin", hashlib.sha256(content).digest() + content)
+        _forget_oldest(place)
 
 
-def _forget_oldest(place):
+def _forget_oldest(place: Path) -> None:
     """Forget a tenth at once where there are too many: each look at all of them takes a while."""
     names = [name for name in os.listdir(place) if name.endswith(".bin")]
     if len(names) > KEPT:

@@ -2,9 +2,13 @@
 
 import math
 import re
+from collections.abc import Sequence
 
-from clie_blocks.compiled.frontend.callback_nodes import operation
-from clie_blocks.compiled.ir.symbols import Symbol, topological
+from clie_blocks.compiled.codegen.methods import Method
+from clie_blocks.compiled.frontend.parameters import Parameters
+from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.operations import operation_named
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 _FILE = """\
 /* {title}
@@ -53,25 +57,9 @@ void {name}_step(double t, double h, double *x, const double *u, const {name}_pa
 """
 
 
-def source(name, layout, outputs, parameters, method, legend):
-    """Return the C text of a program.
-
-    Parameters
-    ----------
-    name : str
-        Name of the diagram; becomes the prefix of every C name.
-    layout : Layout
-        What to compute.
-    outputs : list
-        Expressions of the outputs.
-    parameters : Parameters
-        Names, shapes and defaults.
-    method : Method
-        The fixed-step method of ``step``; inputs are held over its stages.
-    legend : list of str
-        Lines of the header comment that name states, inputs and outputs.
-
-    """
+def source(name: str, layout: Layout, outputs: list[Expression], parameters: Parameters,
+           method: Method, legend: list[str]) -> str:
+    """Return the C text of a program."""
     prefix = _identifier(name)
     fields = _fields(parameters)
     step_text = ("next sample" if method.is_map
@@ -86,12 +74,12 @@ def source(name, layout, outputs, parameters, method, legend):
         output=_assignments(outputs, "y", fields), step=_step(prefix, layout.nx, method))
 
 
-def _identifier(text):
+def _identifier(text: str) -> str:
     clean = re.sub(r"\W", "_", text)
     return f"_{clean}" if clean[:1].isdigit() else clean
 
 
-def _fields(parameters):
+def _fields(parameters: Parameters) -> list[str]:
     """C expression of every parameter slot, in the order of the slots."""
     found = [""] * parameters.defaults.size
     for key, start in parameters.offset.items():
@@ -101,16 +89,17 @@ def _fields(parameters):
     return found
 
 
-def _declarations(parameters):
+def _declarations(parameters: Parameters) -> str:
     return "\n".join(
         f"    double {_identifier(key)}" + (f"[{math.prod(shape)}]" if shape else "") + ";"
         for key, shape in parameters.shape.items())
 
 
-def _assignments(roots, target, fields):
-    lines, text = [], {}
+def _assignments(roots: Sequence[Expression], target: str, fields: list[str]) -> str:
+    lines: list[str] = []
+    text: dict[Symbol, str] = {}
 
-    def operand(a):
+    def operand(a: Expression) -> str:
         return text[a] if isinstance(a, Symbol) else _number(a)
 
     for node in topological(roots):
@@ -119,7 +108,7 @@ def _assignments(roots, target, fields):
             text[node] = {"t": "t", "p": fields[index] if kind == "p" else ""}.get(
                 kind, f"{kind}[{index}]")
             continue
-        row = operation(node.op)
+        row = operation_named(node.op)
         text[node] = f"v{len(lines)}"
         kind = "int" if row.boolean else "double"
         lines.append(f"    const {kind} {text[node]} = "
@@ -128,7 +117,7 @@ def _assignments(roots, target, fields):
                                 for k, root in enumerate(roots))])
 
 
-def _number(value):
+def _number(value: float) -> str:
     if math.isnan(value):
         return "NAN"
     if math.isinf(value):
@@ -136,7 +125,7 @@ def _number(value):
     return repr(float(value)) if math.copysign(1, value) > 0 else f"({float(value)!r})"
 
 
-def _step(prefix, nx, method):
+def _step(prefix: str, nx: int, method: Method) -> str:
     if nx == 0:
             return f"    (void)h;\n    {prefix}_derivative(t, x, u, p, x);"
     lines = [f"    double k[{len(method.b)}][{nx}], y[{nx}];"]
@@ -156,6 +145,6 @@ def _step(prefix, nx, method):
     return "\n".join(lines)
 
 
-def _combine(target, weights, nx):
+def _combine(target: str, weights: Sequence[float], nx: int) -> str:
     total = " + ".join(f"{weight!r} * k[{j}][i]" for j, weight in enumerate(weights) if weight)
     return f"    for (int i = 0; i < {nx}; i++) {target}[i] = x[i] + h * ({total});"

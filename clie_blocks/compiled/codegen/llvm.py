@@ -1,12 +1,13 @@
 """Expressions as LLVM instructions, for one parameter set or for several lanes at once."""
 
 import struct
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from clie_blocks.compiled.codegen.lane_layout import SINGLE
+from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
 from clie_blocks.compiled.codegen.vector_math import vector_function
-from clie_blocks.compiled.frontend.callback_nodes import operation
-from clie_blocks.compiled.ir.symbols import Symbol, topological
+from clie_blocks.compiled.ir.operations import operation_named
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 
 class Value(NamedTuple):
@@ -15,6 +16,9 @@ class Value(NamedTuple):
     name: str
     varying: bool
     boolean: bool = False
+
+
+Operand = Value | float
 
 
 class Builder:
@@ -30,46 +34,48 @@ class Builder:
 
     """
 
-    def __init__(self, width=1):
-        self.width, self.lines, self.declarations, self._count = width, [], set(), 0
+    def __init__(self, width: int = 1) -> None:
+        self.width, self._count = width, 0
+        self.lines: list[str] = []
+        self.declarations: set[str] = set()
 
-    def put(self, text):
+    def put(self, text: str) -> str:
         """Write an instruction and return the register it defines."""
         self._count += 1
         self.lines.append(f"  %v{self._count} = {text}")
         return f"%v{self._count}"
 
-    def arithmetic(self, instruction, a, b):
+    def arithmetic(self, instruction: str, a: Operand, b: Operand) -> Value:
         """Write a binary instruction such as fadd."""
         varying = _varying(a, b)
         return Value(self.put(f"{instruction} {self.type(varying)} {self._operand(a, varying)}, "
                               f"{self._operand(b, varying)}"), varying)
 
-    def negate(self, a):
+    def negate(self, a: Value) -> Value:
         """Write a change of sign."""
         return Value(self.put(f"fneg {self.type(a.varying)} {a.name}"), a.varying)
 
-    def compare(self, predicate, a, b):
+    def compare(self, predicate: str, a: Operand, b: Operand) -> Value:
         """Write a comparison such as olt."""
         varying = _varying(a, b)
         return Value(self.put(f"fcmp {predicate} {self.type(varying)} "
                               f"{self._operand(a, varying)}, {self._operand(b, varying)}"),
                      varying, boolean=True)
 
-    def logic(self, instruction, a, b):
+    def logic(self, instruction: str, a: Operand, b: Operand) -> Value:
         """Write ``and`` or ``or`` of two truth values."""
         varying = _varying(a, b)
         return Value(self.put(f"{instruction} {self.type(varying, 'i1')} "
                               f"{self._operand(a, varying)}, {self._operand(b, varying)}"),
                      varying, boolean=True)
 
-    def invert(self, a):
+    def invert(self, a: Value) -> Value:
         """Write the opposite of a truth value."""
         true = "true" if self._scalar(a.varying) else _vector(["i1 true"] * self.width)
         return Value(self.put(f"xor {self.type(a.varying, 'i1')} {a.name}, {true}"), a.varying,
                      boolean=True)
 
-    def select(self, condition, a, b):
+    def select(self, condition: Value, a: Operand, b: Operand) -> Value:
         """Write a choice between two numbers."""
         varying = _varying(condition, a, b)
         kind = self.type(varying)
@@ -77,14 +83,14 @@ class Builder:
             f"select {self.type(condition.varying, 'i1')} {condition.name}, "
             f"{kind} {self._operand(a, varying)}, {kind} {self._operand(b, varying)}"), varying)
 
-    def intrinsic(self, name, *args):
+    def intrinsic(self, name: str, *args: Operand) -> Value:
         """Write a call of ``llvm.name``, which processors have as an instruction."""
         varying = _varying(*args)
         suffix = "f64" if self._scalar(varying) else f"v{self.width}f64"
         return Value(self._call(f"llvm.{name}.{suffix}", self.type(varying),
                                 [self._operand(a, varying) for a in args]), varying)
 
-    def libm(self, name, *args):
+    def libm(self, name: str, *args: Operand) -> Value:
         """Write a call of the C library: for many lanes at once where it can, or lane by lane."""
         varying = _varying(*args)
         operands = [self._operand(a, varying) for a in args]
@@ -94,7 +100,7 @@ class Builder:
         result = self._in_parts(*found, operands) if found else self._by_lane(name, operands)
         return Value(result, varying)
 
-    def _in_parts(self, symbol, length, operands):
+    def _in_parts(self, symbol: str, length: int, operands: Sequence[str]) -> str:
         """Write calls of a function of vectors, each for a part of the lanes."""
         kind, whole = f"<{length} x double>", self.type(True)
         if length == self.width:
@@ -115,7 +121,7 @@ class Builder:
                               f"<{self.width} x i32> <{place}>")
         return result
 
-    def _by_lane(self, name, operands):
+    def _by_lane(self, name: str, operands: Sequence[str]) -> str:
         result = "poison"
         for lane in range(self.width):
             picked = [self.put(f"extractelement {self.type(True)} {operand}, i32 {lane}")
@@ -125,7 +131,7 @@ class Builder:
                               f"i32 {lane}")
         return result
 
-    def call_back(self, index, size, operands):
+    def call_back(self, index: float, size: int, operands: Sequence[Operand]) -> Value:
         """Write a call of a Python function and return the memory with its values; one lane."""
         self.declarations.add("declare void @opaque(i64, ptr, ptr)")
         memory = [self.put(f"alloca double, i64 {max(1, n)}") for n in (len(operands), size)]
@@ -135,34 +141,34 @@ class Builder:
             f"  call void @opaque(i64 {int(index)}, ptr {memory[0]}, ptr {memory[1]})")
         return Value(memory[1], False)
 
-    def load(self, pointer, offset, varying):
+    def load(self, pointer: str, offset: int, varying: bool) -> Value:
         """Write a load from so many numbers behind a pointer."""
         return Value(self.put(f"load {self.type(varying)}, ptr "
                               f"{self._address(pointer, offset)}, align 8"), varying)
 
-    def store(self, value, pointer, offset, varying):
+    def store(self, value: Operand, pointer: str, offset: int, varying: bool) -> None:
         """Write a store to so many numbers behind a pointer."""
         text = self._operand(value, varying)
         self.lines.append(f"  store {self.type(varying)} {text}, ptr "
                           f"{self._address(pointer, offset)}, align 8")
 
-    def type(self, varying, scalar="double"):
+    def type(self, varying: bool, scalar: str = "double") -> str:
         """Return the LLVM type of a value."""
         return scalar if self._scalar(varying) else f"<{self.width} x {scalar}>"
 
-    def _scalar(self, varying):
+    def _scalar(self, varying: bool) -> bool:
         return self.width == 1 or not varying
 
-    def _address(self, pointer, offset):
+    def _address(self, pointer: str, offset: int) -> str:
         return self.put(f"getelementptr double, ptr {pointer}, i64 {offset}")
 
-    def _operand(self, value, varying):
+    def _operand(self, value: Operand, varying: bool) -> str:
         if not isinstance(value, Value):
             text = constant(value)
             return text if self._scalar(varying) else _vector([f"double {text}"] * self.width)
         return value.name if value.varying == varying else self._splat(value)
 
-    def _splat(self, value):
+    def _splat(self, value: Value) -> str:
         if self.width == 1:
             return value.name
         scalar = "i1" if value.boolean else "double"
@@ -171,66 +177,36 @@ class Builder:
         return self.put(f"shufflevector {kind} {one}, {kind} poison, "
                         f"<{self.width} x i32> zeroinitializer")
 
-    def _call(self, name, kind, operands):
+    def _call(self, name: str, kind: str, operands: Sequence[str]) -> str:
         self.declarations.add(
             f"declare {kind} @{name}({', '.join([kind] * len(operands))}) "
             "nounwind willreturn memory(none)")
         return self.put(f"call {kind} @{name}({', '.join(f'{kind} {a}' for a in operands)})")
 
 
-def constant(value):
+def constant(value: float) -> str:
     """Return a float as LLVM text, exact in every bit."""
     return f"0x{struct.unpack('>Q', struct.pack('>d', float(value)))[0]:016X}"
 
 
-def emit(builder, roots, variables):
-    """Write the instructions of some expressions.
-
-    Parameters
-    ----------
-    builder : Builder
-        Where to.
-    roots : list of Symbol or float
-        The expressions.
-    variables : callable
-        ``variables(kind, index)`` returns the Value of a variable.
-
-    Returns
-    -------
-    list of Value or float
-        One per root.
-
-    """
+def emit(builder: Builder, roots: Iterable[Expression],
+         variables: Callable[[str, int], Value]) -> list[Operand]:
+    """Write the instructions of some expressions."""
     values = {}
     for node in topological(roots):
         if node.op == "variable":
             values[node] = variables(*node.args)
         else:
             operands = [values[a] if isinstance(a, Symbol) else a for a in node.args]
-            values[node] = operation(node.op).llvm(builder, *operands)
+            values[node] = operation_named(node.op).llvm(builder, *operands)
     return [values[root] if isinstance(root, Symbol) else root for root in roots]
 
 
-def function(name, roots, result, attributes="", memory=SINGLE):
-    """Return the text and the declarations of ``name(t, x, u, p, result)``.
+def loader(builder: Builder, memory: Memory) -> Callable[[str, int], Value]:
+    """Return ``variable(kind, index)``, which loads each variable of a program once."""
+    loaded = {}
 
-    Parameters
-    ----------
-    name : str
-        Name of the function.
-    roots : list of Symbol or float
-        What it stores in `result`.
-    result : str
-        The vector whose entries lie in `memory` as the results do: ``'x'`` or ``'record'``.
-    attributes : str
-        LLVM attributes.
-    memory : Memory
-        What differs between lanes; time and inputs never do.
-
-    """
-    builder, loaded = Builder(memory.width), {}
-
-    def variable(kind, index):
+    def variable(kind: str, index: int) -> Value:
         if kind == "t":
             return Value("%t", False)
         if (kind, index) not in loaded:
@@ -238,7 +214,14 @@ def function(name, roots, result, attributes="", memory=SINGLE):
                 f"%{kind}", memory.offset(kind, index), memory.varies(kind, index))
         return loaded[kind, index]
 
-    for k, value in enumerate(emit(builder, roots, variable)):
+    return variable
+
+
+def function(name: str, roots: Iterable[Expression], result: str, attributes: str = "",
+             memory: Memory = SINGLE) -> tuple[str, set[str]]:
+    """Return the text and the declarations of ``name(t, x, u, p, result)``."""
+    builder = Builder(memory.width)
+    for k, value in enumerate(emit(builder, roots, loader(builder, memory))):
         builder.store(value, "%result", memory.offset(result, k), memory.varies(result, k))
     body = "\n".join(builder.lines)
     text = (f"define void @{name}(double %t, ptr noalias %x, ptr noalias %u, ptr noalias %p, "
@@ -246,9 +229,9 @@ def function(name, roots, result, attributes="", memory=SINGLE):
     return text, builder.declarations
 
 
-def _varying(*values):
+def _varying(*values: Operand) -> bool:
     return any(isinstance(value, Value) and value.varying for value in values)
 
 
-def _vector(entries):
+def _vector(entries: Sequence[str]) -> str:
     return f"<{', '.join(entries)}>"

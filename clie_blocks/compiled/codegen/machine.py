@@ -4,6 +4,8 @@ import ctypes
 import functools
 import itertools
 import threading
+from collections.abc import Callable
+from typing import Any
 
 import llvmlite
 import llvmlite.binding as llvm
@@ -11,7 +13,7 @@ import llvmlite.binding as llvm
 from clie_blocks.compiled.cache import store
 
 _lock, _library = threading.Lock(), itertools.count()
-_state = {}
+_state: dict[str, Any] = {}  # the processor and the linker, made at the first use
 
 
 class Machine:
@@ -28,30 +30,32 @@ class Machine:
 
     """
 
-    def __init__(self, text, names, imported=None):
+    def __init__(self, text: str, names: list[str],
+                 imported: dict[str, int] | None = None) -> None:
         with _lock:
             target, jit = _target(), _jit()
             name = store.key(text, llvmlite.__version__, str(llvm.llvm_version_info),
                              target.triple, llvm.get_host_cpu_name(),
                              llvm.get_host_cpu_features().flatten())
-            self._tracker = _linked_from_cache(jit, name, names, imported or {})
-            self.cached = self._tracker is not None
-            if not self.cached:
+            tracker = _linked_from_cache(jit, name, names, imported or {})
+            self.cached = tracker is not None
+            if tracker is None:
                 code = _compile(text, target)
-                self._tracker = _link(jit, code, names, imported or {})
+                tracker = _link(jit, code, names, imported or {})
                 store.save(name, code)
+            self._tracker = tracker
 
-    def address(self, name):
+    def address(self, name: str) -> int:
         """Return the address of a function."""
         return self._tracker[name]
 
-    def function(self, name, *types, result=None):
+    def function(self, name: str, *types: type, result: type | None = None) -> Callable[..., Any]:
         """Return a function as a callable that frees the interpreter lock while it runs."""
         return ctypes.CFUNCTYPE(result, *types)(self.address(name))
 
 
 @functools.cache
-def lane_width():
+def lane_width() -> int:
     """Return how many runs this processor does best side by side.
 
     Two registers of AVX-512, which has 32 of them, or one register of a smaller kind.
@@ -62,7 +66,7 @@ def lane_width():
     return 16 if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
-def _target():
+def _target() -> llvm.TargetMachine:
     if "target" not in _state:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
@@ -72,13 +76,13 @@ def _target():
     return _state["target"]
 
 
-def _jit():
+def _jit() -> llvm.LLJIT:
     if "jit" not in _state:
         _state["jit"] = llvm.create_lljit_compiler()
     return _state["jit"]
 
 
-def _compile(text, target):
+def _compile(text: str, target: llvm.TargetMachine) -> bytes:
     module = llvm.parse_assembly(text)
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
@@ -88,7 +92,8 @@ def _compile(text, target):
     return target.emit_object(module)
 
 
-def _linked_from_cache(jit, name, names, imported):
+def _linked_from_cache(jit: llvm.LLJIT, name: str, names: list[str],
+                       imported: dict[str, int]) -> llvm.ResourceTracker | None:
     stored = store.load(name)
     try:
         return _link(jit, stored, names, imported) if stored else None
@@ -96,7 +101,8 @@ def _linked_from_cache(jit, name, names, imported):
         return None
 
 
-def _link(jit, code, names, imported):
+def _link(jit: llvm.LLJIT, code: bytes, names: list[str],
+          imported: dict[str, int]) -> llvm.ResourceTracker:
     library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
     for name in names:
         library.export_symbol(name)

@@ -1,29 +1,20 @@
 """Expressions as plain Python: a listing to read, and the program where llvmlite is missing."""
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.compiled.frontend.callback_nodes import operation
-from clie_blocks.compiled.ir.operations import OPERATIONS
-from clie_blocks.compiled.ir.symbols import Symbol, topological
+from clie_blocks.compiled.codegen.methods import Method
+from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.operations import OPERATIONS, operation_named
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 
-def source(layout, names=None, title="", number=""):
-    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``.
-
-    Parameters
-    ----------
-    layout : Layout
-        What to compute.
-    names : dict, optional
-        Comment by expression, such as ``'plant.u[0]'``.
-    title : str
-        First lines.
-    number : str
-        Function that is called on every constant; by default none.
-
-    """
+def source(layout: Layout, names: Mapping[Expression, str] | None = None, title: str = "",
+           number: str = "") -> str:
+    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``."""
     parts = {"derivative": layout.derivatives, "observe": layout.record}
     if layout.watch:
         parts["watch"] = layout.watch
@@ -37,10 +28,12 @@ def source(layout, names=None, title="", number=""):
     return "\n\n".join(["\n".join(header), *functions]).lstrip() + "\n"
 
 
-def _function(name, roots, names, number):
-    lines, text = [], {}
+def _function(name: str, roots: Iterable[Expression], names: Mapping[Expression, str],
+              number: str) -> str:
+    lines: list[str] = []
+    text: dict[Symbol, str] = {}
 
-    def operand(a):
+    def operand(a: Expression) -> str:
         return text[a] if isinstance(a, Symbol) else _constant(a, number)
 
     for node in topological(roots):
@@ -48,7 +41,7 @@ def _function(name, roots, names, number):
             kind, index = node.args
             text[node] = "t" if kind == "t" else f"{kind}[{index}]"
             continue
-        code = operation(node.op).python.format(*map(operand, node.args))
+        code = operation_named(node.op).python.format(*map(operand, node.args))
         text[node] = f"v{len(lines)}"
         comment = f"  # {names[node]}" if node in names else ""
         lines.append(f"    {text[node]} = {code}{comment}")
@@ -56,7 +49,7 @@ def _function(name, roots, names, number):
     return "\n".join([f"def {name}(t, x, u, p):", *lines, *results])
 
 
-def _constant(value, number):
+def _constant(value: float, number: str) -> str:
     if not math.isfinite(value):
         return "nan" if math.isnan(value) else f"({value!r})"
     return f"{number}({value!r})" if number or value < 0 else repr(value)
@@ -79,52 +72,56 @@ class PythonEngine:
 
     cached = False
 
-    def __init__(self, layout, method):
+    def __init__(self, layout: Layout, method: Method) -> None:
         self.method, self._watched = method, bool(layout.watch)
-        self._plain, self._careful = {}, _CAREFUL | {}
+        self._plain: dict[str, Any] = {}
+        self._careful: dict[str, Any] = dict(_CAREFUL)
         self._plain["opaque"] = self._careful["opaque"] = (
             lambda index, size, *numbers: layout.opaque[int(index)](np.array(numbers)).tolist())
         exec(compile(source(layout), "<program>", "exec"), self._plain)
         self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
         exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)
 
-    def derivative(self, t, x, u, p):
+    def derivative(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the derivatives of the states."""
         return self._at_point("derivative", t, x, u, p)
 
-    def observe(self, t, x, u, p):
+    def observe(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the record."""
         return self._at_point("observe", t, x, u, p)
 
-    def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
+    def run(self, n: int, h: float, t0: float, first: int, x: np.ndarray, inputs: np.ndarray,
+            p: np.ndarray, every: int, slots: np.ndarray, log: np.ndarray) -> int:
         """Take n steps in place and return how many; fills rows of `log` every so many steps."""
-        state, p, row = x.tolist(), p.tolist(), 0
+        state, values, row = x.tolist(), p.tolist(), 0
         for s in range(n):
             t, u = t0 + (first + s) * h, inputs[s].tolist()
-            if self._watched and self._call("watch", t, state, u, p)[0]:
+            if self._watched and self._call("watch", t, state, u, values)[0]:
                 x[:] = state
                 return s
             if (first + s) % every == 0:
-                record = self._call("observe", t, state, u, p)
+                record = self._call("observe", t, state, u, values)
                 log[row] = [record[slot] for slot in slots]
                 row += 1
-            state = self._step(t, h, state, u, p)
+            state = self._step(t, h, state, u, values)
         x[:] = state
         return n
 
-    def _at_point(self, name, t, *vectors):
+    def _at_point(self, name: str, t: float, *vectors: np.ndarray) -> np.ndarray:
         return np.array(self._call(name, float(t), *(np.asarray(value, float).tolist()
                                                      for value in vectors)), dtype=float)
 
-    def _step(self, t, h, x, u, p):
+    def _step(self, t: float, h: float, x: list[float], u: list[float],
+              p: list[float]) -> list[float]:
         if self.method.is_map:
             return self._call("derivative", t, x, u, p)
-        k = []
+        k: list[list[float]] = []
         for weights, c in zip(self.method.a, self.method.c):
             k.append(self._call("derivative", t + c * h, _advance(x, h, weights, k), u, p))
         return _advance(x, h, self.method.b, k)
 
-    def _call(self, name, t, x, u, p):
+    def _call(self, name: str, t: float, x: list[float], u: list[float],
+              p: list[float]) -> list[float]:
         try:
             return self._plain[name](t, x, u, p)
         except (ArithmeticError, ValueError):
@@ -133,7 +130,8 @@ class PythonEngine:
                     np.float64(t), np.array(x), np.array(u), np.array(p))]
 
 
-def _advance(x, h, weights, k):
+def _advance(x: list[float], h: float, weights: Sequence[float],
+             k: list[list[float]]) -> list[float]:
     terms = [(weight, rate) for weight, rate in zip(weights, k) if weight]
     if not terms:
         return x
@@ -141,11 +139,11 @@ def _advance(x, h, weights, k):
             for i, value in enumerate(x)]
 
 
-def _rounding(function):
+def _rounding(function: Callable[[float], float]) -> Callable[[float], float]:
     return lambda a: math.copysign(float(function(a)), a)
 
 
-def _power(a, b):
+def _power(a: float, b: float) -> float:
     return np.power(np.array([a]), np.array([b]))[0]  # a scalar power 0.5 would be a root
 
 
@@ -153,9 +151,9 @@ _LIBM = [name for name, operation in OPERATIONS.items()
          if operation.python.startswith(f"{name}(")]
 _MATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
          "arcsinh": "asinh", "arccosh": "acosh", "arctanh": "atanh"}
-_PLAIN = {name: getattr(math, _MATH.get(name, name), None) for name in _LIBM}
+_PLAIN: dict[str, Any] = {name: getattr(math, _MATH.get(name, name), None) for name in _LIBM}
 _PLAIN |= {name: _rounding(getattr(math, name)) for name in ("floor", "ceil", "trunc")}
 _PLAIN |= {"rint": _rounding(round), "abs": abs, "cbrt": math.cbrt}
-_CAREFUL = {name: OPERATIONS[name].numpy for name in _LIBM}
+_CAREFUL: dict[str, Any] = {name: OPERATIONS[name].numpy for name in _LIBM}
 _CAREFUL |= {"pow": _power, "number": np.float64, "one": np.float64(1.0),
              "zero": np.float64(0.0), "inf": np.float64("inf"), "nan": np.float64("nan")}

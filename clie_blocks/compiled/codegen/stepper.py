@@ -5,16 +5,18 @@ compile time grows linearly with the diagram; the loops over the states are shor
 length, and become vector instructions.
 """
 
+from collections.abc import Sequence
+
 from clie_blocks.compiled.codegen.llvm import constant
+from clie_blocks.compiled.codegen.methods import Method
 
 WIDE = 8  # lanes that fill a register of 512 bits, which the compiler would halve in loops
 
-_LOOP = """\
+SIGNATURE = """\
 define i64 @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
-                ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)
-                {attributes} {{
-entry:
-{arrays}
+                ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log)"""
+
+STEP = """\
   %any = icmp sgt i64 %n, 0
   br i1 %any, label %step, label %done
 step:
@@ -26,6 +28,13 @@ step:
   %t = fadd double %t0, %elapsed
   %u.offset = mul i64 %s, {nu}
   %u = getelementptr double, ptr %inputs, i64 %u.offset
+"""
+
+_LOOP = SIGNATURE + """
+                {attributes} {{
+entry:
+{arrays}
+""" + STEP + """\
   %phase = urem i64 %count, %every
   %on.time = icmp eq i64 %phase, 0
   %wanted = icmp sgt i64 %nlog, 0
@@ -88,22 +97,13 @@ _SUM = """\
 {name}.end:"""
 
 
-def run_function(method, nx, nu, nrecord, width=1, watched=False):
-    """Return the text of ``run``, which takes n steps, logs some of them and returns their number.
+def run_function(method: Method, nx: int, nu: int, nrecord: int, width: int = 1,
+                 watched: bool = False) -> str:
+    """Return the text of ``run``, which takes n steps, logs some and returns how many it took.
 
-    Parameters
-    ----------
-    method : Method
-        The Butcher table.
-    nx, nu, nrecord : int
-        Room that the states, one row of inputs and the record take in memory, all lanes
-        together.
-    width : int
-        Number of lanes.
-    watched : bool
-        ``watch`` takes the place of the first derivative; behind the derivatives it gives a
-        number that is not zero where the run is to stop.
-
+    `nx`, `nu`, `nrecord` count the numbers that states, one row of inputs and the record take in
+    memory, all lanes together.  Where the run is `watched`, ``watch`` computes the first
+    derivative, and behind it a number that is not zero where the run is to stop.
     """
     attributes = '"prefer-vector-width"="512"' if width >= WIDE else ""
     stages = _stages(method, nx, watched)
@@ -116,7 +116,7 @@ def run_function(method, nx, nu, nrecord, width=1, watched=False):
     return (_COPY if method.is_map else "") + loop
 
 
-def _stages(method, size, watched):
+def _stages(method: Method, size: int, watched: bool) -> list[str]:
     lines, before = [_WATCH.format(size=size)] * watched, "go" if watched else "stages"
     if not size:
         return [*lines, "  br label %advance"]
@@ -137,12 +137,12 @@ def _stages(method, size, watched):
     return lines
 
 
-def _next_state(size):
+def _next_state(size: int) -> str:
     return ("  call void @llvm.memcpy.p0.p0.i64(ptr %x, ptr %k0, "
             f"i64 {8 * size}, i1 false)")
 
 
-def _weighted_sum(name, before, weights, result, size):
+def _weighted_sum(name: str, before: str, weights: Sequence[float], result: str, size: int) -> str:
     terms, total = [], None
     for j, weight in enumerate(weights):
         if not weight:

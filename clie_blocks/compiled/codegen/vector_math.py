@@ -11,19 +11,8 @@ import functools
 KINDS = {8: ("avx512f", "_ZGVeN8"), 4: ("avx2", "_ZGVdN4"), 2: ("sse2", "_ZGVbN2")}
 
 
-def vector_function(name, width, operands=1):
-    """Return the symbol of a function of vectors and their length; None where there is none.
-
-    Parameters
-    ----------
-    name : str
-        Name in the C library.
-    width : int
-        Lanes; the vectors may be shorter, a part of the lanes each.
-    operands : int
-        Number of operands.
-
-    """
+def vector_function(name: str, width: int, operands: int = 1) -> tuple[str, int] | None:
+    """Return the symbol of a function of vectors and their length; None where there is none."""
     for length, (feature, prefix) in KINDS.items():
         symbol = f"{prefix}{'v' * operands}_{name}"
         if width % length == 0 and feature in _features() and hasattr(_library(), symbol):
@@ -31,14 +20,14 @@ def vector_function(name, width, operands=1):
     return None
 
 
-def callable_here():
+def callable_here() -> str:
     """Load the library, and return what of it a text may call on this processor."""
     return " ".join(prefix for feature, prefix in KINDS.values()
                     if _library() and feature in _features())
 
 
 @functools.cache
-def _library():
+def _library() -> ctypes.CDLL | None:
     """The library, its functions visible to the code that is linked later; None without it."""
     try:
         return ctypes.CDLL("libmvec.so.1", mode=ctypes.RTLD_GLOBAL)
@@ -47,7 +36,7 @@ def _library():
 
 
 @functools.cache
-def _features():
+def _features() -> set[str]:
     import llvmlite.binding as llvm
 
     return {name for name, present in llvm.get_host_cpu_features().items() if present}

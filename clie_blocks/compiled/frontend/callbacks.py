@@ -1,112 +1,31 @@
-"""Block functions that no trace can show: the program calls them back where they stand."""
+"""Block functions that are called back: their nodes in a program, and what they cost."""
 
-import ctypes
+from __future__ import annotations
+
 import dis
+import time
 import types
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from clie_blocks.compiled.frontend.symbol_arrays import flat_scalars
-from clie_blocks.errors import ClieError
+from clie_blocks.compiled.ir.callback import Callback
+from clie_blocks.compiled.ir.symbols import Expression, Graph
 
-SIGNATURE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
+if TYPE_CHECKING:
+    from clie_blocks.compiled.program import Program
 
-
-class Callback:
-    """A block function of numbers in a row: t, states, inputs, parameters.
-
-    Parameters
-    ----------
-    name : str
-        The block and which of its functions, for messages.
-    function : callable
-        ``(t, x, u, params)``.
-    nx, nu, size : int
-        Number of states and inputs, and of values that it returns.
-    shapes : dict
-        Shape of every parameter that is among the numbers.
-    constants : dict
-        The other parameters.
-
-    Attributes
-    ----------
-    width : int
-        How many numbers.
-
-    """
-
-    def __init__(self, name, function, nx, nu, size, shapes, constants):
-        self.name, self.function, self.size = name, function, size
-        ends = np.cumsum([1, nx, nu, *(int(np.prod(shape)) for shape in shapes.values())]).tolist()
-        self.width, self._constants = ends[-1], constants
-        self._x, self._u, *values = map(slice, ends, ends[1:])
-        self._params = [(key, part, shape) for (key, shape), part in zip(shapes.items(), values)]
-
-    def __call__(self, numbers):
-        """Return the values of the function.
-
-        Parameters
-        ----------
-        numbers : ndarray, shape (width,)
-            The operands.
-
-        """
-        x, u = numbers[self._x], numbers[self._u]
-        params = self._constants | {key: numbers[part].reshape(shape)[()]
-                                    for key, part, shape in self._params}
-        try:
-            result = np.asarray(self.function(float(numbers[0]), x, u, params), float).reshape(-1)
-        except Exception as error:
-            raise ClieError(f"{self.name}: it failed when called back with x = {x}, u = {u}: "
-                            f"{type(error).__name__}: {error}") from error
-        if result.size != self.size:
-            raise ClieError(f"{self.name}: it returned {result.size} values where {self.size} are "
-                            "declared")
-        return result
+CALLS = 20
 
 
-class Switchboard:
-    """The one C function through which machine code reaches the callbacks of a program.
-
-    Parameters
-    ----------
-    callbacks : list of Callback
-        By index.
-
-    """
-
-    def __init__(self, callbacks):
-        self._callbacks, self._failures = callbacks, []
-        self._entry = SIGNATURE(self._answer)
-
-    @property
-    def address(self):
-        """Where machine code calls."""
-        return ctypes.cast(self._entry, ctypes.c_void_p).value
-
-    def _answer(self, index, operands, results):
-        callback = self._callbacks[index]
-        found = _numbers_at(results, callback.size)
-        try:
-            found[:] = np.nan if self._failures else callback(
-                _numbers_at(operands, callback.width).copy())
-        except BaseException as error:  # nothing may escape into machine code
-            self._failures.append(error)
-            found[:] = np.nan
-
-    def raise_failure(self):
-        """Raise what went wrong since the last time, if anything did."""
-        if self._failures:
-            first = self._failures[0]
-            self._failures.clear()
-            raise first
+class OpaqueBlockWarning(UserWarning):
+    """Part of a compiled program runs in Python."""
 
 
-def _numbers_at(address, size):
-    return np.frombuffer((ctypes.c_double * size).from_address(address))
-
-
-def reads_inputs(function):
+def reads_inputs(function: Callable[..., Any]) -> bool:
     """Return whether a block function ``(t, x, u, params)`` may read u, by its byte code."""
     if not isinstance(function, types.FunctionType) or function.__code__.co_argcount < 3:
         return True
@@ -116,22 +35,36 @@ def reads_inputs(function):
                for instruction in dis.get_instructions(function))
 
 
-def call_nodes(graph, callbacks, callback, operands):
-    """Add a callback to a program and return its values as symbols.
-
-    Parameters
-    ----------
-    graph : Graph
-        Where the expressions live.
-    callbacks : list of Callback
-        Those of the program so far; grows by one.
-    callback : Callback
-        The function.
-    operands : list of Symbol or float
-        Its numbers.
-
-    """
+def call_nodes(graph: Graph, callbacks: list[Callback], callback: Callback,
+               operands: list[Expression]) -> list[Expression]:
+    """Add a callback to a program and return its values as symbols."""
     index = float(len(callbacks))
     callbacks.append(callback)
     call = graph.make("call", (index, float(callback.size), *flat_scalars(operands)))
     return [graph.make("pick", (call, float(k))) for k in range(callback.size)]
+
+
+def warn_of_callbacks(program: Program) -> None:
+    """Warn of what the opaque blocks of a program cost, if it has any."""
+    callbacks = program.callbacks
+    if not callbacks:
+        return
+    times = [1e6 * _seconds(callback) for callback in callbacks]
+    parts = [f"{callback.name} ({time:.0f} us)" for callback, time in zip(callbacks, times)]
+    warnings.warn(
+        f"{program.name}: the program calls back {' and '.join(parts)} at every evaluation: about "
+        f"{6 * sum(times):.0f} us per step of ode5, where a traced block takes less than 1 us",
+        OpaqueBlockWarning, stacklevel=3)
+
+
+def _seconds(callback: Callback) -> float:
+    """Median time of a call, at numbers that a block is likely to take."""
+    numbers, times = np.full(callback.width, 0.5), []
+    for _ in range(CALLS):
+        begun = time.perf_counter()
+        try:
+            callback(numbers)
+        except Exception:  # such numbers may be none of the block's
+            break
+        times.append(time.perf_counter() - begun)
+    return np.median(times) if times else np.nan

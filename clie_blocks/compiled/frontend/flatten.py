@@ -1,12 +1,16 @@
 """From nested diagrams to leaf blocks and wire sums."""
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
+from typing import Any
 
 import control as ct
 import numpy as np
 
 from clie_blocks.labels import DiagramError
+
+Wire = dict[tuple[str, int], float]  # gain by source, see `Flat`
 
 
 @dataclass(frozen=True)
@@ -60,16 +64,8 @@ class Flat:
     signals: dict
 
 
-def flatten(diagram, held=()):
+def flatten(diagram: ct.NonlinearIOSystem, held: Iterable[int] = ()) -> Flat:
     """Return the leaves and wires of a diagram.
-
-    Parameters
-    ----------
-    diagram : control.NonlinearIOSystem
-        A diagram, nested or not, or a single block.
-    held : iterable of int
-        Outputs of the diagram's blocks, counted through all of them, whose wires carry a held
-        value.
 
     Raises
     ------
@@ -90,9 +86,10 @@ def flatten(diagram, held=()):
 class _Visit:
     """One system at its place; `drive(k)` gives the wire sum of its input k."""
 
-    def __init__(self, flat, system, drive, path, params, held=frozenset()):
-        self.system, self.drive, self.path, self.busy = system, drive, path, set()
-        self.held = held
+    def __init__(self, flat: Flat, system: ct.NonlinearIOSystem, drive: Callable[[int], Wire],
+                 path: str, params: dict[str, Any], held: frozenset[int] = frozenset()) -> None:
+        self.system, self.drive, self.path, self.held = system, drive, path, held
+        self.busy: set[int] = set()
         if isinstance(system, ct.InterconnectedSystem):
             self.parts = [
                 _Visit(flat, part, self._driver(k), f"{path}.{part.name}" if path else part.name,
@@ -104,25 +101,26 @@ class _Visit:
         if path:
             self._name_ports(flat)
 
-    def _add_leaf(self, flat, params):
-        last = flat.leaves[-1] if flat.leaves else None
-        start = [0, 0, 0] if last is None else [
-            last.x + last.system.nstates, last.u + last.system.ninputs,
-            last.y + last.system.noutputs]
-        flat.leaves.append(Leaf(self.system, self.path or self.system.name, *start, params))
+    def _add_leaf(self, flat: Flat, params: dict[str, Any]) -> None:
+        x = u = y = 0
+        if flat.leaves:
+            last = flat.leaves[-1]
+            x, u, y = (last.x + last.system.nstates, last.u + last.system.ninputs,
+                       last.y + last.system.noutputs)
+        flat.leaves.append(Leaf(self.system, self.path or self.system.name, x, u, y, params))
         flat.wires += [lambda k=k: self.drive(k) for k in range(self.system.ninputs)]
-        self.show = lambda k: {("y", start[2] + k): 1.0}
+        self.show = lambda k: {("y", y + k): 1.0}
 
-    def _name_ports(self, flat):
+    def _name_ports(self, flat: Flat) -> None:
         for k, label in enumerate(self.system.input_labels):
             flat.signals[f"{self.path}.{label}"] = lambda k=k: self.drive(k)
         for k, label in enumerate(self.system.output_labels):
             flat.signals[f"{self.path}.{label}"] = lambda k=k: self.show(k)
 
-    def _driver(self, part):
+    def _driver(self, part: int) -> Callable[[int], Wire]:
         return lambda k: self._input(self.system.input_offset[part] + k)
 
-    def _input(self, row):
+    def _input(self, row: int) -> Wire:
         if row in self.busy:
             raise DiagramError(f"{self.system.name}: the wires into input {row} form a loop "
                                "without a block; remove one of them")
@@ -130,48 +128,36 @@ class _Visit:
         try:
             terms = [(self.system.connect_map[row, k], self._output(k))
                      for k in np.flatnonzero(self.system.connect_map[row])]
-            terms += [(self.system.input_map[row, k], self.drive(k))
+            terms += [(self.system.input_map[row, k], self.drive(int(k)))
                       for k in np.flatnonzero(self.system.input_map[row])]
         finally:
             self.busy.discard(row)
         return _sum(terms)
 
-    def _output(self, column):
+    def _output(self, column: int | np.integer) -> Wire:
         if column in self.held:
-            return {("h", column): 1.0}
+            return {("h", int(column)): 1.0}
         for k, part in enumerate(self.system.syslist):
             local = column - self.system.output_offset[k]
             if 0 <= local < part.noutputs:
-                return self.parts[k].show(local)
-        return self._input(column - sum(part.noutputs for part in self.system.syslist))
+                return self.parts[k].show(int(local))
+        return self._input(int(column) - sum(part.noutputs for part in self.system.syslist))
 
-    def _show_diagram(self, k):
+    def _show_diagram(self, k: int) -> Wire:
         row = self.system.output_map[k]
         return _sum([(row[column], self._output(column)) for column in np.flatnonzero(row)])
 
 
-def _sum(terms):
-    total = {}
+def _sum(terms: Iterable[tuple[float, Wire]]) -> Wire:
+    total: Wire = {}
     for gain, wire in terms:
         for source, inner in wire.items():
             total[source] = total.get(source, 0.0) + float(gain) * inner
     return total
 
 
-def schedule(needs, names):
+def schedule(needs: Mapping[int, set[int]], names: Mapping[int, str]) -> list[int]:
     """Return all output signals, each after those that it needs at the same instant.
-
-    Parameters
-    ----------
-    needs : dict
-        Output signal to the set of output signals that reach it without passing a state.
-    names : dict
-        Output signal to ``'block.port'``, for the message.
-
-    Returns
-    -------
-    list
-        The keys of `needs` in a valid order.
 
     Raises
     ------

@@ -1,14 +1,17 @@
 """Small dense linear algebra on symbols: elimination with rows exchanged by selection."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Symbol, TraceError
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, TraceError
 
 LARGEST = 12
 
+Rows = list[list[Expression]]
 
-def solve(matrix, right):
+
+def solve(matrix: ArrayLike, right: ArrayLike) -> np.ndarray:
     """Solution of ``matrix @ x = right``, as ``np.linalg.solve`` for one matrix.
 
     The largest entry of a column becomes the pivot as in LAPACK; the exchange is a selection, not
@@ -22,12 +25,12 @@ def solve(matrix, right):
     return np.array(solution, dtype=object).reshape(right.shape)
 
 
-def inv(matrix):
+def inv(matrix: np.ndarray) -> np.ndarray:
     """Inverse of a small matrix."""
     return solve(matrix, np.eye(len(matrix)))
 
 
-def det(matrix):
+def det(matrix: np.ndarray) -> Expression:
     """Determinant of a small matrix."""
     rows = _rows(matrix, "det")
     result = F.mul(1.0, _eliminate(rows, [[] for _ in rows]))
@@ -36,14 +39,15 @@ def det(matrix):
     return result
 
 
-def norm(a, ord=None, axis=None, keepdims=False):
+def norm(a: np.ndarray, ord: int | str | None = None, axis: int | None = None,
+         keepdims: bool = False) -> np.ndarray:
     """Euclidean norm of all entries or along an axis."""
     if ord not in (None, 2, "fro") or (ord == 2 and np.ndim(a) != 1):
         raise TraceError("np.linalg.norm is traced as the Euclidean norm only")
     return np.sqrt(np.sum(np.square(a), axis=axis, keepdims=keepdims))
 
 
-def _rows(matrix, name):
+def _rows(matrix: ArrayLike, name: str) -> Rows:
     array = np.array(matrix, dtype=object)
     if array.ndim != 2 or array.shape[0] != array.shape[1] or len(array) > LARGEST:
         raise TraceError(f"np.linalg.{name} is traced for one square matrix of at most "
@@ -51,7 +55,7 @@ def _rows(matrix, name):
     return [list(row) for row in array]
 
 
-def _eliminate(rows, sides):
+def _eliminate(rows: Rows, sides: Rows) -> Expression:
     sign = 1.0
     for k in range(len(rows)):
         for i in range(k + 1, len(rows)):
@@ -63,7 +67,7 @@ def _eliminate(rows, sides):
     return sign
 
 
-def _pivot(rows, sides, k, i):
+def _pivot(rows: Rows, sides: Rows, k: int, i: int) -> Expression:
     if not isinstance(rows[i][k], Symbol) and rows[i][k] == 0.0:
         return 1.0
     larger = F.gt(F.abs(rows[i][k]), F.abs(rows[k][k]))
@@ -74,7 +78,7 @@ def _pivot(rows, sides, k, i):
     return F.where(larger, -1.0, 1.0)
 
 
-def _substitute(rows, sides):
+def _substitute(rows: Rows, sides: Rows) -> Rows:
     for k in reversed(range(len(rows))):
         for i in range(k + 1, len(rows)):
             sides[k] = [F.sub(a, F.mul(rows[k][i], b)) for a, b in zip(sides[k], sides[i])]

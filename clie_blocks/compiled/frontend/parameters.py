@@ -1,10 +1,14 @@
 """The run-time arguments of a program: where each parameter lies, and new values for them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.compiled.frontend.symbol_arrays import symbol_array
+from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.errors import nearest
 from clie_blocks.labels import DiagramError
 
@@ -29,32 +33,25 @@ class Parameters:
     defaults: np.ndarray = field(default_factory=lambda: np.zeros(0))
     frozen: set = field(default_factory=set)
 
-    def add(self, key, value):
+    def add(self, key: str, value: ArrayLike) -> None:
         """Give a parameter its slots, unless it has them."""
         if key not in self.offset:
             self.offset[key], self.shape[key] = self.defaults.size, np.shape(value)
             self.defaults = np.append(self.defaults, np.ravel(value).astype(float))
 
-    def symbols(self, graph, key):
+    def symbols(self, graph: Graph, key: str) -> Any:
         """Return the parameter as a block sees it: a symbol or an array of symbols."""
         shape = self.shape[key]
         slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
         found = symbol_array([graph.variable("p", k) for k in slots])
         return found[0] if shape == () else found.reshape(shape)
 
-    def key_of(self, slot):
+    def key_of(self, slot: int) -> str:
         """Return the key of the parameter that owns a slot."""
         return max((offset, key) for key, offset in self.offset.items() if offset <= slot)[1]
 
-    def vector(self, params, owner):
+    def vector(self, params: Mapping[str, ArrayLike] | None, owner: str) -> np.ndarray:
         """Return the values of all slots, some of them changed.
-
-        Parameters
-        ----------
-        params : dict or None
-            New values by key; one number serves all entries of an array.
-        owner : str
-            Name of the diagram, for messages.
 
         Raises
         ------
@@ -72,17 +69,17 @@ class Parameters:
                                    f"one number, got {value!r}") from None
         return values
 
-    def part(self, key, values):
+    def part(self, key: str, values: np.ndarray) -> np.ndarray:
         """Return the view of one parameter in the values of all slots."""
         start, shape = self.offset[key], self.shape[key]
         return values[start:start + int(np.prod(shape))].reshape(shape)
 
-    def slots(self, key, owner):
+    def slots(self, key: str, owner: str) -> slice:
         """Return the slots of one parameter as a slice; refuses unknown keys as `vector`."""
         start = self.offset[self._known(key, owner)]
         return slice(start, start + int(np.prod(self.shape[key])))
 
-    def _known(self, key, owner):
+    def _known(self, key: str, owner: str) -> str:
         if key in self.frozen:
             raise DiagramError(
                 f"{owner}: parameter {key!r} is part of the program, because a block decides by "
@@ -93,7 +90,7 @@ class Parameters:
         return key
 
 
-def is_numeric(value):
+def is_numeric(value: object) -> bool:
     """Return whether a parameter can be a run-time argument: numbers, not flags or text."""
     if isinstance(value, (bool, str)) or value is None:
         return False

@@ -1,5 +1,8 @@
 """Arrays of symbols: what numpy's functions mean on signals."""
 
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 from clie_blocks.compiled.frontend import linear_algebra
@@ -12,32 +15,32 @@ from clie_blocks.compiled.ir.scalars import (
     round_to,
     truth,
 )
-from clie_blocks.compiled.ir.symbols import Symbol, TraceError
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, TraceError
 from clie_blocks.errors import nearest
 
 
-def _clip(a, low, high):
+def _clip(a: Expression, low: Expression | None, high: Expression | None) -> Expression:
     a = a if low is None else F.maximum(a, low)
     return a if high is None else F.minimum(a, high)
 
 
-def _is_nan(a):
+def _is_nan(a: Expression) -> Expression:
     return F.ne(a, a)
 
 
-def _is_finite(a):
+def _is_finite(a: Expression) -> Expression:
     return F.lt(F.abs(a), np.inf)
 
 
-def _heaviside(a, at_zero):
+def _heaviside(a: Expression, at_zero: Expression) -> Expression:
     return F.where(F.eq(a, 0.0), at_zero, F.where(F.gt(a, 0.0), 1.0, F.where(F.lt(a, 0), 0.0, a)))
 
 
-def _xor(a, b):
+def _xor(a: Expression, b: Expression) -> Expression:
     return F.ne(number(truth(a)), number(truth(b)))
 
 
-_UFUNCS = {
+_UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.add: F.add, np.subtract: F.sub, np.multiply: F.mul, np.true_divide: F.div,
     np.negative: F.neg, np.positive: number, np.power: F.pow, np.float_power: F.pow,
     np.absolute: F.abs, np.fabs: F.abs, np.conjugate: number,
@@ -73,43 +76,32 @@ _ROUND = np.frompyfunc(round_to, 2, 1)
 class SymbolArray(np.ndarray):
     """Object array of symbols and floats that keeps numpy's functions symbolic."""
 
-    def __array_ufunc__(self, ufunc, method, *inputs, **options):
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
         return _call_ufunc(ufunc, method, inputs, options)
 
-    def __array_function__(self, function, types, args, kwargs):
+    def __array_function__(self, function: Callable[..., Any], types: Any, args: Any,
+                           kwargs: Any) -> Any:
         return _call_function(function, args, kwargs)
 
-    def astype(self, dtype, **options):
+    def astype(self, dtype: Any, *options: Any, **named: Any) -> Any:
         """Return a copy; signals stay symbols."""
         return self.copy()
 
-    def clip(self, min=None, max=None, **options):
+    def clip(self, min: Any = None, max: Any = None, *options: Any, **named: Any) -> Any:
         """Return the array limited to an interval."""
         return np.clip(self, min, max)
 
-    def round(self, decimals=0, **options):
+    def round(self, decimals: Any = 0, *options: Any, **named: Any) -> Any:
         """Return the array rounded, half to even."""
         return np.round(self, decimals)
 
 
-def symbol_array(values):
-    """Object array of nested lists of symbols and numbers.
-
-    Parameters
-    ----------
-    values : array_like
-        Symbols and numbers.
-
-    Returns
-    -------
-    SymbolArray
-        Of the shape of `values`.
-
-    """
+def symbol_array(values: Any) -> SymbolArray:
+    """Object array of nested lists of symbols and numbers."""
     return np.array(_plain(values), dtype=object).view(SymbolArray)
 
 
-def has_symbols(value):
+def has_symbols(value: object) -> bool:
     """Return whether a scalar, list, tuple or array holds a symbol."""
     if isinstance(value, (list, tuple)):
         return any(has_symbols(item) for item in value)
@@ -118,7 +110,7 @@ def has_symbols(value):
     return isinstance(value, Symbol)
 
 
-def flat_scalars(value):
+def flat_scalars(value: Any) -> list[Expression]:
     """Return what a block returned as a flat list of symbols and floats."""
     if isinstance(value, (list, tuple)):
         return [scalar for item in value for scalar in flat_scalars(item)]
@@ -127,23 +119,24 @@ def flat_scalars(value):
     return [number(value)]
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     return value.view(np.ndarray) if isinstance(value, SymbolArray) else value
 
 
-def _objects(value):
+def _objects(value: Any) -> np.ndarray:
     return np.asarray(_plain(value), dtype=object)
 
 
-def _wrapped(result):
+def _wrapped(result: Any) -> Any:
     if isinstance(result, np.ndarray) and result.dtype == object:
         return result.view(SymbolArray) if result.ndim else result.item()
     return result
 
 
-def _call_ufunc(ufunc, method, inputs, options):
+def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
+                options: dict[str, Any]) -> Any:
     target = options.pop("out", (None,))[0]
     if ufunc is np.matmul:
         result = ufunc(*map(_objects, inputs))
@@ -167,7 +160,8 @@ def _call_ufunc(ufunc, method, inputs, options):
     return target
 
 
-def _call_function(function, args, kwargs):
+def _call_function(function: Callable[..., Any], args: Sequence[Any],
+                   kwargs: Mapping[str, Any]) -> Any:
     if function in _ARRAY_FUNCTIONS:
         return _wrapped(_ARRAY_FUNCTIONS[function](*args, **kwargs))
     lifted = [_lifted(value) for value in args]
@@ -176,7 +170,7 @@ def _call_function(function, args, kwargs):
         np.empty(0, object).view(SymbolArray), function, (SymbolArray,), tuple(lifted), named))
 
 
-def _lifted(value):
+def _lifted(value: Any) -> Any:
     if isinstance(value, Symbol):
         return np.array(value, dtype=object).view(SymbolArray)
     if isinstance(value, (list, tuple)):
@@ -184,24 +178,26 @@ def _lifted(value):
     return value
 
 
-def _where(condition, *branches):
+def _where(condition: Any, *branches: Any) -> np.ndarray:
     if len(branches) != 2:
         raise TraceError("np.where(condition) gives indices, which a signal cannot; "
                          "use np.where(condition, a, b)")
     return _WHERE(*map(_objects, (condition, *branches)))
 
 
-def _clip_function(a, a_min=None, a_max=None, *, min=None, max=None, **options):
+def _clip_function(a: Any, a_min: Any = None, a_max: Any = None, *, min: Any = None,
+                   max: Any = None, **options: Any) -> np.ndarray:
     low = a_min if a_min is not None else min
     high = a_max if a_max is not None else max
     return _CLIP(*map(_objects, (a, low, high)))
 
 
-def _round_function(a, decimals=0, out=None):
+def _round_function(a: Any, decimals: int = 0, out: None = None) -> np.ndarray:
     return _ROUND(_objects(a), decimals)
 
 
-def _interp(x, xp, fp, left=None, right=None, period=None):
+def _interp(x: Any, xp: Any, fp: Any, left: float | None = None, right: float | None = None,
+            period: float | None = None) -> Any:
     if period is not None or left is not None or right is not None or has_symbols([xp, fp]):
         raise TraceError("np.interp is traced for a constant table without left, right, period")
     xp, fp = np.asarray(xp, float), np.asarray(fp, float)
@@ -210,7 +206,8 @@ def _interp(x, xp, fp, left=None, right=None, period=None):
                 for slope, start, width in zip(slopes, xp, np.diff(xp))), fp[0])
 
 
-def _nan_to_num(x, copy=True, nan=0.0, posinf=None, neginf=None):
+def _nan_to_num(x: Any, copy: bool = True, nan: float = 0.0, posinf: float | None = None,
+                neginf: float | None = None) -> Any:
     limits = np.finfo(float)
     posinf, neginf = (limits.max if posinf is None else posinf,
                       limits.min if neginf is None else neginf)
@@ -218,7 +215,7 @@ def _nan_to_num(x, copy=True, nan=0.0, posinf=None, neginf=None):
     return np.where(np.isnan(x), nan, bounded)
 
 
-_ARRAY_FUNCTIONS = {
+_ARRAY_FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.nan_to_num: _nan_to_num,
     np.where: _where, np.clip: _clip_function, np.round: _round_function,
     np.around: _round_function, np.interp: _interp,

@@ -8,28 +8,19 @@ wherever they are defined, as long as they are plain Python.
 import functools
 import math
 import types
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from clie_blocks.compiled.frontend.symbol_arrays import SymbolArray, has_symbols, symbol_array
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import Symbol
 
 
-def twin(function):
-    """Return the function that computes the same on symbols.
-
-    Parameters
-    ----------
-    function : callable
-        A plain function, partial, bound method or callable object.
-
-    Returns
-    -------
-    callable
-        Its twin; what cannot be followed (C code) is returned as it is.
-
-    """
+def twin(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function that computes the same on symbols."""
     follower = _Follower()
     call = type(function).__call__
     if isinstance(call, types.FunctionType) and not isinstance(function, functools.partial):
@@ -40,17 +31,18 @@ def twin(function):
 class _Follower:
     """Twins made so far, and those whose globals and closures still wait to be followed."""
 
-    def __init__(self):
-        self._made, self._waiting = {}, []
+    def __init__(self) -> None:
+        self._made: dict[int, types.FunctionType] = {}
+        self._waiting: list[tuple[types.FunctionType, types.FunctionType]] = []
 
-    def follow(self, value):
+    def follow(self, value: Any) -> Any:
         """Return the twin of a value, complete with all that it reaches."""
         made = self._twin(value)
         while self._waiting:
             self._complete(*self._waiting.pop())
         return made
 
-    def _twin(self, value):
+    def _twin(self, value: Any) -> Any:
         if id(value) in _REPLACED:
             return _REPLACED[id(value)][1]
         if id(value) in self._made:
@@ -65,7 +57,7 @@ class _Follower:
             return _ModuleTwin(value, self)
         return value
 
-    def _function(self, function):
+    def _function(self, function: types.FunctionType) -> types.FunctionType:
         scope = {"__builtins__": _BUILTINS, "__name__": function.__module__}
         cells = tuple(types.CellType() for _ in function.__closure__ or ())
         made = types.FunctionType(function.__code__, scope, function.__name__, None, cells)
@@ -73,7 +65,7 @@ class _Follower:
         self._waiting.append((function, made))
         return made
 
-    def _complete(self, function, made):
+    def _complete(self, function: types.FunctionType, made: types.FunctionType) -> None:
         for name in _names(function.__code__):
             if name in function.__globals__:
                 made.__globals__[name] = self._twin(function.__globals__[name])
@@ -88,14 +80,14 @@ class _Follower:
 class _ModuleTwin:
     """A module whose functions are twins."""
 
-    def __init__(self, module, follower):
+    def __init__(self, module: types.ModuleType, follower: _Follower) -> None:
         self._module, self._follower = module, follower
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return self._follower.follow(getattr(self._module, name))
 
 
-def _names(code):
+def _names(code: types.CodeType) -> set[str]:
     found = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
@@ -106,10 +98,10 @@ def _names(code):
 class _Numpy:
     """Numpy as a block sees it: work arrays hold symbols, lists of symbols become arrays."""
 
-    def __init__(self, module):
+    def __init__(self, module: types.ModuleType) -> None:
         self._module = module
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         value = getattr(self._module, name)
         if id(value) in _REPLACED:
             return _REPLACED[id(value)][1]
@@ -118,14 +110,14 @@ class _Numpy:
         return _lifting(value)
 
 
-def _lifting(function):
-    def call(*args, **kwargs):
+def _lifting(function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*args: Any, **kwargs: Any) -> Any:
         return function(*(_lift(value) for value in args),
                         **{key: _lift(value) for key, value in kwargs.items()})
     return call
 
 
-def _lift(value):
+def _lift(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or not has_symbols(value):
         return value
     if all(np.ndim(item) == 0 for item in value):
@@ -133,49 +125,50 @@ def _lift(value):
     return type(value)(_lift(item) for item in value)
 
 
-def _array(values, dtype=None, *, ndmin=0, copy=True, **options):
+def _array(values: Any, dtype: DTypeLike | None = None, *, ndmin: int = 0, copy: bool = True,
+           **options: Any) -> np.ndarray:
     if not has_symbols(values):
         return np.array(values, dtype, ndmin=ndmin, copy=copy, **options)
     made = symbol_array(values)
     return made.reshape((1,) * (ndmin - made.ndim) + made.shape)
 
 
-def _asarray(values, dtype=None, **options):
+def _asarray(values: Any, dtype: DTypeLike | None = None, **options: Any) -> np.ndarray:
     if isinstance(values, SymbolArray):
         return values
     return symbol_array(values) if has_symbols(values) else np.asarray(values, dtype, **options)
 
 
-def _at_least_1d(*values):
+def _at_least_1d(*values: Any) -> Any:
     made = [np.atleast_1d(_asarray(value)) for value in values]
     return made[0] if len(made) == 1 else made
 
 
-def _work_array(creator):
-    def create(*args, **kwargs):
+def _work_array(creator: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    def create(*args: Any, **kwargs: Any) -> np.ndarray:
         made = creator(*args, **kwargs)
         return made.astype(object).view(SymbolArray) if made.dtype == float else made
     return create
 
 
-def _work_array_like(fill):
-    def create(like, *options, **named):
+def _work_array_like(fill: float) -> Callable[..., np.ndarray]:
+    def create(like: Any, *options: Any, **named: Any) -> np.ndarray:
         return np.full(np.shape(like), fill).astype(object).view(SymbolArray)
     return create
 
 
-def _full(shape, value, dtype=None, **options):
+def _full(shape: Any, value: Any, dtype: DTypeLike | None = None, **options: Any) -> np.ndarray:
     made = np.empty(shape, object).view(SymbolArray)
     made[...] = value
     return made
 
 
-def _full_like(like, value, **options):
+def _full_like(like: Any, value: Any, **options: Any) -> np.ndarray:
     return _full(np.shape(like), value)
 
 
-def _extreme(name, builtin):
-    def extreme(*args, **kwargs):
+def _extreme(name: str, builtin: Callable[..., Any]) -> Callable[..., Any]:
+    def extreme(*args: Any, **kwargs: Any) -> Any:
         values = args if len(args) > 1 else tuple(args[0])
         if kwargs or not has_symbols(values):
             return builtin(*args, **kwargs)
@@ -183,8 +176,8 @@ def _extreme(name, builtin):
     return extreme
 
 
-def _math_twin(function, traced):
-    def call(*args):
+def _math_twin(function: Callable[..., float], traced: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*args: Any) -> Any:
         return traced(*args) if any(isinstance(a, Symbol) for a in args) else function(*args)
     return call
 
@@ -192,7 +185,7 @@ def _math_twin(function, traced):
 class _Math:
     """Module math with symbols allowed."""
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         value = getattr(math, name)
         return _REPLACED[id(value)][1] if id(value) in _REPLACED else value
 
@@ -220,7 +213,7 @@ _REPLACED = {id(real): (real, replacement) for real, replacement in [
 ]}
 
 
-def _import(name, *args, **kwargs):
+def _import(name: str, *args: Any, **kwargs: Any) -> Any:
     module = __import__(name, *args, **kwargs)
     return _REPLACED[id(module)][1] if id(module) in _REPLACED else module
 

@@ -1,17 +1,21 @@
 """From a diagram to one straight-line program: each block's own functions run once, on symbols."""
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import control as ct
 import numpy as np
 
-from clie_blocks.compiled.frontend.callbacks import Callback, call_nodes, reads_inputs
-from clie_blocks.compiled.frontend.flatten import flatten, schedule
+from clie_blocks.compiled.frontend.callbacks import call_nodes, reads_inputs
+from clie_blocks.compiled.frontend.flatten import Flat, Leaf, Wire, flatten, schedule
 from clie_blocks.compiled.frontend.parameters import Parameters, is_numeric
 from clie_blocks.compiled.frontend.symbol_arrays import flat_scalars, has_symbols, symbol_array
 from clie_blocks.compiled.frontend.symbolic_numpy import twin
+from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import (
+    Expression,
     FrozenParameterError,
     Graph,
     Symbol,
@@ -21,6 +25,8 @@ from clie_blocks.compiled.ir.symbols import (
 )
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import DiagramError
+
+BlockFunction = Callable[..., Any]  # of (t, x, u, params)
 
 
 @dataclass
@@ -60,24 +66,31 @@ class Trace:
     maps: list = field(default_factory=list)
     opaque: list = field(default_factory=list)
 
+    def names(self) -> dict[Expression, str]:
+        """Return the signal names by expression, for the comments of a listing."""
+        names: dict[Expression, str] = {}
+        for name, expression in self.signals.items():
+            names[expression] = f"{names[expression]}, {name}" if expression in names else name
+        return names
 
-def trace(diagram, held=(), opaque=()):
+    def ports(self) -> list[str]:
+        """Return lines that say what the entries of x, u and y are."""
+        return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
+                *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
+                *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
+
+    def legend(self, name: str) -> str:
+        """Return the docstring of a listing of the diagram `name`: ports and parameters."""
+        parameters = self.parameters
+        lines = [f'"""Diagram {name}: derivative and record.', "", *self.ports()]
+        lines += [f"p[{start}]  {key}{list(parameters.shape[key])}"
+                  for key, start in parameters.offset.items()]
+        return "\n".join([*lines, '"""'])
+
+
+def trace(diagram: ct.NonlinearIOSystem, held: Iterable[int] = (),
+          opaque: Iterable[str] = ()) -> Trace:
     """Trace a diagram.
-
-    Parameters
-    ----------
-    diagram : control.NonlinearIOSystem
-        The diagram, left untouched.
-    held : iterable of int
-        As in `flatten`; such a wire is the variable ``('h', k)``.
-    opaque : iterable of str
-        Blocks, or diagrams of blocks, whose functions are called back where they cannot be
-        traced; a block with the attribute ``opaque = True`` is one of them.
-
-    Returns
-    -------
-    Trace
-        Its program.
 
     Raises
     ------
@@ -87,7 +100,8 @@ def trace(diagram, held=(), opaque=()):
         For an algebraic loop, or an opaque block that does not exist.
 
     """
-    flat, frozen = flatten(diagram, held), set()
+    flat = flatten(diagram, held)
+    frozen: set[str] = set()
     hidden = _opaque_leaves(diagram, flat, opaque)
     while True:
         try:
@@ -96,7 +110,7 @@ def trace(diagram, held=(), opaque=()):
             frozen |= need.keys
 
 
-def _opaque_leaves(diagram, flat, opaque):
+def _opaque_leaves(diagram: ct.NonlinearIOSystem, flat: Flat, opaque: Iterable[str]) -> set[str]:
     hidden = {leaf.name for leaf in flat.leaves if getattr(leaf.system, "opaque", False)}
     for name in opaque:
         found = {leaf.name for leaf in flat.leaves if f"{leaf.name}.".startswith(f"{name}.")}
@@ -109,19 +123,22 @@ def _opaque_leaves(diagram, flat, opaque):
 
 
 class _FreezeError(Exception):
-    def __init__(self, keys):
+    def __init__(self, keys: set[str]) -> None:
         super().__init__(f"constants needed: {sorted(keys)}")
         self.keys = keys
 
 
 class _Tracer:
-    def __init__(self, diagram, flat, frozen, hidden):
+    def __init__(self, diagram: ct.NonlinearIOSystem, flat: Flat, frozen: set[str],
+                 hidden: set[str]) -> None:
         self.diagram, self.flat, self.graph = diagram, flat, Graph()
-        self.hidden, self.callbacks = hidden, []
+        self.hidden = hidden
+        self.callbacks: list[Callback] = []
         self.parameters = Parameters(frozen=frozen)
-        self.outputs, self.final = {}, {}
+        self.outputs: dict[int, Expression] = {}
+        self.final: dict[Symbol, Expression] = {}
 
-    def trace(self):
+    def trace(self) -> Trace:
         traced = [self._leaf(leaf) for leaf in self.flat.leaves]
         outputs = [expression for ys, _ in traced for expression in ys]
         for k in self._order(outputs):
@@ -135,21 +152,24 @@ class _Tracer:
             [(leaf.name, label) for leaf in self.flat.leaves
              for label in leaf.system.state_labels], self.parameters, opaque=self.callbacks)
 
-    def _leaf(self, leaf):
+    def _leaf(self, leaf: Leaf) -> tuple[list[Expression], list[Expression]]:
         system = leaf.system
         x = [self.graph.variable("x", leaf.x + k) for k in range(system.nstates)]
         u = [self.graph.variable("w", leaf.u + k) for k in range(system.ninputs)]
         if isinstance(system, ct.StateSpace):
             return (_linear(system.C, x, system.D, u), _linear(system.A, x, system.B, u))
-        y = x if system.outfcn is None else self._call(leaf, "output", system.outfcn, x, u)
-        dx = [] if not x else self._call(leaf, "update", system.updfcn, x, u)
+        y: list[Expression] = [*x]
+        if system.outfcn is not None:
+            y = self._call(leaf, "output", system.outfcn, x, u)
+        dx = self._call(leaf, "update", system.updfcn, x, u) if x else []
         for kind, got, wanted in (("output", y, system.noutputs), ("update", dx, system.nstates)):
             if len(got) != wanted:
                 raise DiagramError(f"block {leaf.name!r}: its {kind} function returns "
                                    f"{len(got)} values where {wanted} are declared")
         return y, dx
 
-    def _call(self, leaf, kind, function, x, u):
+    def _call(self, leaf: Leaf, kind: str, function: BlockFunction, x: list[Symbol],
+              u: list[Symbol]) -> list[Expression]:
         try:
             return self._run_on_symbols(leaf, kind, function, x, u)
         except TraceError:
@@ -157,7 +177,8 @@ class _Tracer:
                 raise
             return self._call_back(leaf, kind, function, x, u)
 
-    def _call_back(self, leaf, kind, function, x, u):
+    def _call_back(self, leaf: Leaf, kind: str, function: BlockFunction, x: list[Symbol],
+                   u: list[Symbol]) -> list[Expression]:
         params = self._params(leaf)
         shown = {key: value for key, value in params.items() if has_symbols(value)}
         callback = Callback(
@@ -169,7 +190,8 @@ class _Tracer:
         return call_nodes(self.graph, self.callbacks, callback,
                           [self.graph.variable("t"), *x, *inputs, *shown.values()])
 
-    def _run_on_symbols(self, leaf, kind, function, x, u):
+    def _run_on_symbols(self, leaf: Leaf, kind: str, function: BlockFunction, x: list[Symbol],
+                        u: list[Symbol]) -> list[Expression]:
         t, params = self.graph.variable("t"), self._params(leaf)
         try:
             return flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u), params))
@@ -187,7 +209,7 @@ class _Tracer:
                 "params) that work element by element, without a branch on a signal, or have it "
                 f"called back, slowly: opaque=[{leaf.name!r}]") from error
 
-    def _params(self, leaf):
+    def _params(self, leaf: Leaf) -> dict[str, Any]:
         seen = dict(leaf.params)
         for key, value in leaf.params.items():
             name = key if key in (self.diagram.params or {}) else f"{leaf.name}.{key}"
@@ -196,7 +218,7 @@ class _Tracer:
                 seen[key] = self.parameters.symbols(self.graph, name)
         return seen
 
-    def _order(self, outputs):
+    def _order(self, outputs: list[Expression]) -> list[int]:
         names, needs = {}, {}
         for leaf in self.flat.leaves:
             for k, label in enumerate(leaf.system.output_labels):
@@ -207,20 +229,20 @@ class _Tracer:
                         for kind, source in self.flat.wires[index] if kind == "y"}
         return schedule(needs, names)
 
-    def _compose(self, expression):
+    def _compose(self, expression: Expression) -> Expression:
         for node in topological([expression]):
             if node not in self.final:
                 self.final[node] = self._final(node)
         return self.final[expression] if isinstance(expression, Symbol) else expression
 
-    def _final(self, node):
+    def _final(self, node: Symbol) -> Expression:
         if node.op == "variable":
             kind, index = node.args
             return self._wire(self.flat.wires[index]) if kind == "w" else node
         return getattr(F, node.op)(
             *(self.final[a] if isinstance(a, Symbol) else a for a in node.args))
 
-    def _wire(self, wire):
+    def _wire(self, wire: Wire) -> Expression:
         total = 0.0
         for (kind, index), gain in wire.items():
             source = self.outputs[index] if kind == "y" else self.graph.variable(kind, index)
@@ -228,12 +250,13 @@ class _Tracer:
         return total
 
 
-def _linear(state_gain, x, input_gain, u):
+def _linear(state_gain: np.ndarray, x: list[Symbol], input_gain: np.ndarray,
+            u: list[Symbol]) -> list[Expression]:
     rows = np.hstack([np.asarray(state_gain), np.asarray(input_gain)])
     return [_dot(row, [*x, *u]) for row in rows]
 
 
-def _dot(row, values):
+def _dot(row: np.ndarray, values: Sequence[Expression]) -> Expression:
     total = 0.0
     for gain, value in zip(row, values):
         if gain:

@@ -1,9 +1,16 @@
 """What a program computes: derivatives, and the record of every signal that can be logged."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Symbol, topological
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
+
+if TYPE_CHECKING:
+    from clie_blocks.compiled.frontend.tracing import Trace
 
 
 @dataclass(frozen=True)
@@ -38,22 +45,13 @@ class Layout:
     opaque: list = field(default_factory=list)
 
     @property
-    def nx(self):
+    def nx(self) -> int:
         """Number of states."""
         return len(self.derivatives)
 
 
-def layout(trace, driven=None):
-    """Arrange a trace for the emitters.
-
-    Parameters
-    ----------
-    trace : Trace
-        The program.
-    driven : dict, optional
-        Expression in t by input index, for inputs that are functions of time.
-
-    """
+def layout(trace: Trace, driven: Mapping[int, Expression] | None = None) -> Layout:
+    """Arrange a trace for the emitters."""
     graph, driven = trace.graph, driven or {}
     x = [graph.variable("x", k) for k in range(len(trace.derivatives))]
     u = [graph.variable("u", k) for k in range(len(trace.inputs))]
@@ -73,17 +71,9 @@ def layout(trace, driven=None):
     return Layout(final[:len(x)], record, slots, len(u), maps, opaque=trace.opaque)
 
 
-def substitute(roots, replacement):
-    """Return the expressions with variables replaced.
-
-    Parameters
-    ----------
-    roots : list of Symbol or float
-        The expressions.
-    replacement : dict
-        Expression by variable.
-
-    """
+def substitute(roots: Iterable[Expression],
+               replacement: Mapping[Symbol, Expression]) -> list[Expression]:
+    """Return the expressions with variables replaced."""
     final = dict(replacement)
     if not final:
         return list(roots)

@@ -1,13 +1,17 @@
 """The one table of scalar operations: numpy meaning, text in each language, derivative.
 
 Everything that a traced diagram can compute is a row here.  Tracing builds rows, each emitter
-reads one column, and forward sensitivities read the last one.
+reads one column, and forward sensitivities read the last one.  Apart from the table stand the two
+operations of a block function that is called back: the call, and one of its values.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NoReturn
 
 import numpy as np
+
+from clie_blocks.errors import ClieError
 
 
 @dataclass(frozen=True)
@@ -48,40 +52,43 @@ class Operation:
     tangent: Callable | None = None
 
 
-def _infix(name, sign, function, instruction, partials):
+def _infix(name: str, sign: str, function: Callable[..., Any], instruction: str,
+           partials: Callable[..., tuple]) -> Operation:
     text = f"{{0}} {sign} {{1}}"
     return Operation(name, 2, function, text, text,
                      lambda ir, a, b: ir.arithmetic(instruction, a, b), partials)
 
 
-def _compare(name, sign, function, predicate):
+def _compare(name: str, sign: str, function: Callable[..., Any], predicate: str) -> Operation:
     text = f"{{0}} {sign} {{1}}"
     return Operation(name, 2, function, text, text,
                      lambda ir, a, b: ir.compare(predicate, a, b), _flat, boolean=True)
 
 
-def _libm(name, function, partials, arity=1, c=None):
+def _libm(name: str, function: Callable[..., Any], partials: Callable[..., tuple], arity: int = 1,
+          c: str | None = None) -> Operation:
     operands = ", ".join(f"{{{k}}}" for k in range(arity))
     return Operation(name, arity, function, f"{name}({operands})", f"{c or name}({operands})",
                      lambda ir, *a: ir.libm(c or name, *a), partials)
 
 
-def _intrinsic(name, function, partials, c=None, python=None):
+def _intrinsic(name: str, function: Callable[..., Any], partials: Callable[..., tuple],
+               c: str | None = None, python: str | None = None) -> Operation:
     return Operation(name, 1, function, python or f"{name}({{0}})", f"{c or name}({{0}})",
                      lambda ir, a: ir.intrinsic(c or name, a), partials)
 
 
-def _flat(f, y, *operands):
+def _flat(f: Any, y: Any, *operands: Any) -> tuple[float, ...]:
     return (0.0,) * len(operands)
 
 
-def _sign_llvm(ir, a):
+def _sign_llvm(ir: Any, a: Any) -> Any:
     zero_or_nan = ir.select(ir.compare("oeq", a, 0.0), 0.0, a)
     not_positive = ir.select(ir.compare("olt", a, 0.0), -1.0, zero_or_nan)
     return ir.select(ir.compare("ogt", a, 0.0), 1.0, not_positive)
 
 
-def _extremum(name, function, sign, predicate):
+def _extremum(name: str, function: Callable[..., Any], sign: str, predicate: str) -> Operation:
     pick = f"{{0}} {sign} {{1}} %s {{0}} != {{0}}"
     return Operation(
         name, 2, function, f"({{0}} if {pick % 'or'} else {{1}})",
@@ -164,10 +171,41 @@ OPERATIONS = {operation.name: operation for operation in (
 )}
 
 
-def _rsqrt(f, a):
+def _rsqrt(f: Any, a: Any) -> Any:
     return f.div(1.0, f.sqrt(a))
 
 
-def _arctan2_partials(f, a, b):
+def _arctan2_partials(f: Any, a: Any, b: Any) -> tuple:
     square = f.add(f.mul(a, a), f.mul(b, b))
     return f.div(b, square), f.neg(f.div(a, square))
+
+
+class _CallText(str):
+    """Python text of a call, whatever the number of its operands."""
+
+    def format(self, *operands: object, **named: object) -> str:
+        return f"opaque({', '.join(map(str, operands))})"
+
+
+class _NoText(str):
+    def format(self, *operands: object, **named: object) -> NoReturn:
+        raise ClieError("an opaque block has no source in C; write it with numpy functions that "
+                        "can be traced")
+
+
+def _refuse(*operands: Any) -> NoReturn:
+    raise ClieError("an opaque block has neither a value nor a derivative outside a program")
+
+
+CALLBACKS = {operation.name: operation for operation in (
+    Operation("call", 0, _refuse, _CallText(), _NoText(),
+              lambda ir, index, size, *operands: ir.call_back(index, int(size), operands),
+              _refuse),
+    Operation("pick", 2, _refuse, "{0}[int({1})]", _NoText(),
+              lambda ir, values, k: ir.load(values.name, int(k), False), _refuse),
+)}
+
+
+def operation_named(name: str) -> Operation:
+    """Return the operation of that name, of the table or of a callback."""
+    return OPERATIONS[name] if name in OPERATIONS else CALLBACKS[name]

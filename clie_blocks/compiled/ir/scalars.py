@@ -4,26 +4,28 @@ A factor that is the constant zero removes its term at once (``0.0 * x`` is 0, a
 be infinite or NaN): block-diagonal regressors would otherwise cost their zeros at every step.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
-from clie_blocks.compiled.frontend.callback_nodes import CALLBACKS
-from clie_blocks.compiled.ir.operations import OPERATIONS
-from clie_blocks.compiled.ir.symbols import Symbol
+from clie_blocks.compiled.ir.operations import CALLBACKS, OPERATIONS
+from clie_blocks.compiled.ir.symbols import Expression, Symbol
 
 
-def apply(name, *args):
+def apply(name: str, *args: Any) -> Expression:
     """Apply an operation of the table to symbols and numbers, with constants folded."""
-    args = _typed(name, args)
-    graph = next((a.graph for a in args if isinstance(a, Symbol)), None)
+    operands = _typed(name, args)
+    graph = next((a.graph for a in operands if isinstance(a, Symbol)), None)
     if graph is None:
         with np.errstate(all="ignore"):
-            value = OPERATIONS[name].numpy(*args)
+            value = OPERATIONS[name].numpy(*operands)
         return bool(value) if OPERATIONS[name].boolean else float(value)
-    simple = _SIMPLER.get(name, lambda *a: None)(*args)
-    return graph.make(name, args) if simple is None else simple
+    simple = _SIMPLER[name](*operands) if name in _SIMPLER else None
+    return graph.make(name, operands) if simple is None else simple
 
 
-def _typed(name, args):
+def _typed(name: str, args: tuple[Any, ...]) -> tuple[Expression, ...]:
     if name in ("and", "or", "not"):
         return tuple(truth(a) for a in args)
     if name == "where":
@@ -31,33 +33,33 @@ def _typed(name, args):
     return tuple(number(a) for a in args)
 
 
-def number(a):
+def number(a: Any) -> Expression:
     """Return a scalar as a number: true is 1."""
     if isinstance(a, Symbol):
         return a.graph.make("where", (a, 1.0, 0.0)) if a.boolean else a
     return float(a)
 
 
-def truth(a):
+def truth(a: Any) -> Symbol | bool:
     """Return a scalar as a truth value: anything but 0 is true."""
     if isinstance(a, Symbol):
         return a if a.boolean else a.graph.make("ne", (a, 0.0))
     return bool(a)
 
 
-def _is(a, value):
+def _is(a: Expression, value: float) -> bool:
     return not isinstance(a, Symbol) and a == value
 
 
-def _simpler_add(a, b):
+def _simpler_add(a: Expression, b: Expression) -> Expression | None:
     return b if _is(a, 0.0) else a if _is(b, 0.0) else None
 
 
-def _simpler_sub(a, b):
+def _simpler_sub(a: Expression, b: Expression) -> Expression | None:
     return a if _is(b, 0.0) else apply("neg", b) if _is(a, 0.0) else None
 
 
-def _simpler_mul(a, b):
+def _simpler_mul(a: Expression, b: Expression) -> Expression | None:
     if _is(a, 0.0) or _is(b, 0.0):
         return 0.0
     if _is(a, 1.0) or _is(b, 1.0):
@@ -67,15 +69,15 @@ def _simpler_mul(a, b):
     return None
 
 
-def _simpler_div(a, b):
+def _simpler_div(a: Expression, b: Expression) -> Expression | None:
     return a if _is(b, 1.0) else 0.0 if _is(a, 0.0) else None
 
 
-def _simpler_neg(a):
+def _simpler_neg(a: Symbol) -> Expression | None:
     return a.args[0] if a.op == "neg" else None
 
 
-def _simpler_pow(a, b):
+def _simpler_pow(a: Expression, b: Expression) -> Expression | None:
     if _is(b, 0.0):
         return 1.0
     if not isinstance(b, Symbol) and b in (1.0, 2.0, 3.0, 4.0):
@@ -85,7 +87,7 @@ def _simpler_pow(a, b):
     return apply("div", 1.0, a) if _is(b, -1.0) else apply("sqrt", a) if _is(b, 0.5) else None
 
 
-def _simpler_where(c, a, b):
+def _simpler_where(c: Expression, a: Expression, b: Expression) -> Expression | None:
     if not isinstance(c, Symbol):
         return a if c else b
     same = a is b or (not isinstance(a, Symbol) and not isinstance(b, Symbol)
@@ -93,15 +95,15 @@ def _simpler_where(c, a, b):
     return a if same else None
 
 
-def _simpler_and(a, b):
+def _simpler_and(a: Expression, b: Expression) -> Expression | None:
     return _simpler_logic(a, b, absorbing=False)
 
 
-def _simpler_or(a, b):
+def _simpler_or(a: Expression, b: Expression) -> Expression | None:
     return _simpler_logic(a, b, absorbing=True)
 
 
-def _simpler_logic(a, b, absorbing):
+def _simpler_logic(a: Expression, b: Expression, absorbing: bool) -> Expression | None:
     if isinstance(a, bool):
         a, b = b, a
     if isinstance(b, bool):
@@ -109,13 +111,14 @@ def _simpler_logic(a, b, absorbing):
     return a if a is b else None
 
 
-_SIMPLER = {"add": _simpler_add, "sub": _simpler_sub, "mul": _simpler_mul, "div": _simpler_div,
-            "neg": _simpler_neg, "pow": _simpler_pow, "where": _simpler_where,
-            "and": _simpler_and, "or": _simpler_or}
+_SIMPLER: dict[str, Callable[..., Expression | None]] = {
+    "add": _simpler_add, "sub": _simpler_sub, "mul": _simpler_mul, "div": _simpler_div,
+    "neg": _simpler_neg, "pow": _simpler_pow, "where": _simpler_where, "and": _simpler_and,
+    "or": _simpler_or}
 
 
-def _scalar(name):
-    def function(*args):
+def _scalar(name: str) -> Callable[..., Any]:
+    def function(*args: Any) -> Expression:
         return apply(name, *args)
     function.__name__ = name
     return function
@@ -127,21 +130,21 @@ FUNCTIONS = {name: _scalar(name) for name in (*OPERATIONS, *CALLBACKS)}
 class _Functions:
     """Every operation as an attribute, for the derivative column of the table."""
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Callable[..., Any]:
         return FUNCTIONS[name.rstrip("_")]
 
 
 F = _Functions()
 
 
-def mod(a, b):
+def mod(a: Expression, b: Expression) -> Any:
     """Remainder with the sign of the divisor, as ``np.mod``."""
     rest = F.fmod(a, b)
     turned = F.where(F.ne(number(F.lt(b, 0.0)), number(F.lt(rest, 0.0))), F.add(rest, b), rest)
     return F.where(F.eq(rest, 0.0), F.copysign(0.0, b), turned)
 
 
-def round_to(a, decimals=0):
+def round_to(a: Expression, decimals: int = 0) -> Any:
     """Round to decimals as numpy does: scale, round half to even, scale back."""
     if decimals == 0:
         return F.rint(a)
@@ -151,15 +154,15 @@ def round_to(a, decimals=0):
     return F.mul(F.rint(F.div(a, scale)), scale)
 
 
-def floor_divide(a, b):
+def floor_divide(a: Expression, b: Expression) -> Any:
     """Quotient rounded down, as ``np.floor_divide``."""
     quotient = F.div(F.sub(a, mod(a, b)), b)
     down = F.floor(quotient)
     return F.where(F.gt(F.sub(quotient, down), 0.5), F.add(down, 1.0), down)
 
 
-def _operator(name, reverse=False):
-    def method(self, other):
+def _operator(name: str, reverse: bool = False) -> Callable[[Symbol, Any], Any]:
+    def method(self, other: Any) -> Any:
         if isinstance(other, np.ndarray):
             return NotImplemented
         if not isinstance(other, (Symbol, int, float, np.number, np.bool_)):
@@ -168,8 +171,8 @@ def _operator(name, reverse=False):
     return method
 
 
-def _prefix(name):
-    return lambda self: FUNCTIONS[name](self)
+def _prefix(name: str) -> Callable[..., Any]:
+    return lambda self, *options: FUNCTIONS[name](self, *options)
 
 
 for _name, _op in (("add", "add"), ("sub", "sub"), ("mul", "mul"), ("truediv", "div"),
@@ -178,12 +181,11 @@ for _name, _op in (("add", "add"), ("sub", "sub"), ("mul", "mul"), ("truediv", "
     setattr(Symbol, f"__r{_name}__", _operator(_op, reverse=True))
 for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
     setattr(Symbol, f"__{_name}__", _operator(_name))
-FUNCTIONS["mod"], FUNCTIONS["floordiv"] = mod, floor_divide
+FUNCTIONS |= {"mod": mod, "floordiv": floor_divide, "pos": number,
+              "round": lambda a, digits=0: round_to(a, digits or 0)}
 for _name in ("mod", "floordiv", "and", "or"):
     setattr(Symbol, f"__{_name}__", _operator(_name))
     setattr(Symbol, f"__r{_name}__", _operator(_name, reverse=True))
-Symbol.__neg__, Symbol.__abs__, Symbol.__invert__ = _prefix("neg"), _prefix("abs"), _prefix("not")
-Symbol.__pos__ = lambda self: self
-Symbol.__round__ = lambda self, digits=0: round_to(self, digits or 0)
-Symbol.__floor__, Symbol.__ceil__, Symbol.__trunc__ = (
-    _prefix("floor"), _prefix("ceil"), _prefix("trunc"))
+for _name, _op in (("neg", "neg"), ("abs", "abs"), ("invert", "not"), ("floor", "floor"),
+                   ("ceil", "ceil"), ("trunc", "trunc"), ("pos", "pos"), ("round", "round")):
+    setattr(Symbol, f"__{_name}__", _prefix(_op))

@@ -4,7 +4,12 @@ Symbols are hash-consed: equal expressions are one object, so shared terms are c
 Their arithmetic is in `scalars`, arrays of them in `arrays`.
 """
 
-from clie_blocks.compiled.frontend.callback_nodes import operation
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, NoReturn
+
+from clie_blocks.compiled.ir.operations import operation_named
 from clie_blocks.errors import ClieError
 
 
@@ -15,7 +20,7 @@ class TraceError(ClieError, TypeError):
 class FrozenParameterError(Exception):
     """A block needs the value of these parameters while it is traced."""
 
-    def __init__(self, slots):
+    def __init__(self, slots: list[int]) -> None:
         super().__init__(f"parameters {slots} must be constants")
         self.slots = slots
 
@@ -30,19 +35,19 @@ VALUE = ("a signal has no value while the diagram is traced, so it cannot become
 class Graph:
     """The table that makes equal expressions one object."""
 
-    def __init__(self):
-        self._known = {}
+    def __init__(self) -> None:
+        self._known: dict[tuple, Symbol] = {}
 
-    def variable(self, kind, index=0):
+    def variable(self, kind: str, index: int = 0) -> Symbol:
         """Return the variable such as ``('x', 3)``."""
         return self._node("variable", (kind, index), (kind, index), False)
 
-    def make(self, name, args):
+    def make(self, name: str, args: tuple[Expression, ...]) -> Symbol:
         """Return the node of an operation; operands are symbols or floats."""
         key = tuple(id(a) if isinstance(a, Symbol) else a.hex() for a in args)
-        return self._node(name, args, key, operation(name).boolean)
+        return self._node(name, args, key, operation_named(name).boolean)
 
-    def _node(self, name, args, key, boolean):
+    def _node(self, name: str, args: tuple, key: tuple, boolean: bool) -> Symbol:
         node = self._known.get((name, key))
         if node is None:
             node = self._known[name, key] = Symbol(self, name, args, boolean)
@@ -53,59 +58,64 @@ class Symbol:
     """One scalar: a variable or an operation on symbols and floats."""
 
     __slots__ = ("graph", "op", "args", "boolean")
+    __array_ufunc__: ClassVar[Callable[..., Any]]  # numpy's functions: see `symbol_arrays`
+    __array_function__: ClassVar[Callable[..., Any]]
     __hash__ = object.__hash__
 
-    def __init__(self, graph, op, args, boolean):
+    def __init__(self, graph: Graph, op: str, args: tuple, boolean: bool) -> None:
         self.graph, self.op, self.args, self.boolean = graph, op, args, boolean
 
-    def __bool__(self):
+    def __bool__(self) -> bool:
         _need_value(self, BRANCH)
 
-    def __float__(self):
+    def __float__(self) -> float:
         _need_value(self, VALUE)
 
     __int__ = __index__ = __complex__ = __float__
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         if self.op == "variable":
             return f"{self.args[0]}{self.args[1]}"
         return f"{self.op}({', '.join(map(repr, self.args))})"
 
     @property
-    def real(self):
+    def real(self) -> Symbol:
         """The symbol itself: signals are real."""
         return self
 
-    def conjugate(self):
+    def conjugate(self) -> Symbol:
         """Return the symbol itself: signals are real."""
         return self
 
     @property
-    def size(self):
+    def size(self) -> int:
         """One, as for a numpy scalar."""
         return 1
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[()]:
         """Empty, as for a numpy scalar."""
         return ()
 
     @property
-    def ndim(self):
+    def ndim(self) -> int:
         """Zero, as for a numpy scalar."""
         return 0
 
-    def item(self):
+    def item(self) -> Symbol:
         """Return the symbol itself, as a numpy scalar does."""
         return self
 
 
-def variables(roots):
+Expression = Symbol | float
+
+
+def variables(roots: Iterable[Expression]) -> set[tuple[str, int]]:
     """Return the set of ``(kind, index)`` on which any of the expressions depends."""
     return {node.args for node in topological(roots) if node.op == "variable"}
 
 
-def topological(roots):
+def topological(roots: Iterable[Expression]) -> list[Symbol]:
     """List every node below the roots, operands before the operations that use them."""
     order, seen = [], set()
     stack = [(root, False) for root in reversed(list(roots)) if isinstance(root, Symbol)]
@@ -122,7 +132,7 @@ def topological(roots):
     return order
 
 
-def _need_value(symbol, message):
+def _need_value(symbol: Symbol, message: str) -> NoReturn:
     kinds = variables([symbol])
     if kinds and all(kind == "p" for kind, _ in kinds):
         raise FrozenParameterError(sorted(index for _, index in kinds))

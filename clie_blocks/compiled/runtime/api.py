@@ -1,17 +1,64 @@
 """What is asked of a program beyond one run: many runs, and derivatives."""
 
-from dataclasses import replace
+from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from clie_blocks.compiled.codegen.engine import Engine
+from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
+from clie_blocks.compiled.frontend.parameters import Parameters
+from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
-from clie_blocks.compiled.runtime.simulate import Plan, simulate
+from clie_blocks.compiled.runtime.inputs import Inputs, Rows
+from clie_blocks.compiled.runtime.simulate import DivergedRunError, Divergence, Log, Plan, simulate
 from clie_blocks.errors import ClieError
+
+if TYPE_CHECKING:
+    import control as ct
+
+    from clie_blocks.compiled.frontend.tracing import Trace
+    from clie_blocks.compiled.reduce import Reduction
+    from clie_blocks.compiled.runtime.batch import Batch
+    from clie_blocks.compiled.runtime.sensitivities import Derivatives, Place
 
 
 class Batches:
     """Many runs at once: what a program can do that knows its machine code and its labels."""
 
-    def batch(self, duration, step=None, method="ode5", inputs=None, initial_state=None,
-              params=None, log=None, every=1, reduce=None, threads=None):
+    name: str
+    inputs: list[str]
+    outputs: list[str]
+    states: list[tuple[str, str]]
+    signals: list[str]
+    period: float | None
+    _engine: str
+    _engines: dict[tuple, Engine]
+    _layout: Layout
+    _parameters: Parameters
+
+    def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
+        """Rows of the inputs, and the layout with inputs that are functions of time."""
+        raise NotImplementedError
+
+    def _step_of(self, step: float | None) -> float:
+        """Step of a run [s]."""
+        raise NotImplementedError
+
+    def _build(self, arranged: Layout, method_name: str, memory: Memory = SINGLE) -> Engine:
+        """Engine that runs a layout."""
+        raise NotImplementedError
+
+    def batch(self, duration: float, step: float | None = None, method: str = "ode5",
+              inputs: Inputs = None,
+              initial_state: ArrayLike | Mapping[str, ArrayLike] | None = None,
+              params: Mapping[str, ArrayLike] | None = None,
+              log: str | Sequence[str] | None = None, every: int = 1,
+              reduce: Mapping[str, Reduction] | None = None, threads: int | None = None) -> Batch:
         """Simulate many parameter sets at once: side by side in each processor, on all of them.
 
         Every run is the one that `run` gives for its parameters, to round-off.  A run that
@@ -30,7 +77,7 @@ class Batches:
             Signals of which every row is kept; by default the diagram's outputs, or none where
             `reduce` is given.
         reduce : dict, optional
-            By a name of one's choice, a reduction of `clie_blocks.compiled.runtime.reduce`: mean, mean
+            By a name of one's choice, a reduction of `clie_blocks.compiled.reduce`: mean, mean
             square of a signal or of a difference, extremum, integral, final value, one's own.
             It is taken while the runs go on, so that nothing long is kept.
         threads : int, optional
@@ -79,21 +126,21 @@ class Batches:
         return replace(done, final_state=done.final_state[:, self._shown()])
 
     @property
-    def lanes(self):
+    def lanes(self) -> int:
         """The most runs of a batch that go side by side, at little more than the cost of one."""
         if self._engine == "python" or self._layout.opaque:
             return 1
         from clie_blocks.compiled.codegen.machine import lane_width
         return lane_width()
 
-    def _shown(self):
+    def _shown(self) -> list[int]:
         """States that the user knows; a sampled loop has others."""
         return list(range(len(self.states)))
 
-    def _shown_states(self):
+    def _shown_states(self) -> list[tuple[str, str]]:
         return [self.states[k] for k in self._shown()]
 
-    def _spread(self, shown):
+    def _spread(self, shown: np.ndarray) -> np.ndarray:
         """All states of vectors of the shown ones."""
         return shown
 
@@ -101,8 +148,14 @@ class Batches:
 class Studies(Batches):
     """Batches and derivatives; the part of `Program` that needs more than one run."""
 
-    def sensitivities(self, names, duration, step=None, method="ode5", inputs=None,
-                      initial_state=None, params=None, log=None, every=1, states=()):
+    _trace: Trace
+
+    def sensitivities(self, names: str | Sequence[str], duration: float, step: float | None = None,
+                      method: str = "ode5", inputs: Inputs = None,
+                      initial_state: ArrayLike | Mapping[str, ArrayLike] | None = None,
+                      params: Mapping[str, ArrayLike] | None = None,
+                      log: str | Sequence[str] | None = None, every: int = 1,
+                      states: str | Sequence[str] = ()) -> tuple[ct.TimeResponseData, Derivatives]:
         """Simulate, with the derivatives of all that is logged.
 
         They are those of the fixed-step run itself, exact to round-off: the program is
@@ -155,19 +208,44 @@ class Studies(Batches):
         p = self._parameters.vector(params, self.name)
         x = state_vector(self.states, initial_state, self.name)
 
-        def run_pass(places):
+        def run_pass(places: list[Place]) -> Log:
             plan = Plan(steps, int(every), float(step), twin.entries(len(places)))
             return simulate(engine, plan, twin.start(x, places), twin.parameters(p, places),
                             self._drive(inputs, steps, step)[0], f"differentiating {self.name}")
 
         done, derivatives = sensitivities.run_passes(twin, found, run_pass)
         response = self._response(done, chosen)
-        if done.stopped_at is not None:
-            raise self._diverged(done, response)
+        if done.divergence is not None:
+            raise self._diverged(done.divergence, response)
         return response, derivatives
 
-    def _columns(self, found):
+    def _columns(self, found: Mapping[str, Place]) -> int:
         if self._engine == "python":
             return 1
         from clie_blocks.compiled.runtime.sensitivities import WIDEST
         return min(WIDEST, 1 << (len(found) - 1).bit_length())
+
+    def _response(self, done: Log, chosen: list[str]) -> ct.TimeResponseData:
+        import control as ct
+
+        nx, nu, shown = len(self.states), len(self.inputs), self._shown()
+        columns = done.values.T
+        return ct.TimeResponseData(
+            done.time, columns[nx + nu:], columns[shown], columns[nx:nx + nu], issiso=False,
+            output_labels=chosen, input_labels=self.inputs, sysname=self.name,
+            state_labels=list(map(".".join, self._shown_states())),
+            title=f"Response of {self.name}", plot_inputs=False)
+
+    def _diverged(self, end: Divergence, response: ct.TimeResponseData) -> DivergedRunError:
+        block, label = self.states[end.state]
+        state = self._trace.graph.variable("x", end.state)
+        shown = [name for name, expression in self._trace.signals.items()
+                 if expression is state and name.startswith(f"{block}.")]
+        error = DivergedRunError(
+            f"{self.name}: at t = {end.time:.6g} s state {label} of block {block!r}"
+            f"{f' (signal {shown[0]})' if shown else ''} is no longer finite; the loop is "
+            "unstable or the step too long for it: try a shorter step, smaller gains or check "
+            "the inputs. What was computed until then is in the error's response")
+        error.response, error.time = response, end.time
+        error.block, error.signal = block, shown[0] if shown else f"{block}.{label}"
+        return error

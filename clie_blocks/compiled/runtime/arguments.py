@@ -2,22 +2,17 @@
 
 import fnmatch
 import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import DiagramError, ports, vector
 
 
-def count_steps(duration, step, every):
+def count_steps(duration: float, step: float, every: int) -> int:
     """Return the number of steps of a run.
-
-    Parameters
-    ----------
-    duration, step : float
-        Simulated time and step [s].
-    every : int
-        Steps per row of the log.
 
     Raises
     ------
@@ -36,17 +31,10 @@ def count_steps(duration, step, every):
     return steps
 
 
-def state_vector(states, initial_state, owner):
+def state_vector(states: Sequence[tuple[str, str]],
+                 initial_state: ArrayLike | Mapping[str, ArrayLike] | None,
+                 owner: str) -> np.ndarray:
     """Return the initial state as a fresh vector.
-
-    Parameters
-    ----------
-    states : list of (str, str)
-        Block and label of every state.
-    initial_state : array_like, dict or None
-        All states, or values by block; zero where nothing is given.
-    owner : str
-        Name of the diagram, for messages.
 
     Raises
     ------
@@ -56,7 +44,7 @@ def state_vector(states, initial_state, owner):
     """
     if initial_state is None:
         return np.zeros(len(states))
-    if not isinstance(initial_state, dict):
+    if not isinstance(initial_state, Mapping):
         return vector(initial_state, f"{owner}: initial_state", n=len(states))
     x = np.zeros(len(states))
     for block, value in initial_state.items():
@@ -65,17 +53,8 @@ def state_vector(states, initial_state, owner):
     return x
 
 
-def block_states(states, block, owner):
+def block_states(states: Sequence[tuple[str, str]], block: str, owner: str) -> list[int]:
     """Return where the states of a block lie.
-
-    Parameters
-    ----------
-    states : list of (str, str)
-        Block and label of every state.
-    block : str
-        The block.
-    owner : str
-        Name of the diagram, for messages.
 
     Raises
     ------
@@ -90,17 +69,9 @@ def block_states(states, block, owner):
     return where
 
 
-def select(signals, log, owner, kind="signal"):
+def select(signals: Sequence[str], log: str | Sequence[str], owner: str,
+           kind: str = "signal") -> list[str]:
     """Return the signals that a log asks for, each once, in the order asked for.
-
-    Parameters
-    ----------
-    signals : list of str
-        All of them.
-    log : str or list of str
-        Labels, base names or patterns with ``*`` and ``?``.
-    owner, kind : str
-        Name of the diagram and what is selected, for messages.
 
     Raises
     ------
@@ -108,7 +79,8 @@ def select(signals, log, owner, kind="signal"):
         For a name or pattern that fits none, with the nearest valid name.
 
     """
-    groups, chosen = ports(signals), {}
+    groups: dict[str, list[int]] = ports(signals)
+    chosen: dict[str, None] = {}
     for name in [log] if isinstance(log, str) else log:
         found = [name] if name in signals else [signals[k] for k in groups.get(name, [])]
         if not found and ("*" in name or "?" in name):
@@ -119,7 +91,7 @@ def select(signals, log, owner, kind="signal"):
     return list(chosen)
 
 
-def _matching(pattern, signals):
+def _matching(pattern: str, signals: Sequence[str]) -> list[str]:
     pattern = pattern.replace("[", "[[]")
     return [signal for signal in signals if fnmatch.fnmatchcase(signal, pattern)
             or fnmatch.fnmatchcase(re.sub(r"\[\d+\]$", "", signal), pattern)]

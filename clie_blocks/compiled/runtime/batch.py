@@ -6,13 +6,20 @@ than a chunk is kept unless it is logged.
 
 import contextlib
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.compiled.codegen.lane_layout import lanes
+from clie_blocks.compiled.codegen.engine import Engine
+from clie_blocks.compiled.codegen.lane_layout import Memory, lanes
+from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.runtime.inputs import Rows
+from clie_blocks.compiled.runtime.parameter_sets import Sets
+from clie_blocks.compiled.runtime.recorder import Keeper, Schedule
 from clie_blocks.compiled.runtime.simulate import CHUNK, patient_progress
 from clie_blocks.errors import ClieError, nearest
 
@@ -44,16 +51,16 @@ class Batch:
     final_state: np.ndarray
     reduced: dict
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> np.ndarray:
         if name not in self.reduced:
             raise ClieError(f"the batch has no reduction {name!r}; {nearest(name, self.reduced)}")
         return self.reduced[name]
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.final_state)
 
     @property
-    def diverged(self):
+    def diverged(self) -> np.ndarray:
         """Which runs ended with a state that is infinite or NaN, shape (N,)."""
         return ~np.all(np.isfinite(self.final_state), axis=1)
 
@@ -74,75 +81,54 @@ class Group:
 
     """
 
-    def __init__(self, sets, memory, first, entries):
+    def __init__(self, sets: Sets, memory: Memory, first: int, entries: int) -> None:
         self.runs = slice(first, min(first + memory.width, len(sets)))
         lane = np.minimum(first + np.arange(memory.width), len(sets) - 1)
         self.p = memory.pack("p", sets.p[lane].T)
         self.x = memory.pack("x", sets.x[lane].T)
-        self.width, self.remembered = memory.width, {}
+        self.width = memory.width
+        self.remembered: dict[str, Any] = {}  # by every reduction
         self.slots = np.arange(memory.size("record", entries))
 
-    def advance(self, engine, schedule, first, inputs, keeper):
+    def advance(self, engine: Engine, schedule: Schedule, first: int, inputs: np.ndarray,
+                keeper: Keeper) -> None:
         """Take the steps of one chunk."""
         begin = -(-first // schedule.every)
         rows = -(-(first + len(inputs)) // schedule.every) - begin
         self._keep(keeper, begin, self._run(engine, schedule, first, self.x, inputs, rows))
 
-    def end(self, engine, schedule, inputs, keeper):
+    def end(self, engine: Engine, schedule: Schedule, inputs: np.ndarray, keeper: Keeper) -> None:
         """Take the row at the end: the first row of one step more, taken on a copy."""
         rows = self._run(engine, schedule, schedule.steps, self.x.copy(), inputs, 1)
         self._keep(keeper, schedule.steps // schedule.every, rows)
 
-    def _run(self, engine, schedule, first, x, inputs, rows):
+    def _run(self, engine: Engine, schedule: Schedule, first: int, x: np.ndarray,
+             inputs: np.ndarray, rows: int) -> np.ndarray:
         values = np.empty((rows, self.slots.size))
         engine.run(len(inputs), schedule.step, 0.0, first, x, inputs, self.p, schedule.every,
                    self.slots, values)
         return values
 
-    def final_state(self):
+    def final_state(self) -> np.ndarray:
         """Return the states, runs first."""
         return self.x.reshape(-1, self.width).T[:self.runs.stop - self.runs.start]
 
-    def results(self, keeper):
+    def results(self, keeper: Keeper) -> dict[str, np.ndarray]:
         """Return every reduction, runs first."""
         count = self.runs.stop - self.runs.start
         return {name: keeper.result(name, self.remembered, self.width)[:count]
                 for name in keeper.reduce}
 
-    def _keep(self, keeper, first, values):
+    def _keep(self, keeper: Keeper, first: int, values: np.ndarray) -> None:
         with np.errstate(all="ignore"):  # a run that has left the numbers goes on as NaN
             shaped = values.reshape(len(values), len(keeper.entries), self.width)
             keeper.keep(self.runs, first, shaped, self.remembered)
 
 
-def run_batch(build, arranged, schedule, sets, rows, keeper, width, threads, label):
-    """Run all sets.
-
-    Parameters
-    ----------
-    build : callable
-        ``build(layout, memory)`` returns an engine.
-    arranged : Layout
-        The program.
-    schedule : Schedule
-        Steps and rows.
-    sets : Sets
-        What differs between runs.
-    rows : callable
-        ``rows(count)`` gives the next input rows.
-    keeper : Keeper
-        What is kept.
-    width, threads : int
-        How many runs go side by side, and in how many threads.
-    label : str
-        Text of the progress line.
-
-    Returns
-    -------
-    Batch
-        The runs.
-
-    """
+def run_batch(build: Callable[[Layout, Memory], Engine], arranged: Layout, schedule: Schedule,
+              sets: Sets, rows: Rows, keeper: Keeper, width: int, threads: int,
+              label: str) -> Batch:
+    """Run all sets."""
     record = [arranged.record[arranged.slots[name]] for name in keeper.entries]
     memory = lanes(width, arranged.nx, len(record), sets.own)
     engine = build(replace(arranged, record=record, slots={}), memory)
@@ -155,17 +141,8 @@ def run_batch(build, arranged, schedule, sets, rows, keeper, width, threads, lab
                   for name in keeper.reduce})
 
 
-def lanes_and_threads(runs, threads, widest):
+def lanes_and_threads(runs: int, threads: int | None, widest: int) -> tuple[int, int]:
     """Return how many runs go side by side and in how many threads.
-
-    Parameters
-    ----------
-    runs : int
-        Number of runs.
-    threads : int or None
-        As asked for; by default one per processor that this process may use.
-    widest : int
-        The most runs side by side.
 
     Raises
     ------
@@ -182,7 +159,8 @@ def lanes_and_threads(runs, threads, widest):
     return width, min(threads, -(-runs // width))
 
 
-def _march(engine, schedule, groups, rows, keeper, threads, label):
+def _march(engine: Engine, schedule: Schedule, groups: list[Group], rows: Rows, keeper: Keeper,
+           threads: int, label: str) -> None:
     room = 8 * max(1, groups[0].width * len(keeper.entries))
     chunk = min(CHUNK, max(1, BUFFER // room) * schedule.every)
     with contextlib.ExitStack() as stack:

@@ -1,12 +1,16 @@
 """Stop conditions: a run ends at the first step at which a signal is out of its bounds."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from clie_blocks.compiled.ir.scalars import F, number
+from clie_blocks.compiled.ir.symbols import Expression, Graph
 from clie_blocks.compiled.runtime.arguments import select
 from clie_blocks.errors import ClieError
+
+StopBounds = Mapping[str, tuple[float | None, float | None]]  # (low, high) by signal
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class Stop:
     value: float
     bound: float
 
-    def __str__(self):
+    def __str__(self) -> str:
         side = "above" if self.value > self.bound else "below"
         reason = "is not a number" if np.isnan(self.value) else f"is {side} {self.bound:g}"
         return (f"stopped at t = {self.time:.6g} s, because {self.signal} = {self.value:.6g} "
@@ -55,30 +59,20 @@ class Bounds:
 
     """
 
-    def __init__(self, stop, signals, owner):
+    def __init__(self, stop: StopBounds, signals: Sequence[str], owner: str) -> None:
         pairs = {label: _pair(name, bounds, owner) for name, bounds in stop.items()
                  for label in select(signals, name, owner)}
         self.labels = list(pairs)
         self.low, self.high = np.array(list(pairs.values())).reshape(-1, 2).T
 
     @property
-    def values(self):
+    def values(self) -> np.ndarray:
         """The numbers that a program with these bounds reads behind its parameters."""
         return np.concatenate([self.low, self.high])
 
-    def watch(self, graph, expressions, first):
-        """Return the expressions of a layout's `watch`.
-
-        Parameters
-        ----------
-        graph : Graph
-            Where the expressions live.
-        expressions : list of Symbol or float
-            Of `labels`.
-        first : int
-            Slot of the first of `values`.
-
-        """
+    def watch(self, graph: Graph, expressions: Sequence[Expression],
+              first: int) -> list[Expression]:
+        """Return the expressions of a layout's `watch`."""
         inside = True
         for k, expression in enumerate(expressions):
             low = graph.variable("p", first + k)
@@ -86,7 +80,7 @@ class Bounds:
             inside = F.and_(inside, F.and_(F.ge(expression, low), F.le(expression, high)))
         return [number(F.not_(inside))] if self.labels else []
 
-    def stop(self, time, values):
+    def stop(self, time: float, values: np.ndarray) -> Stop | None:
         """Return the `Stop` that these values of `labels` mean, or None."""
         outside = np.flatnonzero(~((values >= self.low) & (values <= self.high)))
         if not outside.size:
@@ -96,7 +90,7 @@ class Bounds:
         return Stop(float(time), self.labels[k], float(values[k]), float(bound))
 
 
-def _pair(name, bounds, owner):
+def _pair(name: str, bounds: tuple[float | None, float | None], owner: str) -> tuple[float, float]:
     try:
         low, high = (side if value is None else float(value)
                      for value, side in zip(bounds, (-np.inf, np.inf), strict=True))

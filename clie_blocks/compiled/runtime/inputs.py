@@ -6,14 +6,20 @@ python-control interpolates between rows instead, so its later stages see part o
 with noise that is another signal.  A function of time is evaluated at every stage.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.compiled.frontend.symbol_arrays import flat_scalars
 from clie_blocks.compiled.frontend.symbolic_numpy import twin
+from clie_blocks.compiled.ir.symbols import Expression, Graph
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import ports
+
+Inputs = Mapping[str, Any] | np.ndarray | None  # as in `Program.run`, or one table
+Rows = Callable[[int], np.ndarray]  # the next input rows, shape (count, number of inputs)
 
 
 class InputError(ClieError, ValueError):
@@ -23,10 +29,10 @@ class InputError(ClieError, ValueError):
 class HeldNormal:
     """Normal noise, one draw per period, held over it; see `held_normal`."""
 
-    def __init__(self, variance, seed, period):
+    def __init__(self, variance: ArrayLike, seed: int, period: float | None) -> None:
         self.variance, self.seed, self.period = variance, seed, period
 
-    def rows(self, width, step):
+    def rows(self, width: int, step: float) -> Rows:
         """Return ``next_rows(count)``, which continues where the last call ended."""
         hold = 1 if self.period is None else round(self.period / step)
         if self.period is not None and (hold < 1 or abs(hold * step - self.period) > 1e-6 * step):
@@ -36,7 +42,7 @@ class HeldNormal:
         generator = np.random.default_rng(self.seed)
         left = np.zeros((0, width))
 
-        def next_rows(count):
+        def next_rows(count: int) -> np.ndarray:
             nonlocal left
             draws = max(0, -(-(count - len(left)) // hold))
             fresh = generator.standard_normal((draws, width)) * scale
@@ -46,7 +52,7 @@ class HeldNormal:
         return next_rows
 
 
-def held_normal(variance, seed, period=None):
+def held_normal(variance: ArrayLike, seed: int, period: float | None = None) -> HeldNormal:
     """White Gaussian noise as an input: one draw per period, held in between.
 
     Parameters
@@ -76,28 +82,9 @@ def held_normal(variance, seed, period=None):
     return HeldNormal(variance, seed, period)
 
 
-def bind(graph, labels, inputs, steps, step):
+def bind(graph: Graph, labels: Sequence[str], inputs: Inputs, steps: int,
+         step: float) -> tuple[Rows, dict[int, Expression]]:
     """Resolve the inputs of a run.
-
-    Parameters
-    ----------
-    graph : Graph
-        Where functions of time are traced.
-    labels : list of str
-        The inputs of the diagram.
-    inputs : dict, ndarray or None
-        As in `Program.run`; or a table of all inputs in their order, shape (steps, inputs).
-    steps : int
-        Number of steps of the run.
-    step : float
-        Step [s].
-
-    Returns
-    -------
-    rows : callable
-        ``rows(count)`` gives the next rows, shape (count, number of inputs).
-    driven : dict
-        Expression by input index, for functions of time.
 
     Raises
     ------
@@ -107,14 +94,16 @@ def bind(graph, labels, inputs, steps, step):
     """
     if isinstance(inputs, np.ndarray):
         return _reader("of the diagram", inputs, len(labels), steps, step), {}
-    readers, driven, open_labels = [], {}, dict.fromkeys(range(len(labels)))
+    readers: list[tuple[list[int], Rows]] = []
+    driven: dict[int, Expression] = {}
+    open_labels = dict.fromkeys(range(len(labels)))
     for name, value in (inputs or {}).items():
         where = _find(name, labels)
         for k in where:
             if k not in open_labels:
                 raise InputError(f"input {labels[k]!r} is given twice")
             del open_labels[k]
-        if isinstance(value, Callable):
+        if callable(value):
             driven |= dict(zip(where, _trace(graph, name, value, len(where))))
         else:
             readers.append((where, _reader(name, value, len(where), steps, step)))
@@ -124,7 +113,7 @@ def bind(graph, labels, inputs, steps, step):
             f"nothing drives the diagram input {base!r}; give inputs={{{base!r}: ...}} as a "
             "constant per signal, one row per step, held_normal(...) or a function of time")
 
-    def rows(count):
+    def rows(count: int) -> np.ndarray:
         table = np.zeros((count, len(labels)))
         for where, read in readers:
             table[:, where] = read(count)
@@ -132,7 +121,7 @@ def bind(graph, labels, inputs, steps, step):
     return rows, driven
 
 
-def _find(name, labels):
+def _find(name: str, labels: Sequence[str]) -> list[int]:
     groups = ports(labels)
     if name in labels:
         return [labels.index(name)]
@@ -141,7 +130,7 @@ def _find(name, labels):
     return groups[name]
 
 
-def _reader(name, value, width, steps, step):
+def _reader(name: str, value: Any, width: int, steps: int, step: float) -> Rows:
     if isinstance(value, HeldNormal):
         return value.rows(width, step)
     try:
@@ -161,10 +150,10 @@ def _reader(name, value, width, steps, step):
     return _table(array)
 
 
-def _table(array):
+def _table(array: np.ndarray) -> Rows:
     position = 0
 
-    def next_rows(count):
+    def next_rows(count: int) -> np.ndarray:
         nonlocal position
         rows = array[min(position, len(array) - 1):position + count]
         position += count
@@ -172,7 +161,7 @@ def _table(array):
     return next_rows
 
 
-def _trace(graph, name, function, width):
+def _trace(graph: Graph, name: str, function: Callable[..., Any], width: int) -> list[Expression]:
     try:
         values = flat_scalars(twin(function)(graph.variable("t")))
     except Exception as error:

@@ -1,9 +1,13 @@
 """What differs between the runs of a batch: parameters and initial states, run by run."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.compiled.frontend.parameters import Parameters
 from clie_blocks.compiled.runtime.arguments import block_states
 from clie_blocks.labels import DiagramError
 
@@ -27,25 +31,14 @@ class Sets:
     own: np.ndarray
     x: np.ndarray
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.p)
 
 
-def parameter_sets(parameters, params, states, initial_state, owner):
+def parameter_sets(parameters: Parameters, params: Mapping[str, ArrayLike] | None,
+                   states: Sequence[tuple[str, str]],
+                   initial_state: ArrayLike | Mapping[str, ArrayLike] | None, owner: str) -> Sets:
     """Arrange the parameters and initial states of every run.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Of the program.
-    params : dict or None
-        By key: a number for all runs, (N,) numbers, or (N, ...) of the parameter's shape.
-    states : list of (str, str)
-        Block and label of every state.
-    initial_state : array_like, dict or None
-        (states,) for all runs or (N, states); or such values by block.
-    owner : str
-        Name of the diagram, for messages.
 
     Raises
     ------
@@ -53,29 +46,31 @@ def parameter_sets(parameters, params, states, initial_state, owner):
         For unknown names, with the nearest valid one, and lengths that do not agree.
 
     """
-    params = {key: _numbers(value, f"{owner}: parameter {key!r}")
+    values = {key: _numbers(value, f"{owner}: parameter {key!r}")
               for key, value in (params or {}).items()}
-    starts = initial_state if isinstance(initial_state, dict) else {None: initial_state}
+    by_block: Mapping[Any, Any] = (initial_state if isinstance(initial_state, Mapping)
+                                   else {None: initial_state})
     starts = {block: _numbers(value, f"{owner}: initial_state")
-              for block, value in starts.items() if value is not None}
-    runs = _count(params, starts, owner)
+              for block, value in by_block.items() if value is not None}
+    runs = _count(values, starts, owner)
     p = np.tile(parameters.defaults, (runs, 1))
     own = np.zeros(parameters.defaults.size, bool)
-    for key, value in params.items():
+    for key, value in values.items():
         slots = parameters.slots(key, owner)
         p[:, slots] = _per_run(key, value, parameters.shape[key], runs, owner)
         own[slots] = value.ndim > 0
     return Sets(p, own, _initial_states(states, starts, runs, owner))
 
 
-def _numbers(value, what):
+def _numbers(value: ArrayLike, what: str) -> np.ndarray:
     try:
         return np.asarray(value, float)
     except (TypeError, ValueError):
         raise DiagramError(f"{what} must be numbers, got {value!r}") from None
 
 
-def _count(params, starts, owner):
+def _count(params: Mapping[str, np.ndarray], starts: Mapping[str | None, np.ndarray],
+           owner: str) -> int:
     lengths = {f"parameter {key!r}": len(value) for key, value in params.items() if value.ndim}
     lengths |= {f"initial_state of {block or 'all blocks'}": len(value)
                 for block, value in starts.items() if value.ndim > 1}
@@ -89,7 +84,8 @@ def _count(params, starts, owner):
     return runs
 
 
-def _per_run(key, value, shape, runs, owner):
+def _per_run(key: str, value: np.ndarray, shape: tuple[int, ...], runs: int,
+             owner: str) -> np.ndarray:
     if value.ndim == 1:
         value = value.reshape(-1, *[1] * len(shape))
     try:
@@ -99,7 +95,8 @@ def _per_run(key, value, shape, runs, owner):
                            f"{(runs, *shape)}, got {value.shape}") from None
 
 
-def _initial_states(states, starts, runs, owner):
+def _initial_states(states: Sequence[tuple[str, str]], starts: Mapping[str | None, np.ndarray],
+                    runs: int, owner: str) -> np.ndarray:
     x = np.zeros((runs, len(states)))
     for block, value in starts.items():
         where = slice(None) if block is None else block_states(states, block, owner)

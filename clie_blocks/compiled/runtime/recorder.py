@@ -1,12 +1,14 @@
 """What a batch keeps of its runs: rows that are logged, and reductions of rows."""
 
 import functools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from clie_blocks.compiled.reduce import Reduction
 from clie_blocks.compiled.runtime.arguments import select
-from clie_blocks.compiled.runtime.reduce import Reduction
 from clie_blocks.errors import ClieError
 
 ROOM = 8 << 30  # bytes of rows that a batch may keep
@@ -30,7 +32,7 @@ class Schedule:
     step: float
 
     @functools.cached_property
-    def time(self):
+    def time(self) -> np.ndarray:
         """Time of every row [s]."""
         return np.arange(self.steps // self.every + 1) * self.every * self.step
 
@@ -55,12 +57,13 @@ class Keeper:
 
     """
 
-    def __init__(self, signals, log, reduce, schedule, runs, owner):
+    def __init__(self, signals: Sequence[str], log: list[str], reduce: Mapping[str, Reduction],
+                 schedule: Schedule, runs: int, owner: str) -> None:
         self.time, self.log, self.reduce = schedule.time, log, reduce
         self.entries, self._parts = list(log), {}
         for name, one in reduce.items():
             if not isinstance(one, Reduction):
-                raise ClieError(f"reduction {name!r} must come from clie_blocks.compiled.runtime.reduce, "
+                raise ClieError(f"reduction {name!r} must come from clie_blocks.compiled.reduce, "
                                 f"such as reduce.mean('q') or reduce.fold('q', function), "
                                 f"got {one!r}")
         self._windows = {name: self._window(name, schedule.step) for name in reduce}
@@ -77,21 +80,8 @@ class Keeper:
                             "keep fewer with log= or every=, or use reduce=")
         self.outputs = np.empty((runs, len(log), self.time.size))
 
-    def keep(self, runs, first, values, states):
-        """Take rows of some runs.
-
-        Parameters
-        ----------
-        runs : slice
-            The runs.
-        first : int
-            The first row.
-        values : ndarray, shape (rows, entries, width)
-            The rows; lanes behind the last run are ignored.
-        states : dict
-            What the reductions of these runs remember, by name; changed in place.
-
-        """
+    def keep(self, runs: slice, first: int, values: np.ndarray, states: dict[str, Any]) -> None:
+        """Take rows of some runs."""
         rows = slice(first, first + len(values))
         logged = values[:, :len(self.log), :runs.stop - runs.start]
         self.outputs[runs, :, rows] = logged.transpose(2, 1, 0)
@@ -103,7 +93,7 @@ class Keeper:
                 states[name] = one.fold(states.get(name), self.time[rows][low:high],
                                         part - values[low:high, minus] if minus else part)
 
-    def result(self, name, states, width):
+    def result(self, name: str, states: Mapping[str, Any], width: int) -> np.ndarray:
         """Return a reduction of runs side by side, runs first, of what it remembers."""
         found = np.asarray(self.reduce[name].finish(states[name]))
         if found.shape[-1:] != (width,):
@@ -113,11 +103,11 @@ class Keeper:
         is_label = self._parts[name][2]
         return found[:, 0] if is_label and found.shape[1:] == (1,) else found
 
-    def _columns(self, labels):
+    def _columns(self, labels: list[str]) -> list[int]:
         self.entries += [label for label in labels if label not in self.entries]
         return [self.entries.index(label) for label in labels]
 
-    def _window(self, name, step):
+    def _window(self, name: str, step: float) -> np.ndarray:
         one, slack = self.reduce[name], 1e-6 * step
         window = np.searchsorted(self.time, [one.start - slack, one.end + slack])
         if window[0] >= window[1]:

@@ -4,19 +4,24 @@ The program is differentiated forward, operation by operation, with the last col
 operation table; the derivatives of the states are further states beside the states themselves.
 """
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clie_blocks.compiled.codegen.lane_layout import Memory
+from clie_blocks.compiled.frontend.parameters import Parameters
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Symbol, topological
+from clie_blocks.compiled.ir.symbols import Expression, Graph, Symbol, topological
 from clie_blocks.compiled.runtime.arguments import select
+from clie_blocks.compiled.runtime.simulate import Log
 from clie_blocks.errors import ClieError, DivergedError, nearest
 
 WIDEST = 16  # columns in one pass
+
+Place = tuple[str, int]  # ('p', slot) of a parameter, ('x', k) of an initial state
 
 
 @dataclass(frozen=True)
@@ -38,29 +43,15 @@ class Derivatives:
     outputs: np.ndarray
     states: np.ndarray
 
-    def __getitem__(self, column):
+    def __getitem__(self, column: str) -> np.ndarray:
         if column not in self.columns:
             raise ClieError(f"no derivative with respect to {column!r}; "
                             f"{nearest(column, self.columns)}")
         return self.outputs[:, self.columns.index(column)]
 
 
-def tangents(roots, seeds):
-    """Return the forward derivatives of expressions.
-
-    Parameters
-    ----------
-    roots : list of Symbol or float
-        The expressions.
-    seeds : dict
-        Derivative by variable; that of other variables is zero.
-
-    Returns
-    -------
-    list of Symbol or float
-        One per root.
-
-    """
+def tangents(roots: Iterable[Expression], seeds: Mapping[Symbol, Expression]) -> list[Expression]:
+    """Return the forward derivatives of expressions."""
     found = dict(seeds)
     for node in topological(roots):
         if node not in found:
@@ -70,7 +61,7 @@ def tangents(roots, seeds):
     return [found[root] if isinstance(root, Symbol) else 0.0 for root in roots]
 
 
-def _tangent(node, inner):
+def _tangent(node: Symbol, inner: Sequence[Expression]) -> Expression:
     operation = OPERATIONS[node.op]
     if operation.tangent:
         return operation.tangent(F, node, node.args, inner)
@@ -81,30 +72,13 @@ def _tangent(node, inner):
     return total
 
 
-def _is_some(value):
+def _is_some(value: Expression) -> bool:
     return isinstance(value, Symbol) or value != 0.0
 
 
-def columns(parameters, names, state_labels, states, owner):
+def columns(parameters: Parameters, names: str | Sequence[str], state_labels: list[str],
+            states: str | Sequence[str], owner: str) -> dict[str, Place]:
     """Find parameters and initial states by name.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Of the program.
-    names : str or list of str
-        Keys (all entries), entries such as ``'plant.damping[0]'``, or patterns.
-    state_labels : list of str
-        All states, such as ``'plant.q[0]'``.
-    states : str or list of str
-        Labels, base names or patterns among them.
-    owner : str
-        Name of the diagram, for messages.
-
-    Returns
-    -------
-    dict
-        By label, ``('p', slot)`` or ``('x', state)``.
 
     Raises
     ------
@@ -112,7 +86,7 @@ def columns(parameters, names, state_labels, states, owner):
         For unknown names, with the nearest valid one, or none at all.
 
     """
-    places = {}
+    places: dict[str, Place] = {}
     for key in parameters.offset:
         slots = parameters.slots(key, owner)
         entries = [key] if parameters.shape[key] == () else [
@@ -148,7 +122,8 @@ class Differentiated:
 
     """
 
-    def __init__(self, arranged, graph, chosen, parameters, places, width):
+    def __init__(self, arranged: Layout, graph: Graph, chosen: list[int], parameters: int,
+                 places: list[Place], width: int) -> None:
         nx, self.width, self.nx = arranged.nx, width, arranged.nx
         self.slots = sorted(index for kind, index in places if kind == "p")
         seeds = {graph.variable("x", k): graph.variable("x", nx + k) for k in range(nx)}
@@ -166,50 +141,36 @@ class Differentiated:
             "p": (False,) * parameters + (True,) * len(self.slots),
             "record": (False,) * self.shown + (True,) * self.derived})
 
-    def start(self, x, places):
+    def start(self, x: np.ndarray, places: list[Place]) -> np.ndarray:
         """Return states and parameters' derivatives at the start, packed."""
         return self._pack("x", x, [("x", k) for k in range(self.nx)], places)
 
-    def parameters(self, p, places):
+    def parameters(self, p: np.ndarray, places: list[Place]) -> np.ndarray:
         """Return parameters and the derivatives of the named ones, packed."""
         return self._pack("p", p, [("p", slot) for slot in self.slots], places)
 
-    def entries(self, count):
+    def entries(self, count: int) -> np.ndarray:
         """Return the entries of the record that are kept, for so many columns."""
         where = self.memory.positions("record", self.shown + self.derived)
         return np.concatenate([where[:self.shown, 0], where[self.shown:, :count].ravel()])
 
-    def _pack(self, vector, values, rows, places):
+    def _pack(self, vector: str, values: np.ndarray, rows: list[Place],
+              places: list[Place]) -> np.ndarray:
         lanes = np.zeros((len(rows), self.width))
         for lane, place in enumerate(places):
             lanes[:, lane] = [place == row for row in rows]
         shared = np.repeat(np.asarray(values)[:, None], self.width, axis=1)
         return self.memory.pack(vector, np.concatenate([shared, lanes]))
 
-    def split(self, log, count):
+    def split(self, log: Log, count: int) -> tuple[Log, np.ndarray]:
         """Return the log of the program alone, and the derivatives (entries, columns, rows)."""
         derived = log.values[:, self.shown:].reshape(-1, self.derived, count)
         return replace(log, values=log.values[:, :self.shown]), derived.transpose(1, 2, 0)
 
 
-def run_passes(twin, found, run_pass):
+def run_passes(twin: Differentiated, found: Mapping[str, Place],
+               run_pass: Callable[[list[Place]], Log]) -> tuple[Log, Derivatives]:
     """Run so many columns at a time.
-
-    Parameters
-    ----------
-    twin : Differentiated
-        The program.
-    found : dict
-        From `columns`.
-    run_pass : callable
-        ``run_pass(places)`` returns a `Log`.
-
-    Returns
-    -------
-    Log
-        Of the program alone, up to where its states leave the numbers.
-    Derivatives
-        Of all columns.
 
     Raises
     ------
@@ -222,14 +183,15 @@ def run_passes(twin, found, run_pass):
         chosen = labels[first:first + twin.width]
         log = run_pass([found[label] for label in chosen])
         done, derived = twin.split(log, len(chosen))
-        if log.stopped_at is not None and log.culprit >= twin.nx:
-            lane = (log.culprit - twin.nx) % twin.width
+        end = log.divergence
+        if end is not None and end.state >= twin.nx:
+            lane = (end.state - twin.nx) % twin.width
             raise DivergedError(
-                f"at t = {log.stopped_at:.6g} s a derivative with respect to "
+                f"at t = {end.time:.6g} s a derivative with respect to "
                 f"{chosen[min(lane, len(chosen) - 1)]} is no longer finite, while the states "
                 "are; a function has no derivative there, such as the square root of zero")
         parts.append(derived)
-        if log.stopped_at is not None:
+        if end is not None:
             break
     whole = np.concatenate(parts, axis=1)
     return done, Derivatives(labels, whole[twin.nx:], whole[:twin.nx])

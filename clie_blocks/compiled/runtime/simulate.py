@@ -1,16 +1,28 @@
 """The run itself: chunks of steps, decimated log, a stop where the state leaves the numbers."""
 
+from __future__ import annotations
+
 import contextlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clie_blocks.compiled.codegen.engine import Engine
 from clie_blocks.compiled.runtime.events import Stop
+from clie_blocks.compiled.runtime.inputs import Rows
+from clie_blocks.errors import DivergedError
 from clie_blocks.output import progress
 
+if TYPE_CHECKING:
+    import control as ct
+
 CHUNK = 16384
-PATIENCE = 2.0
+PATIENCE = 2.0  # s without a progress line
+
+Stopper = Callable[[float, np.ndarray], Stop | None]  # of time and record
 
 
 @dataclass(frozen=True)
@@ -34,6 +46,32 @@ class Plan:
     slots: np.ndarray
 
 
+@dataclass(frozen=True)
+class Divergence:
+    """Where a run left the numbers.
+
+    Parameters
+    ----------
+    time : float
+        Time of the first step that gave a state which is not finite [s].
+    state : int
+        That state.
+
+    """
+
+    time: float
+    state: int
+
+
+class DivergedRunError(DivergedError):
+    """A state became infinite or NaN: when, where, and what was computed until then."""
+
+    response: ct.TimeResponseData
+    time: float
+    block: str
+    signal: str
+
+
 @dataclass
 class Log:
     """What a run leaves: rows at every so many steps.
@@ -44,10 +82,8 @@ class Log:
         Time [s].
     values : ndarray, shape (rows, entries)
         One row per time.
-    stopped_at : float or None
-        Time of the first step that gave a state which is not finite.
-    culprit : int or None
-        That state.
+    divergence : Divergence or None
+        The first state that is not finite.
     stop : Stop or None
         The stop condition that ended the run.
 
@@ -55,38 +91,13 @@ class Log:
 
     time: np.ndarray
     values: np.ndarray
-    stopped_at: float | None = None
-    culprit: int | None = None
+    divergence: Divergence | None = None
     stop: Stop | None = None
 
 
-def simulate(engine, plan, x, p, rows, label="simulating", stopper=lambda time, record: None):
-    """Run a program from time 0.
-
-    Parameters
-    ----------
-    engine : NativeEngine or PythonEngine
-        The program.
-    plan : Plan
-        The numbers of the run.
-    x : ndarray
-        The initial state; changed in place.
-    p : ndarray
-        The parameters.
-    rows : callable
-        ``rows(count)`` gives the next input rows.
-    label : str
-        Text of the progress line.
-    stopper : callable
-        ``stopper(time, record)`` returns a `Stop` or None.
-
-    Returns
-    -------
-    Log
-        Complete, or up to the step that gave a state which is not finite, or up to the step
-        that the program itself refused, as the last row.
-
-    """
+def simulate(engine: Engine, plan: Plan, x: np.ndarray, p: np.ndarray, rows: Rows,
+             label: str = "simulating", stopper: Stopper = lambda time, record: None) -> Log:
+    """Run a program from time 0."""
     log = np.empty((plan.steps // plan.every + 2, plan.slots.size))
     with contextlib.ExitStack() as stack:
         advance = patient_progress(stack, label, plan.steps)
@@ -109,7 +120,8 @@ def simulate(engine, plan, x, p, rows, label="simulating", stopper=lambda time, 
     return Log(np.arange(kept) * plan.every * plan.step, log[:kept])
 
 
-def _stopped(engine, plan, x, p, u, steps, log, stopper):
+def _stopped(engine: Engine, plan: Plan, x: np.ndarray, p: np.ndarray, u: np.ndarray, steps: int,
+             log: np.ndarray, stopper: Stopper) -> Log:
     rows, end = -(-steps // plan.every), steps * plan.step
     record = engine.observe(end, x, u, p)
     log[rows] = record[plan.slots]
@@ -117,7 +129,8 @@ def _stopped(engine, plan, x, p, u, steps, log, stopper):
                stop=stopper(end, record))
 
 
-def _diverged(engine, plan, x, p, inputs, first, log):
+def _diverged(engine: Engine, plan: Plan, x: np.ndarray, p: np.ndarray, inputs: np.ndarray,
+              first: int, log: np.ndarray) -> Log:
     scratch = np.empty((1, plan.slots.size))
     for k in range(len(inputs)):
         engine.run(1, plan.step, 0.0, first + k, x, inputs[k:k + 1], p, plan.steps + 1,
@@ -127,28 +140,19 @@ def _diverged(engine, plan, x, p, inputs, first, log):
     last = first + k
     kept = last // plan.every + 1
     return Log(np.arange(kept) * plan.every * plan.step, log[:kept],
-               stopped_at=(last + 1) * plan.step, culprit=int(np.argmin(np.isfinite(x))))
+               divergence=Divergence((last + 1) * plan.step, int(np.argmin(np.isfinite(x)))))
 
 
-def patient_progress(stack, label, total):
-    """Return ``advance(done)``, which shows a progress line once the work takes long.
+def patient_progress(stack: contextlib.ExitStack, label: str, total: int) -> Callable[[int], None]:
+    """Return ``advance(done)``, which shows a progress line once the work takes long."""
+    begun, shown = time.monotonic(), 0
+    line: Callable[[float], None] | None = None
 
-    Parameters
-    ----------
-    stack : contextlib.ExitStack
-        Closes the line.
-    label : str
-        Its text.
-    total : int
-        The amount of work.
-
-    """
-    begun, shown = time.monotonic(), {}
-
-    def advance(done):
-        if not shown and time.monotonic() - begun > PATIENCE:
-            shown["line"], shown["done"] = stack.enter_context(progress(label, total)), 0
-        if shown:
-            shown["line"](done - shown["done"])
-            shown["done"] = done
+    def advance(done: int) -> None:
+        nonlocal line, shown
+        if line is None and time.monotonic() - begun > PATIENCE:
+            line = stack.enter_context(progress(label, total))
+        if line is not None:
+            line(done - shown)
+            shown = done
     return advance

@@ -53,13 +53,8 @@ METHODS = {method.name: method for method in (
 SAMPLED = Method("sampled", "difference equation", 0, ((),), (1.0,), (0.0,), is_map=True)
 
 
-def method_named(name):
+def method_named(name: str) -> Method:
     """Return the method of that name.
-
-    Parameters
-    ----------
-    name : str
-        ``'ode1'`` to ``'ode5'``.
 
     Raises
     ------

@@ -1,13 +1,14 @@
 """Plant and sampled parts joined by name, and the time base of each."""
 
 import copy
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import control as ct
 import numpy as np
 
 from clie_blocks.errors import nearest
-from clie_blocks.signals import DiagramError, interconnect, ports
+from clie_blocks.signals import Diagram, DiagramError, interconnect, ports
 
 
 @dataclass(frozen=True)
@@ -30,41 +31,18 @@ class Part:
     late: bool
 
 
-def join(plant, controllers, period, wires, inputs, jitter, name):
-    """Join a continuous plant and sampled parts by their port names.
-
-    Parameters
-    ----------
-    plant : control.NonlinearIOSystem
-        The continuous part.
-    controllers : list of control.NonlinearIOSystem
-        The sampled parts.
-    period : float, dict or None
-        Time between ticks [s] of parts that have none of their own.
-    wires : list of (str, str, ...)
-        As the connections of `clie_blocks.signals.interconnect`.
-    inputs : dict or None
-        As in `clie_blocks.signals.interconnect`; by default every port without a wire.
-    jitter : iterable of str
-        Parts whose ticks come late.
-    name : str
-        Name of the loop.
-
-    Returns
-    -------
-    diagram : clie_blocks.signals.Diagram
-        All wires; its first block is the plant.  Its time base means nothing.
-    parts : list of Part
-        The sampled ones.
-
-    """
+def join(plant: ct.NonlinearIOSystem, controllers: Sequence[ct.NonlinearIOSystem],
+         period: float | Mapping[str, float] | None, wires: Sequence[tuple[str, ...]],
+         inputs: Mapping[str, str | Sequence[str]] | None, jitter: tuple[str, ...],
+         name: str) -> tuple[Diagram, list[Part]]:
+    """Join a continuous plant and sampled parts by their port names."""
     plant, *controllers = (ct.ss(part, name=part.name) if isinstance(part, ct.TransferFunction)
                            else part for part in (plant, *controllers))
     if plant.dt not in (0, None):
         raise DiagramError(f"{name}: the plant {plant.name!r} is in discrete time; a loop that is "
                            "sampled everywhere needs no hold: interconnect it, compile_diagram it")
     names = [part.name for part in controllers]
-    for key in [*jitter, *(period if isinstance(period, dict) else ())]:
+    for key in [*jitter, *(period if isinstance(period, Mapping) else ())]:
         if key not in names:
             raise DiagramError(f"{name}: no sampled part {key!r}; {nearest(key, names)}")
     parts = [Part(part.name, _period(part, period, name), part.name in jitter)
@@ -76,32 +54,33 @@ def join(plant, controllers, period, wires, inputs, jitter, name):
     return interconnect(blocks, wires, inputs=inputs, outputs=shown, name=name), parts
 
 
-def _period(part, period, name):
-    given = period.get(part.name) if isinstance(period, dict) else period
+def _period(part: ct.NonlinearIOSystem, period: float | Mapping[str, float] | None,
+            name: str) -> float:
+    wanted = period.get(part.name) if isinstance(period, Mapping) else period
     if part.dt == 0 and part.nstates > 0:
         raise DiagramError(f"{name}: {part.name!r} has states in continuous time; sample it, such "
                            "as control.sample_system(block, period, 'tustin', copy_names=True)")
     own = None if part.dt is True or not part.dt else part.dt
-    if own is None and given is None:
+    if own is None and wanted is None:
         raise DiagramError(f"{name}: {part.name!r} has no sample time of its own; "
                            "give period= [s]")
-    if own is not None and given is not None and not np.isclose(own, given, rtol=1e-9, atol=0):
+    if own is not None and wanted is not None and not np.isclose(own, wanted, rtol=1e-9, atol=0):
         raise DiagramError(f"{name}: {part.name!r} has the sample time {own:g} s, not "
-                           f"{given:g} s; leave period out, or build the part for that period")
-    found = given if own is None else own
-    if not (np.isfinite(found) and found > 0):
-        raise DiagramError(f"{name}: the period of {part.name!r} must be positive, got {found}")
-    return float(found)
+                           f"{wanted:g} s; leave period out, or build the part for that period")
+    value = float(own or wanted or 0.0)
+    if not (np.isfinite(value) and value > 0):
+        raise DiagramError(f"{name}: the period of {part.name!r} must be positive, got {value}")
+    return value
 
 
-def _timeless(part):
+def _timeless(part: ct.NonlinearIOSystem) -> ct.NonlinearIOSystem:
     """Return a part without its time base, which python-control would not join."""
     part = copy.copy(part)
     part.dt = None
     return part
 
 
-def _free_ports(blocks, driven):
+def _free_ports(blocks: Sequence[ct.NonlinearIOSystem], driven: set[str]) -> dict[str, str]:
     free = []
     for block in blocks:
         for base, where in ports(block.input_labels).items():
@@ -112,7 +91,7 @@ def _free_ports(blocks, driven):
     return _by_name(free)
 
 
-def _by_name(found):
+def _by_name(found: Sequence[tuple[str, str]]) -> dict[str, str]:
     """Return 'block.port' by port name, or by 'block_port' where two blocks have the port."""
     names = [port for _, port in found]
     return {port if names.count(port) == 1 else f"{block}_{port}": f"{block}.{port}"

@@ -13,9 +13,11 @@ what the part puts out now, and its states at the next tick.
 
 from dataclasses import dataclass, replace
 
-from clie_blocks.compiled.frontend.tracing import trace
+from clie_blocks.compiled.frontend.tracing import Trace, trace
 from clie_blocks.compiled.ir.layout import substitute
-from clie_blocks.compiled.ir.symbols import Symbol, variables
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, variables
+from clie_blocks.compiled.sampling.parts import Part
+from clie_blocks.signals import Diagram
 
 
 @dataclass(frozen=True)
@@ -61,29 +63,13 @@ class Sampling:
     ticks: list
 
 
-def sampled_trace(joined, parts):
-    """Trace a sampled loop.
-
-    Parameters
-    ----------
-    joined : clie_blocks.signals.Diagram
-        Plant and parts, all wires.
-    parts : list of Part
-        The blocks of the diagram behind the first.
-
-    Returns
-    -------
-    Trace
-        With a map per part.
-    Sampling
-        When the maps run.
-
-    """
+def sampled_trace(joined: Diagram, parts: list[Part]) -> tuple[Trace, Sampling]:
+    """Trace a sampled loop."""
     return _Sampler(joined, parts).trace()
 
 
 class _Sampler:
-    def __init__(self, joined, parts):
+    def __init__(self, joined: Diagram, parts: list[Part]) -> None:
         self.joined, self.parts, plant = joined, parts, joined.syslist[0]
         labels = [f"{part.name}.{label}" for part in joined.syslist
                   for label in part.output_labels]
@@ -99,9 +85,10 @@ class _Sampler:
         self.states = [*self.base.states[:self.nx], *(("hold", labels[c]) for c in order), *own,
                        *(("next", f"{block}.{label}") for block, label in own)]
 
-    def trace(self):
+    def trace(self) -> tuple[Trace, Sampling]:
         base, late = self.base, [part.name for part in self.parts if part.late]
-        held = {self.graph.variable("h", c): self._x(k) for c, k in self.hold.items()}
+        held: dict[Symbol, Expression] = {
+            self.graph.variable("h", c): self._x(k) for c, k in self.hold.items()}
         signals = dict(zip(base.signals, substitute(base.signals.values(), held)))
         flow = substitute(base.derivatives[:self.nx], held)
         maps = [self._map(block, held, signals) for block in range(1, len(self.parts) + 1)]
@@ -114,7 +101,8 @@ class _Sampler:
         return traced, Sampling(self.moving, [*plant, *own],
                                 [*plant, *(k + self.nd for k in own)], ticks)
 
-    def _map(self, block, held, signals):
+    def _map(self, block: int, held: dict[Symbol, Expression],
+             signals: dict[str, Expression]) -> dict[int, Expression]:
         """Return the map of a part; `signals` of the part become what is held of them."""
         system, base = self.joined.syslist[block], self.base
         start, column = self.joined.state_offset[block], self.joined.output_offset[block]
@@ -122,7 +110,8 @@ class _Sampler:
         stored = {slot + self.nd: base.derivatives[k] for k, slot in now.items()}
         stored |= {self.hold[column + k]: base.signals[f"{system.name}.{label}"]
                    for k, label in enumerate(system.output_labels)}
-        place = {self.graph.variable("x", k): slot for k, slot in now.items()}
+        place: dict[Expression, int] = {
+            self.graph.variable("x", k): slot for k, slot in now.items()}
         place |= {expression: slot for slot, expression in stored.items()
                   if slot < self.first and isinstance(expression, Symbol)}
         for name, expression in base.signals.items():
@@ -134,17 +123,17 @@ class _Sampler:
         awake = held | {self.graph.variable("x", k): self._x(slot + self.nd)
                         for k, slot in now.items()}
         fresh = dict(zip(stored, substitute(stored.values(), awake)))
-        return {slot: self._x(slot + self.nd) for slot in now.values()} | fresh
+        return {**{slot: self._x(slot + self.nd) for slot in now.values()}, **fresh}
 
-    def _tick(self, part, late):
+    def _tick(self, part: Part, late: list[str]) -> Tick:
         if not part.late:
             return Tick(part.period)
         return Tick(part.period, len(self.base.inputs) + late.index(part.name),
                     self._new_state("wait", part.name))
 
-    def _new_state(self, block, label):
+    def _new_state(self, block: str, label: str) -> int:
         self.states.append((block, label))
         return len(self.states) - 1
 
-    def _x(self, k):
+    def _x(self, k: int) -> Symbol:
         return self.graph.variable("x", k)

@@ -5,8 +5,11 @@ A reduction sees the rows of a batch chunk by chunk, while they are computed, an
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+Fold = Callable[[Any, np.ndarray, np.ndarray], Any]  # of (state, time, values)
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,12 @@ class Reduction:
     minus: str | None
     start: float
     end: float
-    fold: Callable
-    finish: Callable
+    fold: Fold
+    finish: Callable[[Any], np.ndarray]
 
 
-def mean(signal, minus=None, start=0.0, end=np.inf):
+def mean(signal: str, minus: str | None = None, start: float = 0.0,
+         end: float = np.inf) -> Reduction:
     """Mean over the window, row by row.
 
     Parameters
@@ -53,7 +57,8 @@ def mean(signal, minus=None, start=0.0, end=np.inf):
     return Reduction(signal, minus, start, end, _total, _average)
 
 
-def mean_square(signal, minus=None, start=0.0, end=np.inf):
+def mean_square(signal: str, minus: str | None = None, start: float = 0.0,
+                end: float = np.inf) -> Reduction:
     """Mean square over the window; with `minus`, the mean squared error.
 
     Parameters
@@ -70,7 +75,8 @@ def mean_square(signal, minus=None, start=0.0, end=np.inf):
                      lambda state, time, values: _total(state, time, values * values), _average)
 
 
-def minimum(signal, minus=None, start=0.0, end=np.inf):
+def minimum(signal: str, minus: str | None = None, start: float = 0.0,
+            end: float = np.inf) -> Reduction:
     """Least value in the window.
 
     Parameters
@@ -86,7 +92,8 @@ def minimum(signal, minus=None, start=0.0, end=np.inf):
     return Reduction(signal, minus, start, end, _extremum(np.minimum), _as_it_is)
 
 
-def maximum(signal, minus=None, start=0.0, end=np.inf):
+def maximum(signal: str, minus: str | None = None, start: float = 0.0,
+            end: float = np.inf) -> Reduction:
     """Greatest value in the window.
 
     Parameters
@@ -102,7 +109,7 @@ def maximum(signal, minus=None, start=0.0, end=np.inf):
     return Reduction(signal, minus, start, end, _extremum(np.maximum), _as_it_is)
 
 
-def final(signal, minus=None, end=np.inf):
+def final(signal: str, minus: str | None = None, end: float = np.inf) -> Reduction:
     """Value of the last row up to `end`.
 
     Parameters
@@ -119,7 +126,8 @@ def final(signal, minus=None, end=np.inf):
                      _as_it_is)
 
 
-def integral(signal, minus=None, start=0.0, end=np.inf):
+def integral(signal: str, minus: str | None = None, start: float = 0.0,
+             end: float = np.inf) -> Reduction:
     """Integral over time in the window, by trapezia between the rows.
 
     Parameters
@@ -135,7 +143,8 @@ def integral(signal, minus=None, start=0.0, end=np.inf):
     return Reduction(signal, minus, start, end, _trapezia, lambda state: state[0])
 
 
-def fold(signal, function, finish=None, minus=None, start=0.0, end=np.inf):
+def fold(signal: str, function: Fold, finish: Callable[[Any], np.ndarray] | None = None,
+         minus: str | None = None, start: float = 0.0, end: float = np.inf) -> Reduction:
     """A reduction of one's own.
 
     Parameters
@@ -157,23 +166,23 @@ def fold(signal, function, finish=None, minus=None, start=0.0, end=np.inf):
     return Reduction(signal, minus, start, end, function, finish or _as_it_is)
 
 
-def _total(state, time, values):
+def _total(state: Any, time: np.ndarray, values: np.ndarray) -> tuple:
     total, count = state or (0.0, 0)
     return total + values.sum(axis=0), count + len(time)
 
 
-def _average(state):
+def _average(state: Any) -> np.ndarray:
     return state[0] / state[1]
 
 
-def _extremum(pick):
-    def extremum(state, time, values):
+def _extremum(pick: np.ufunc) -> Fold:
+    def extremum(state: Any, time: np.ndarray, values: np.ndarray) -> np.ndarray:
         found = pick.reduce(values)
         return found if state is None else pick(state, found)
     return extremum
 
 
-def _trapezia(state, time, values):
+def _trapezia(state: Any, time: np.ndarray, values: np.ndarray) -> tuple:
     if state is not None:
         time = np.concatenate([[state[1]], time])
         values = np.concatenate([state[2][None], values])
@@ -182,5 +191,5 @@ def _trapezia(state, time, values):
     return area, time[-1], values[-1].copy()
 
 
-def _as_it_is(state):
+def _as_it_is(state: Any) -> Any:
     return state

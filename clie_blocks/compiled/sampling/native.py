@@ -1,29 +1,24 @@
 """A sampled loop as LLVM text: before each step, the maps of the parts whose ticks are due."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-from clie_blocks.compiled.codegen.llvm import Builder, Value, constant, emit
+from clie_blocks.compiled.codegen.lane_layout import Memory
+from clie_blocks.compiled.codegen.llvm import Builder, constant, emit, loader
+from clie_blocks.compiled.codegen.methods import Method
 from clie_blocks.compiled.codegen.native import module
+from clie_blocks.compiled.codegen.stepper import SIGNATURE, STEP
+from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.symbols import Expression
+from clie_blocks.compiled.sampling.tracing import Sampling
 
 _RINT = ("declare double @llvm.rint.f64(double) "
          "nounwind willreturn memory(none)")
 
-_LOOP = """\
-define i64 @run(i64 %n, double %h, double %t0, i64 %first, ptr noalias %x, ptr noalias %inputs,
-                ptr noalias %p, i64 %every, i64 %nlog, ptr noalias %slots, ptr noalias %log) {{
+_LOOP = SIGNATURE + """ {{
 entry:
 {counts}
-  %any = icmp sgt i64 %n, 0
-  br i1 %any, label %step, label %done
-step:
-  %s = phi i64 [ 0, %entry ], [ %s.next, %advance ]
-  %row = phi ptr [ %log, %entry ], [ %row.next, %advance ]
-  %count = add i64 %first, %s
-  %count.real = sitofp i64 %count to double
-  %elapsed = fmul double %count.real, %h
-  %t = fadd double %t0, %elapsed
-  %u.offset = mul i64 %s, {nu}
-  %u = getelementptr double, ptr %inputs, i64 %u.offset
+""" + STEP + """\
 {maps}
   br label %advance
 advance:
@@ -82,21 +77,8 @@ tick{k}:
 after{k}:"""
 
 
-def sampled_module(layout, method, memory, sampling):
-    """Return the LLVM text of a sampled loop.
-
-    Parameters
-    ----------
-    layout : Layout
-        What to compute, with maps.
-    method : Method
-        The Butcher table of the plant.
-    memory : Memory
-        What differs between lanes; late ticks are common to all.
-    sampling : Sampling
-        When the maps run.
-
-    """
+def sampled_module(layout: Layout, method: Method, memory: Memory, sampling: Sampling) -> str:
+    """Return the LLVM text of a sampled loop."""
     moving = replace(layout, derivatives=layout.derivatives[:sampling.moving])
     plant = module(moving, method, memory).replace("define i64 @run(", "define i64 @steps(")
     maps = [_map(f"map{k}", stored, memory) for k, stored in enumerate(layout.maps)]
@@ -105,7 +87,7 @@ def sampled_module(layout, method, memory, sampling):
                       *(text for text, _ in maps), _loop(layout, memory, sampling)])
 
 
-def _loop(layout, memory, sampling):
+def _loop(layout: Layout, memory: Memory, sampling: Sampling) -> str:
     counts, maps = [], []
     for k, tick in enumerate(sampling.ticks):
         counts.append(_COUNT.format(k=k, period=constant(tick.period), one=constant(1.0)))
@@ -115,19 +97,11 @@ def _loop(layout, memory, sampling):
     return _LOOP.format(counts="\n".join(counts), maps="\n".join(maps), nu=layout.nu)
 
 
-def _map(name, stored, memory):
+def _map(name: str, stored: Mapping[int, Expression], memory: Memory) -> tuple[str, set[str]]:
     """Text and declarations of ``name(t, x, u, p)``, which changes x once all is computed."""
-    builder, loaded = Builder(memory.width), {}
-
-    def variable(kind, index):
-        if kind == "t":
-            return Value("%t", False)
-        if (kind, index) not in loaded:
-            loaded[kind, index] = builder.load(
-                f"%{kind}", memory.offset(kind, index), memory.varies(kind, index))
-        return loaded[kind, index]
-
-    for state, value in zip(stored, emit(builder, stored.values(), variable)):
+    builder = Builder(memory.width)
+    values = emit(builder, stored.values(), loader(builder, memory))
+    for state, value in zip(stored, values):
         builder.store(value, "%x", memory.offset("x", state), memory.varies("x", state))
     body = "\n".join(builder.lines)
     text = (f"define void @{name}(double %t, ptr noalias %x, ptr noalias %u, ptr noalias %p) "

@@ -2,17 +2,18 @@
 
 import numpy as np
 
+from clie_blocks.compiled.codegen.methods import SAMPLED, Method
 from clie_blocks.compiled.codegen.python import PythonEngine
 from clie_blocks.compiled.ir.layout import Layout
-from clie_blocks.compiled.runtime.methods import SAMPLED
+from clie_blocks.compiled.sampling.tracing import Sampling, Tick
 
 
-def steps_per_tick(period, step):
+def steps_per_tick(period: float, step: float) -> int:
     """Return how many steps lie between two ticks."""
     return max(1, round(period / step))
 
 
-def steps_late(jitter, step, between):
+def steps_late(jitter: float, step: float, between: int) -> int:
     """Return by how many steps a tick comes late, before the next one is due."""
     return int(np.clip(np.rint(np.nan_to_num(jitter / step)), 0, between - 1))
 
@@ -31,14 +32,15 @@ class SampledPythonEngine(PythonEngine):
 
     """
 
-    def __init__(self, layout, method, sampling):
+    def __init__(self, layout: Layout, method: Method, sampling: Sampling) -> None:
         super().__init__(layout, method)
         self._ticks = sampling.ticks
         self._maps = [(list(stored), PythonEngine(
             Layout(list(stored.values()), [], {}, layout.nu, opaque=layout.opaque), SAMPLED))
             for stored in layout.maps]
 
-    def run(self, n, h, t0, first, x, inputs, p, every, slots, log):
+    def run(self, n: int, h: float, t0: float, first: int, x: np.ndarray, inputs: np.ndarray,
+            p: np.ndarray, every: int, slots: np.ndarray, log: np.ndarray) -> int:
         """Take n steps in place, every part at its ticks; return their number."""
         row = 0
         for s in range(n):
@@ -52,7 +54,7 @@ class SampledPythonEngine(PythonEngine):
         return n
 
 
-def _is_due(tick, count, h, x, u):
+def _is_due(tick: Tick, count: int, h: float, x: np.ndarray, u: np.ndarray) -> bool:
     between = steps_per_tick(tick.period, h)
     phase = count % between
     if tick.jitter is None:

@@ -4,20 +4,34 @@ python-control refuses to join continuous and discrete time.  Here the plant tak
 sampled parts run at their ticks, and what they put out is held in between.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NoReturn
+
+import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
-from clie_blocks.compiled.codegen.lane_layout import SINGLE
-from clie_blocks.compiled.frontend.callback_cost import warn_of_callbacks
-from clie_blocks.compiled.ir.layout import layout
-from clie_blocks.compiled.program import Program, available_engine
-from clie_blocks.compiled.sampled.parts import join
-from clie_blocks.compiled.sampled.trace import sampled_trace
-from clie_blocks.compiled.sampled.verification import NOTHING, check_sampled
+from clie_blocks.compiled.codegen.engine import Engine, available_engine
+from clie_blocks.compiled.codegen.lane_layout import Memory
+from clie_blocks.compiled.codegen.methods import Method
+from clie_blocks.compiled.frontend.callbacks import warn_of_callbacks
+from clie_blocks.compiled.ir.layout import Layout, layout
+from clie_blocks.compiled.program import Program
+from clie_blocks.compiled.sampling.parts import Part, join
+from clie_blocks.compiled.sampling.tracing import sampled_trace
+from clie_blocks.compiled.sampling.verification import NOTHING, Answer, check_sampled
 from clie_blocks.errors import ClieError
+from clie_blocks.signals import Diagram
 
 
-def sampled(plant, controller, period=None, wires=(), *, inputs=None, jitter=(),
-            name="sampled_loop", engine="llvm"):
+def sampled(plant: ct.NonlinearIOSystem,
+            controller: ct.NonlinearIOSystem | Sequence[ct.NonlinearIOSystem],
+            period: float | Mapping[str, float] | None = None,
+            wires: Sequence[tuple[str, ...]] = (), *,
+            inputs: Mapping[str, str | Sequence[str]] | None = None, jitter: Iterable[str] = (),
+            name: str = "sampled_loop", engine: str = "llvm") -> SampledProgram:
     """Compile a continuous plant and sampled parts into one loop with sample and hold.
 
     Parameters
@@ -68,8 +82,8 @@ def sampled(plant, controller, period=None, wires=(), *, inputs=None, jitter=(),
     ``opaque = True`` is called back where it cannot be traced.
 
     """
-    parts = list(controller) if isinstance(controller, (list, tuple)) else [controller]
-    joined, parts = join(plant, parts, period, wires, inputs, tuple(jitter), name)
+    controllers = list(controller) if isinstance(controller, Sequence) else [controller]
+    joined, parts = join(plant, controllers, period, wires, inputs, tuple(jitter), name)
     program = SampledProgram(joined, parts, engine)
     check_sampled(program, joined)
     warn_of_callbacks(program)
@@ -94,16 +108,17 @@ class SampledProgram(Program):
 
     period = None
 
-    def __init__(self, joined, parts, engine="llvm"):
+    def __init__(self, joined: Diagram, parts: list[Part], engine: str = "llvm") -> None:
         self.name, self._engines, self._engine = joined.name, {}, available_engine(engine)
         self._trace, self._sampling = sampled_trace(joined, parts)
+        self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
         self._default = self._build(self._layout, "ode5")
         self._blocks = joined.syslist
 
-    def source(self, language="python", method="ode5"):
+    def source(self, language: str = "python", method: str = "ode5") -> str:
         """Return the loop as text.
 
         Parameters
@@ -117,21 +132,21 @@ class SampledProgram(Program):
         if language != "llvm":
             raise self._unable(f"be written in {language!r}", "write its plant and controller, "
                                "each by itself: compile_diagram(part).source(...)")
-        return self._text(self._layout, self._method(method), SINGLE)
+        return super().source(language, method)
 
-    def as_nlsys(self):
+    def as_nlsys(self) -> NoReturn:
         """Refuse: python-control has no block with two time bases."""
         raise self._unable("become one python-control block, for that has one time base",
                            "use compile_diagram(part).as_nlsys() for each part")
 
-    def _unable(self, what, remedy):
+    def _unable(self, what: str, remedy: str) -> ClieError:
         return ClieError(f"{self.name}: a loop with sampled parts cannot {what}; {remedy}")
 
-    def _text(self, arranged, method, memory):
-        from clie_blocks.compiled.sampled.native import sampled_module
+    def _text(self, arranged: Layout, method: Method, memory: Memory) -> str:
+        from clie_blocks.compiled.sampling.native import sampled_module
         return sampled_module(arranged, method, memory, self._sampling)
 
-    def _step_of(self, step):
+    def _step_of(self, step: float | None) -> float:
         step = super()._step_of(step)
         for tick in self._sampling.ticks:
             steps = round(tick.period / step)
@@ -140,7 +155,9 @@ class SampledProgram(Program):
                                 f"the step {step:g} s; use {tick.period / max(1, steps):g} s")
         return step
 
-    def tick(self, t, states, held, u, params=None):
+    def tick(
+            self, t: float, states: Sequence[ArrayLike], held: Sequence[ArrayLike], u: ArrayLike,
+            params: Mapping[str, ArrayLike] | None = None) -> Answer:
         """Return what one tick of all parts makes of the loop, as python-control counts it.
 
         Parameters
@@ -167,8 +184,9 @@ class SampledProgram(Program):
                   for label in block.output_labels] for block in blocks[1:]]
         for where, values in zip(holds, held[1:]):
             x[where] = values
-        u = np.concatenate([u, np.zeros(len(self.inputs) - len(u))])
-        p = self._trace.parameters.vector(params, self.name)
+        u = np.asarray(u, float)
+        u = np.concatenate([u, np.zeros(len(self.inputs) - u.size)])
+        p = self._parameters.vector(params, self.name)
         step = min(tick.period for tick in self._sampling.ticks)
         before = x.copy()
         self._default.run(1, step, t, 0, x, u[None], p, 1, NOTHING, np.zeros((1, 0)))
@@ -178,21 +196,14 @@ class SampledProgram(Program):
         moved = np.split(x[self._sampling.next], ends[:-1])
         return [rates, *moved[1:]], [np.zeros(0), *(x[where] for where in holds)]
 
-    def _shown(self):
+    def _shown(self) -> list[int]:
         return self._sampling.shown
 
-    def _spread(self, shown):
+    def _spread(self, shown: np.ndarray) -> np.ndarray:
         x = np.zeros((*shown.shape[:-1], len(self.states)))
         x[..., self._sampling.shown] = x[..., self._sampling.next] = shown
         return x
 
-    def _build(self, arranged, method, memory=SINGLE):
-        method = self._method(method)
-        if self._engine == "python":
-            from clie_blocks.compiled.sampled.python import SampledPythonEngine
-            return SampledPythonEngine(arranged, method, self._sampling)
-        from clie_blocks.compiled.codegen.native import NativeEngine
-        text = self._text(arranged, method, memory)
-        if text not in self._engines:
-            self._engines[text] = NativeEngine(arranged, method, memory, lambda *parts: text)
-        return self._engines[text]
+    def _python_engine(self, arranged: Layout, method: Method) -> Engine:
+        from clie_blocks.compiled.sampling.python import SampledPythonEngine
+        return SampledPythonEngine(arranged, method, self._sampling)
