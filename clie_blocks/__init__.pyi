@@ -1,5 +1,6 @@
 """Public names and their modules, read by `lazy_loader`, type checkers and editors."""
 
+from .analysis import gap as gap
 from .compiled import compile_diagram as compile_diagram
 from .compiled import held_normal as held_normal
 from .controllers import linearizing_controller as linearizing_controller

@@ -69,6 +69,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks import (
     clie_composite,
     clie_loop,
@@ -1001,7 +1002,7 @@ known = Robot(
                           hold="zero-order"))
 
 # %%
-diagnosis = diagnose(known, records)
+diagnosis = diagnose(Problem.from_logs(known, records))
 found = answer(diagnosis)
 print("verdict:", found["verdict"], f"   ({found['seconds']:.1f} s)")
 
@@ -1166,7 +1167,7 @@ folder = Path(os.environ.get("EMPS", "emps"))
 real = None
 if folder.is_dir():
     logs = read_records(folder)
-    real = diagnose(*prepare(logs[0].robot, logs))
+    real = diagnose(Problem.from_logs(logs[0].robot, logs))
     said = answer(real)
     print("verdict:", said["verdict"], "  90 % set:", said["set_90"])
     for row in said["effects"][:4]:

@@ -1,6 +1,6 @@
-"""Imports go one way: blocks -> diagrams -> analysis, and no file shadows a module it needs."""
+"""Imports go one way: blocks -> diagrams -> analysis, stage after stage, and never in a circle."""
 
-import ast
+import importlib.util
 import sys
 import tomllib
 from pathlib import Path
@@ -10,32 +10,85 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = {"clie_blocks": 0, "diagrams": 1, "analysis": 2}
 FILES = [path for folder in LAYERS for path in sorted((ROOT / folder).rglob("*.py"))]
+GAP = "clie_blocks.analysis.gap"
+# What stands on the stages, in the order in which it may be imported.
+ABOVE = ("explain", "backlash", "simulator_comparison", "diagnosis", "batch", "calibration",
+         "command")
+
+
+def load_structure():
+    """The script that reads every import, wherever it stands."""
+    path = ROOT / "benchmarks" / "structure.py"
+    spec = importlib.util.spec_from_file_location("structure", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+structure = load_structure()
+GRAPH = structure.graph(ROOT)
 
 
 def layer_of_module(module):
-    """Layer of an imported module, or None outside the package."""
+    """Layer of a module of the package."""
     parts = module.split(".")
-    if parts[0] != "clie_blocks":
-        return None
     return LAYERS.get(parts[1], 0) if len(parts) > 1 else 0
 
 
 def imports(path):
-    """Yield the absolute modules that a file imports, wherever in the file."""
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            yield node.module
-            yield from (f"{node.module}.{name.name}" for name in node.names)
+    """Absolute names that a file imports."""
+    return list(structure.imported_names(path))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_go_down_only(path):
-    own = LAYERS[path.relative_to(ROOT).parts[0]]
-    above = [module for module in imports(path) if (layer_of_module(module) or 0) > own]
+@pytest.mark.parametrize("module", sorted(GRAPH))
+def test_imports_go_down_only(module):
+    above = {other for other in GRAPH[module] if layer_of_module(other) > layer_of_module(module)}
     assert not above
+
+
+def test_no_module_imports_itself_through_others():
+    assert structure.circles(GRAPH) == []
+
+
+def test_a_module_named_in_a_string_counts_as_an_import(tmp_path):
+    file = tmp_path / "hidden.py"
+    file.write_text("import importlib\ndef late():\n"
+                    "    from clie_blocks.output import write\n"
+                    "    return importlib.import_module('clie_blocks.analysis.cli')\n")
+    assert {"clie_blocks.output.write", "clie_blocks.analysis.cli"} <= set(imports(file))
+
+
+def stage_of(module):
+    """Rank of a module of the gap: its stage, or what stands on the stages."""
+    from clie_blocks.analysis import gap
+
+    part = module.removeprefix(f"{GAP}.").split(".")[0]
+    order = (*gap.STAGES, *ABOVE)
+    return order.index(part) if part in order else None
+
+
+@pytest.mark.parametrize("module", sorted(name for name in GRAPH if name.startswith(f"{GAP}.")))
+def test_a_stage_imports_only_stages_before_it(module):
+    assert stage_of(module) is not None, "a module that is no part of a stage"
+    later = {other for other in GRAPH[module] if other.startswith(f"{GAP}.")
+             and stage_of(other) > stage_of(module)}
+    assert not later
+
+
+def test_every_stage_has_a_folder():
+    from clie_blocks.analysis import gap
+
+    for stage in gap.STAGES:
+        assert (ROOT / "analysis" / "gap" / stage / "__init__.py").is_file(), stage
+
+
+def test_records_stand_on_the_blocks_alone():
+    below = ("clie_blocks.analysis.records", "clie_blocks.analysis.report")
+    for module in GRAPH:
+        if module.startswith(below[0]):
+            above = {other for other in GRAPH[module]
+                     if layer_of_module(other) and not other.startswith(below)}
+            assert not above, module
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))

@@ -4,24 +4,9 @@ One folder per stage, in the order in which `diagnose` runs them; a stage import
 that stand before it.
 """
 
-import importlib
+import lazy_loader
 
-STAGES = ("problem", "controller", "simulation", "causes", "residual", "fitting", "search",
-          "verdict", "assessment", "report")
+STAGES = ("method", "problem", "controller", "simulation", "causes", "residual", "fitting",
+          "search", "verdict", "assessment", "report")
 
-_HOME = {
-    "Calibration": "method",
-    "Diagnosis": "diagnosis",
-    "answer": "report.answer",
-    "diagnose": "diagnosis",
-    "write_report": "report",
-}
-
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name):
-    """Import a public name on first use, so that start-up stays fast."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,171 +1,234 @@
-"""The diagnosis of one robot: all stages in their order."""
+"""The diagnosis of one robot: one stage per line, in the order in which they run."""
 
 import dataclasses
 import time
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
-from clie_blocks.analysis.gap.assessment.gap_reduction import gap_reduction
+from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
 from clie_blocks.analysis.gap.assessment.localisation import localise
-from clie_blocks.analysis.gap.assessment.next_experiment import next_experiment
-from clie_blocks.analysis.gap.assessment.torque_map import torque_map
+from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment, next_experiment
+from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap, torque_map
 from clie_blocks.analysis.gap.backlash import explain_backlash, to_stated_loop
+from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_causes
-from clie_blocks.analysis.gap.controller.replay import check_controller
-from clie_blocks.analysis.gap.explain import explain
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
-from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.controller.check import check_controller
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
 from clie_blocks.analysis.gap.fitting.observer import with_observer, without_observer
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
-from clie_blocks.analysis.gap.method.calibration import load_calibration
-from clie_blocks.analysis.gap.problem.problem import problem as state_problem
+from clie_blocks.analysis.gap.method import METHOD, Method
+from clie_blocks.analysis.gap.problem.law import Law
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.simulation.simulators import simulator_of
 from clie_blocks.analysis.gap.simulator_comparison.difference import (
     against_simulator,
     causes_missing_in,
 )
-from clie_blocks.analysis.gap.user_loop.checks import assumed_controller
-from clie_blocks.analysis.gap.user_loop.problem import loop_problem
-from clie_blocks.analysis.gap.verdict.posterior import posterior, unknown_for_none, verdict
+from clie_blocks.analysis.gap.verdict.posterior import (
+    RankedCause,
+    posterior,
+    unknown_for_none,
+    verdict,
+)
 from clie_blocks.analysis.gap.verdict.signal_findings import (
-    established_names,
+    SignalFinding,
+    controller_findings,
     signal_findings,
     with_signal_findings,
 )
 
+if TYPE_CHECKING:
+    from control import InputOutputSystem
+    from matplotlib.figure import Figure
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """All that was found, stage by stage.
 
-    Parameters
-    ----------
-    problem : Problem
-        What was asked.
-    check : ControllerCheck
-        Whether the stated controller ran.
-    bench : Bench
-        Noise and whitening.
-    base : Fit
-        The refitted nominal model.
-    ranking : list of Standing
-        Hypotheses, most probable first.
-    model : Fit
-        The corrected model: the leading hypothesis, or the best one where none leads.
-    verdict : str
-        ``effect``, ``parametric``, ``none``, ``unexplained`` or ``not_identifiable``.
-    shrinkage : Shrinkage
-        How far the gap shrinks on unseen data.
-    repeatable : TorqueTable or None
-        What the model leaves and every lap repeats, where that pays on unseen data.
-    where : dict
-        Where the gap lies, see `where`.
-    next_experiment : dict or None
-        The run that would tell the remaining causes apart.
-    calibration : Calibration
-        Numbers of the verdict.
-    evidence : Table
-        What the verdict rests on.
-    seconds : float
-        Time it took.
-    paths : tuple of PathCause
-        Causes that the way of the command shows by itself, see `paths`.
-    left_out : frozenset of str
-        Effects that were excluded, or not asked for: none of them is named.
+@dataclasses.dataclass(frozen=True)
+class Stages:
+    """The functions that a diagnosis is made of: each can be timed, or swapped for another.
 
+    An ablation is ``dataclasses.replace(STAGES, next_experiment=lambda *_: None)``.
     """
 
-    problem: object
-    check: object
-    bench: object
-    base: object
-    ranking: list
-    model: object
-    verdict: str
-    shrinkage: object
-    repeatable: object
-    where: dict
-    next_experiment: dict | None
-    calibration: object
-    evidence: object
-    seconds: float
-    paths: tuple = ()
-    left_out: frozenset = frozenset()
+    check_controller: Callable[[Problem], ControllerCheck] = check_controller
+    against_simulator: Callable[..., tuple[Problem, tuple[str, ...]]] = against_simulator
+    explain: Callable[..., Explanation] = explain
+    explain_backlash: Callable[..., Explanation | None] = explain_backlash
+    prune_joints: Callable[..., Fit] = prune_joints
+    refine_to_prior: Callable[..., Fit] = refine_to_prior
+    gap_reduction: Callable[..., GapReduction] = gap_reduction
+    torque_map: Callable[..., TorqueMap | None] = torque_map
+    localise: Callable[..., dict[str, Any]] = localise
+    next_experiment: Callable[..., NextExperiment | None] = next_experiment
+    steps: ExplainSteps = EXPLAIN_STEPS
 
 
-def diagnose(robot, records=None, held_out=None, calibration=None, effects=(), exclude=(),
-             simulated=(), loop=None):
+STAGES = Stages()
+
+
+class Diagnosis(Result):
+    """What a diagnosis found, and how to look at it: printed, as JSON, as a report, as plots."""
+
+    def __str__(self) -> str:
+        from clie_blocks.analysis.gap.report.summary import summary_lines
+
+        return "\n".join(summary_lines(self.to_dict()))
+
+    __repr__ = __str__
+
+    def to_dict(self) -> dict[str, Any]:
+        """Answer in plain JSON types."""
+        from clie_blocks.analysis.gap.report.answer import answer
+
+        return answer(self)
+
+    def report(self, folder: str | PathLike[str], name: str = "diagnosis") -> list[str]:
+        """Write the report as a page, with its JSON and the parameters for a simulator.
+
+        Parameters
+        ----------
+        folder : path-like
+            Where.
+        name : str
+            Name of the files.
+
+        Returns
+        -------
+        list of str
+            Paths of the files.
+
+        """
+        from clie_blocks.analysis.gap.report.files import write_report
+
+        return write_report(self, self.to_dict(), folder, name)
+
+    def plot(self, name: str) -> "Figure":
+        """Draw one figure of the report.
+
+        Parameters
+        ----------
+        name : str
+            ``motions``, ``probabilities``, ``where`` or ``residuals``.
+
+        Raises
+        ------
+        ClieError
+            For another name; names the nearest one.
+
+        """
+        from clie_blocks.analysis.gap.report.plots import figure
+
+        return figure(self, name)
+
+    def corrected(self, plant: "InputOutputSystem") -> "InputOutputSystem":
+        """Return a plant with the causes of the corrected model inserted as effects.
+
+        Parameters
+        ----------
+        plant : control.InputOutputSystem
+            Ports of eq. (8).
+
+        Raises
+        ------
+        ClieError
+            If a cause and its effect in the catalogue do not share their parameters.
+
+        """
+        from clie_blocks.analysis.gap.report.exports import settings
+        from clie_blocks.effects import with_effects
+
+        return with_effects(plant, settings(self.model))
+
+
+def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),
+             exclude: Sequence[str] = (), stages: Stages = STAGES) -> Diagnosis:
     """Say which effect makes a robot differ from its model, where, and how far the gap shrinks.
 
     Parameters
     ----------
-    robot : Robot
-        What is known of it; with `loop`, the record or list of records.
-    records : list of Record
-        Its logs.
-    held_out : list of int, optional
-        Logs that only judge; by default the last.
-    calibration : Calibration, optional
-        Numbers of the verdict.
+    problem : Problem
+        ``Problem.from_logs(robot, records)`` or ``Problem.from_loop(loop, records)``; with
+        ``.beside(simulated)``, what differs between the robot and the user's own simulator.
+    method : Method
+        Thresholds.
     effects, exclude : sequence of str
-        Effects to look for (all when empty), and effects to leave out.
-    simulated : list of Record
-        Logs of the user's own simulator in the same experiments; then the question is what
-        differs between it and the robot.
-    loop : control.NonlinearIOSystem, optional
-        Any closed loop in the place of the paper's joint, see `loop_ports`.
-
-    Returns
-    -------
-    Diagnosis
-        The result of every stage.
+        Effects to search for (all when empty), and effects to leave out.
+    stages : Stages
+        The functions that run.
 
     """
     began = time.perf_counter()
-    causes, left_out = select_causes(effects, exclude), excluded_names(effects, exclude)
-    calibration = calibration or load_calibration()
-    if loop is None:
-        asked = state_problem(robot, records, held_out)
-        check = check_controller(asked)
-    else:
-        logs = list(robot) if isinstance(robot, (list, tuple)) else [robot]
-        asked = loop_problem(loop, logs, held_out)
-        check, causes = assumed_controller(asked, causes), tuple(filter(asked.law.reaches, causes))
-    ran = check.mended(asked)
-    if simulated:
-        ran, decisions = against_simulator(ran, robot, simulated, causes, calibration)
-        check = dataclasses.replace(check, decisions=check.decisions + decisions)
-    causes = causes_missing_in(causes, ran.inside)
-    bench, base, table = explain(with_observer(ran), causes)
-    again = explain_backlash(bench.problem, table, causes, explain, calibration)
-    ranking, model, table = _rank(again or (bench, base, table), check, calibration)
-    if again:
-        ranking, model = to_stated_loop(ranking, model, bench.problem)
-    foreign = check.misdescribed or len(bench.problem.fit) > len(asked.fit)
-    nominal = (fit_nominal(with_observer(asked))[1] if foreign else base).hypothesis
-    paths = () if simulated or loop else signal_findings(records, bench, check, calibration, left_out)
-    said = with_signal_findings(verdict(ranking, bool(established_names(check, left_out))), paths)
-    believed = base if said == "unexplained" else model
+    causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
+    controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
+    simulator_of(problem, ()).check(problem.logs[0])
+    ran = controller.corrected(problem)
+    if problem.simulated:
+        ran, decisions = stages.against_simulator(ran, causes, method, stages.steps)
+        controller = controller.with_decisions(decisions)
+    causes = causes_missing_in(causes, ran)
+    first = stages.explain(with_observer(ran, method), causes, method, stages.steps)
+    second = stages.explain_backlash(first, causes, method, stages.steps)
+    ranking, model = _ranking(second or first, controller, method, stages)
+    if second:
+        ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
+    nominal = _stated_nominal(first, controller, problem, method, stages)
+    findings = _signal_findings(problem, first, controller, method, excluded)
+    word = with_signal_findings(
+        verdict(ranking, bool(controller_findings(controller, method.verdict, excluded))), findings)
+    mapped = first.nominal if word == "unexplained" else model
+    reduction = stages.gap_reduction(without_observer(nominal.hypothesis, problem),
+                                     without_observer(model.hypothesis, problem), first.residuals)
     return Diagnosis(
-        asked, check, bench, base, ranking, model, said,
-        gap_reduction(without_observer(nominal, asked), without_observer(model.hypothesis, asked), bench),
-        torque_map(believed.hypothesis, bench),
-        localise(bench, base, check),
-        next_experiment(bench, base, ranking, calibration), calibration, table,
-        time.perf_counter() - began, paths, left_out)
+        problem, method, controller, first.residuals, first.nominal, (second or first).evidence,
+        ranking, model, word, reduction,
+        torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
+        where=stages.localise(first.residuals, first.nominal, controller),
+        next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
+        findings=findings, excluded=excluded, seconds=time.perf_counter() - began)
 
 
-def _rank(look, check, calibration):
-    """Hypotheses by probability, the leading one freed from idle joints, and the evidence."""
-    bench, base, table = look
-    ranking = posterior(table, calibration)
-    if check.gains or check.integral:
+def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],
+                  ) -> tuple[ControllerCheck, tuple[Cause, ...]]:
+    """Causes that can act in the loop; the names of all others are decisions of the check."""
+    reached = tuple(cause for cause in causes if law.reaches(cause))
+    out = sorted({cause.name for cause in causes} - {cause.name for cause in reached})
+    if out:
+        controller = controller.with_decisions(
+            (f"out of reach at the ports of a loop: {', '.join(out)}",))
+    return controller, reached
+
+
+def _ranking(explanation: Explanation, controller: ControllerCheck, method: Method,
+             stages: Stages) -> tuple[list[RankedCause], Fit]:
+    """Hypotheses by probability, and the leading model, without idle joints and near its prior."""
+    ranking = posterior(explanation.evidence, method.calibration)
+    if controller.gains or controller.integral:
         ranking = unknown_for_none(ranking)
-    model = _leading(ranking, base)
-    if model is not base:
-        home = refine_to_prior(prune_joints(model, bench, excess(base)), bench)
-        ranking = [dataclasses.replace(s, fit=home) if s.fit is model else s for s in ranking]
-        model = home
-    return ranking, model, table
+    nominal, residuals = explanation.nominal, explanation.residuals
+    leading = next((one.fit for one in ranking if one.fit is not None), nominal)
+    if leading is nominal:
+        return ranking, nominal
+    model = stages.refine_to_prior(stages.prune_joints(leading, residuals, nominal.excess),
+                                   residuals)
+    return [dataclasses.replace(one, fit=model) if one.fit is leading else one
+            for one in ranking], model
 
 
-def _leading(ranking, base):
-    """Fit of the leading hypothesis that has one: what is unknown has none."""
-    return next((standing.fit for standing in ranking if standing.fit is not None), base)
+def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Problem,
+                    method: Method, stages: Stages) -> Fit:
+    """Nominal model in the stated loop and on the stated split of the logs."""
+    pooled = len(first.residuals.problem.fit) > len(problem.fit)
+    if not (controller.misdescribed or pooled):
+        return first.nominal
+    return stages.steps.fit_nominal(with_observer(problem, method), method, stages.steps.noise_model)[1]
+
+
+def _signal_findings(problem: Problem, first: Explanation, controller: ControllerCheck,
+                     method: Method, excluded: frozenset[str]) -> tuple[SignalFinding, ...]:
+    """What logged signals show without a model; a simulator's log holds the same signals."""
+    if problem.simulated or not problem.law.is_replayable:
+        return ()
+    return signal_findings(problem.records, first.residuals, controller, excluded)

@@ -1,57 +1,92 @@
-"""The diagnosis of one robot: all stages in their order."""
+"""Fit the nominal model, and all hypotheses that are worth it."""
 
 import dataclasses
+from collections.abc import Callable, Sequence
 
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, has_diverged
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal, pool_logs
+from clie_blocks.analysis.gap.method import METHOD, Method
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import Noise, sensor_noise_model
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.racing import QUIET
-from clie_blocks.analysis.gap.search.strategy import SMALL, search_causes
-from clie_blocks.analysis.gap.verdict.evidence import STRAYED, evidence
+from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, SearchSteps, search_causes
+from clie_blocks.analysis.gap.verdict.evidence import STRAYED, Table, evidence
 from clie_blocks.analysis.gap.verdict.lack_of_fit import excess_with_free_torque
 
 
-def explain(asked, causes=CAUSES, small=SMALL, whole=True):
-    """Fit the nominal model and all hypotheses worth it.
+@dataclasses.dataclass(frozen=True)
+class ExplainSteps:
+    """The functions that an explanation is made of: each can be timed, or swapped for another."""
+
+    noise_model: Callable[..., Noise] = sensor_noise_model
+    fit_nominal: Callable[..., tuple[ResidualModel, Fit]] = fit_nominal
+    search: SearchSteps = SEARCH_STEPS
+    evidence: Callable[[Fit, list[Fit], ResidualModel], Table] = evidence
+    lack_of_fit: Callable[[Fit, ResidualModel], float] = excess_with_free_torque
+
+
+EXPLAIN_STEPS = ExplainSteps()
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Explanation:
+    """The refitted nominal model, and the evidence on all hypotheses that were fitted.
 
     Parameters
     ----------
-    asked : Problem
-        The logs, with the law that ran.
-    causes : sequence of Cause
-        What to look for.
-    small : float
-        Share of the excess that is as good as nothing, see `explore`.
-    whole : bool
-        Test what is left, too, without which the evidence says nothing of the unknown.
-
-    Returns
-    -------
-    bench : Bench
+    residuals : ResidualModel
         Noise and whitening.
-    base : Fit
+    nominal : Fit
         The refitted nominal model.
-    table : Table
-        The evidence.
+    evidence : Table
+        One row per hypothesis.
 
     """
-    bench, base = fit_nominal(asked)
-    learned_on = pool_logs(asked, base)
-    if learned_on is not asked:
-        bench, base = fit_nominal(learned_on)
-    ailing = excess(base) > QUIET or base.penalty > STRAYED
-    fits = search_causes(bench, base, causes, small) if ailing and causes and not has_diverged(base) else []
-    table = evidence(base, fits, bench)
-    free = _excess_with_free_torque(base, [row.fit for row in table.rows if not row.rival], bench) if whole else ()
-    return bench, base, dataclasses.replace(table, free=free)
+
+    residuals: ResidualModel
+    nominal: Fit
+    evidence: Table
 
 
-def _excess_with_free_torque(base, fits, bench):
-    """What a free torque would leave, where even the best hypothesis leaves something."""
-    best = min(fits, key=excess, default=None)
-    if best is None or excess(best) < QUIET:
+def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method = METHOD,
+            steps: ExplainSteps = EXPLAIN_STEPS, test_lack_of_fit: bool = True) -> Explanation:
+    """Fit the nominal model and all hypotheses worth it.
+
+    Without the test of what is left, the evidence says nothing of an unknown effect.
+    """
+    residuals, nominal = steps.fit_nominal(problem, method, steps.noise_model)
+    pooled = pool_logs(problem, nominal, method)
+    if pooled is not problem:
+        residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
+    has_gap = nominal.excess > QUIET or nominal.penalty > STRAYED
+    fits = (search_causes(residuals, nominal, causes, steps.search)
+            if has_gap and causes and not nominal.has_diverged else [])
+    table = steps.evidence(nominal, fits, residuals)
+    if not test_lack_of_fit:
+        return Explanation(residuals, nominal, table)
+    free = _free_torque(nominal, [row.fit for row in table.rows if not row.confounder], residuals,
+                        steps)
+    return Explanation(residuals, nominal, dataclasses.replace(table, free=free))
+
+
+def _free_torque(nominal: Fit, fits: list[Fit], residuals: ResidualModel, steps: ExplainSteps,
+                 ) -> tuple[float, ...]:
+    """What a free torque would leave of the nominal model, of the best fit and of the best single.
+
+    Empty where the best hypothesis leaves nothing.
+    """
+    best = min(fits, key=_excess, default=None)
+    if best is None or best.excess < QUIET:
         return ()
-    alone = min((f for f in fits if len(f.hypothesis.members) == 1), key=excess, default=best)
-    beside = excess_with_free_torque(best, bench)
-    return (excess_with_free_torque(base, bench), beside,
-            beside if alone is best else excess_with_free_torque(alone, bench))
+    single = min((one for one in fits if len(one.hypothesis.members) == 1), key=_excess,
+                 default=best)
+    of_best = steps.lack_of_fit(best, residuals)
+    return (steps.lack_of_fit(nominal, residuals), of_best,
+            of_best if single is best else steps.lack_of_fit(single, residuals))
+
+
+def _excess(fit: Fit) -> float:
+    return fit.excess

@@ -87,13 +87,13 @@ def engine_arm(tmp_path_factory):
     """Function that runs a drawn arm in MuJoCo: robot as its file says, and two records."""
     pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
     from clie_blocks.analysis.blind.engine.control_loop import run
-    from clie_blocks.analysis.blind.engine.experiments import Motion, draw_motions
+    from clie_blocks.analysis.blind.engine.experiments import Experiment, draw_experiments
     from clie_blocks.analysis.blind.population.files import robot_text
     from clie_blocks.analysis.records import Record, read_robot
 
     def simulated(rng, body, truth, rows):
-        motions = [Motion(m.excitation, m.start, m.q_d[:rows], m.pe[:rows])
-                   for m in draw_motions(rng, body)[:2]]
+        motions = [Experiment(m.excitation, m.start, m.q_d[:rows], m.pe[:rows])
+                   for m in draw_experiments(rng, body)[:2]]
         runs = run(body, [truth] * 2, motions, [body.sigma * rng.standard_normal(m.q_d.shape)
                                                 for m in motions])
         file = tmp_path_factory.mktemp("arm") / "robot.toml"

@@ -1,6 +1,7 @@
 """The second look: the same commands, the same leftover of a linear model, play found by it."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from clie_blocks.analysis.gap import backlash
 from clie_blocks.analysis.gap.backlash import explain_backlash, soften_loop, to_stated_loop
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.transmission import BACKLASH
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.calibration import Calibration
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
 
@@ -47,12 +49,11 @@ def test_a_model_that_moves_as_the_robot_gets_the_recorded_command(healthy):
 
 def test_what_a_healthy_robot_leaves_is_noise_in_both_loops(healthy):
     for problem in (healthy, soften_loop(healthy)):
-        assert abs(excess(fit_nominal(problem)[1])) < 0.15
+        assert abs(fit_nominal(problem, METHOD)[1].excess) < 0.15
 
 
 def test_play_that_is_missed_at_first_is_found(healthy, monkeypatch):
-    monkeypatch.setattr(backlash, "multistart", lambda found, bench: found)
-    monkeypatch.setattr(backlash, "excess", lambda found: 2.0)
+    monkeypatch.setattr(backlash, "multistart", lambda *_: SimpleNamespace(excess=2.0))
     examined = Examined(table(backlash=3.0, nothing=200.0),
                         table(backlash=3.0, joint_elasticity=120.0, nothing=200.0))
     found = explain_backlash(healthy, table(joint_elasticity=80.0, nothing=150.0), CAUSES, examined,
@@ -81,8 +82,7 @@ def test_no_whole_library_where_play_explains_next_to_nothing(healthy):
 
 def test_a_second_look_that_finds_no_play_is_not_believed(healthy, monkeypatch):
     """Recorded commands hide a fault of the controller, and nothing seems to be left."""
-    monkeypatch.setattr(backlash, "multistart", lambda found, bench: found)
-    monkeypatch.setattr(backlash, "excess", lambda found: 1.5)
+    monkeypatch.setattr(backlash, "multistart", lambda *_: SimpleNamespace(excess=1.5))
     examined = Examined(table(backlash=0.3, nothing=2.0), table(coulomb=0.01, nothing=2.0))
     assert explain_backlash(healthy, table(coulomb=80.0, nothing=150.0), CAUSES, examined,
                        STATED) is None
@@ -106,8 +106,8 @@ def test_no_second_look_beside_a_simulator_nor_without_a_law_that_damps(healthy)
 
 
 def test_a_model_of_the_second_look_predicts_in_the_stated_loop(healthy):
-    bench, base = fit_nominal(healthy)
-    _, led = fit_nominal(soften_loop(healthy))
+    bench, base = fit_nominal(healthy, METHOD)
+    _, led = fit_nominal(soften_loop(healthy), METHOD)
     ranking, model = to_stated_loop([RankedCause(("none",), led, 0.0, 1.0),
                                   RankedCause(("unknown",), None, 0.0, 0.0)], led, bench.problem)
     assert ranking[1].fit is None
@@ -128,12 +128,12 @@ def test_play_is_found_from_a_start_beside_it(healthy):
         return Member(BACKLASH, joints, values, {**values, "half_gap": 1e-3 * every,
                                                  "bearing_share": 0.5 * every})
 
-    bench, base = fit_nominal(problem)
-    robot = hypothesis(bench.problem, [loose(2e-3)], base.hypothesis)
+    bench, base = fit_nominal(problem, METHOD)
+    robot = build_hypothesis(bench.problem, [loose(2e-3)], base.hypothesis)
     log, = bench.problem.fit
     moved = dataclasses.replace(log, q=log.q - robot.error(0) + log.dither)
     problem = dataclasses.replace(bench.problem, fit=(moved,))
-    begun = fit(hypothesis(problem, [loose(1e-3)], base.hypothesis),
+    begun = fit(build_hypothesis(problem, [loose(1e-3)], base.hypothesis),
                 dataclasses.replace(bench, problem=problem), 0)
     found = backlash.multistart(begun, dataclasses.replace(bench, problem=problem))
     assert found.total < 0.1 * begun.total

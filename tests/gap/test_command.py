@@ -1,4 +1,4 @@
-"""The command: folders of trials, results on disk, a later run that continues, errors in words."""
+"""The command: folders of robots, stored results, a later run that continues, errors in words."""
 
 import json
 
@@ -6,7 +6,6 @@ import pytest
 
 from clie_blocks.analysis.gap import batch
 from clie_blocks.analysis.gap.command import main
-from clie_blocks.analysis.gap.report.summary import summary_line
 from clie_blocks.output import guarded
 
 
@@ -17,20 +16,48 @@ def folder(tmp_path_factory, case, write_trial):
     return place
 
 
-def test_a_set_is_diagnosed_kept_and_read_back(folder, tmp_path, capsys):
-    out = tmp_path / "all.json"
-    assert main([str(folder), "--json", str(out), "--all", "-o", str(tmp_path / "kept")]) == 0
-    told = json.loads(out.read_text())
-    assert told["trial-1"]["verdict"] == "none"
-    assert "trial-1: none" in capsys.readouterr().out
-    kept = tmp_path / "kept" / "trial-1.json"
-    marked = json.loads(kept.read_text())
-    kept.write_text(json.dumps({**marked, "seconds": -1.0}))
-    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=kept.parent)
-    assert again[1]["seconds"] == -1.0
-    kept.write_text("{broken")
-    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=kept.parent)
-    assert again[1]["seconds"] > 0.0
+@pytest.fixture(scope="module")
+def result(folder, tmp_path_factory):
+    """Folder of the results of one run."""
+    kept = tmp_path_factory.mktemp("kept")
+    assert main([str(folder), "-o", str(kept), "--quiet"]) == 0
+    return kept
+
+
+def test_a_result_is_read_back_unless_it_is_broken(folder, result):
+    stored = result / "trial-1.json"
+    content = json.loads(stored.read_text())
+    assert content["verdict"] == "none" and (result / "trial-1.html").is_file()
+    stored.write_text(json.dumps({**content, "seconds": -1.0}))
+    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=result)
+    assert again[0] == "trial-1" and again[1]["seconds"] == -1.0 and "made_from" not in again[1]
+    stored.write_text("{broken")
+    (again,) = batch.diagnose_all(batch.find_tasks([folder]), folder=result)
+    assert again[1]["seconds"] > 0.0 and json.loads(stored.read_text())["verdict"] == "none"
+
+
+def test_data_goes_to_stdout_and_words_to_stderr(folder, result, capsys):
+    assert main([str(folder), "-o", str(result), "--json"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["verdict"] == "none"
+    assert captured.err == "trial-1: The model agrees with the robot down to the sensor noise.\n"
+    assert main([str(folder), "-o", str(result)]) == 0
+    assert capsys.readouterr().out == captured.err
+
+
+def test_answers_of_several_robots_are_by_name(folder, result, capsys, monkeypatch):
+    stored = json.loads((result / "trial-1.json").read_text())
+    monkeypatch.setattr(batch, "find_tasks", lambda *_: [
+        batch.Task("trial-2", ("b",)), batch.Task("trial-1", ("a",))])
+    monkeypatch.setattr(batch, "diagnose_all", lambda *_: iter(
+        [("trial-2", {"error": "no log", "exit_code": 3}), ("trial-1", stored)]))
+    assert main([str(folder), "-o", str(result), "--json"]) == 3
+    captured = capsys.readouterr()
+    answers = json.loads(captured.out)
+    assert list(answers) == ["trial-1", "trial-2"] and answers["trial-1"]["verdict"] == "none"
+    assert json.loads((result / "answers.json").read_text()) == answers
+    assert captured.err.endswith("error: no log\n")
+    assert "trial-2: not diagnosed" in captured.err
 
 
 def test_errors_are_words(tmp_path, folder, capsys):
@@ -42,36 +69,3 @@ def test_errors_are_words(tmp_path, folder, capsys):
     assert "stribeck" in capsys.readouterr().err
     assert guarded(main, [str(folder), "--holdout", "log-9"]) == 3
     assert "log-9" in capsys.readouterr().err
-
-
-def test_a_sentence_says_cause_joint_and_what_it_buys():
-    told = {"verdict": "effect", "effects": [
-        {"effect": "coulomb", "joint": [1, 2], "probability": 0.93},
-        {"effect": "stribeck", "joint": [1], "probability": 0.05}],
-        "closed_percent": {"value": 96.4, "unseen_data": True}}
-    assert summary_line("arm", told) == ("arm: effect: coulomb at joint 1 and 2 (93%); closes 96 % "
-                                     "of the reducible gap on unseen data")
-    unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck"]}
-    assert summary_line("arm", {**told, **unsure}).startswith(
-        "arm: not_identifiable: coulomb or stribeck; closes 96 %")
-    family = {"families": {"friction": 0.7}, "effects": [
-        {"effect": "coulomb", "joint": [1], "probability": 0.4}]}
-    assert "not_identifiable: friction of some kind (70%), most likely coulomb at joint 1 (40%);" \
-        in summary_line("arm", {**told, **unsure, **family})
-    one_of_many = {"families": {"friction": 0.95}, "effects": [
-        {"effect": "coulomb", "joint": [1], "probability": 0.6}]}
-    assert "effect: coulomb at joint 1 (60%; friction of some kind 95%);" in summary_line(
-        "arm", {**told, **one_of_many})
-    fitted = {"closed_percent": {"value": 96.4, "unseen_data": False}}
-    assert summary_line("arm", {**told, **fitted}).endswith("gap on the data that it was fitted to")
-    assert "; the nearest closes 96 %" in summary_line("arm", {**told, "verdict": "unexplained"})
-    wrong = {"verdict": "parametric", "noise": [{}], "joint_model": {"inertia": {
-        "value": [0.05], "stated": [0.04], "tolerance": [4e-4], "unit": "kg m^2"}}}
-    assert summary_line("arm", {**told, **wrong}) == (
-        "arm: parametric: inertia at joint 1 0.05 kg m^2, stated 0.04")
-    rest = {"beside": ["coulomb"], "percent": 31.5}
-    assert summary_line("arm", {**told, "repeatable": rest}).endswith(
-        "unseen data; a torque table over place and speed beside coulomb removes 32 % of what "
-        "that leaves")
-    assert "beside the refitted model removes" in summary_line(
-        "arm", {**told, "repeatable": {**rest, "beside": []}})

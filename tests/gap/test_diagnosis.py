@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.output import to_json
 
@@ -16,16 +18,16 @@ def said(found):
 
 def test_a_healthy_robot_is_called_healthy(case):
     made = case("none")
-    found = diagnose(made.robot, made.records)
+    found = diagnose(Problem.from_logs(made.robot, made.records))
     assert said(found) == ("none", ("none",))
-    assert found.shrinkage.before == pytest.approx(found.shrinkage.floor, rel=0.05)
+    assert found.reduction.before == pytest.approx(found.reduction.floor, rel=0.05)
 
 
 @pytest.mark.parametrize("effect", [
     "quadratic_drag", pytest.param("dead_zone", marks=pytest.mark.slow)])
 def test_an_effect_is_named_with_its_joint_and_closes_the_gap(effect, case):
     made = case(effect)
-    found = diagnose(made.robot, made.records)
+    found = diagnose(Problem.from_logs(made.robot, made.records))
     assert said(found) == ("effect", (effect,))
     told = json.loads(to_json(answer(found)))
     first = told["effects"][0]
@@ -38,21 +40,21 @@ def test_an_effect_is_named_with_its_joint_and_closes_the_gap(effect, case):
 
 def test_an_effect_left_out_of_the_library_is_unexplained(case):
     made = case("quadratic_drag")
-    found = diagnose(made.robot, made.records, effects=["spring", "dead_zone"])
+    found = diagnose(Problem.from_logs(made.robot, made.records), effects=["spring", "dead_zone"])
     assert said(found) == ("unexplained", ("unknown",))
 
 
 def test_an_unknown_effect_is_refused_with_the_nearest_name(case):
     made = case("none")
     with pytest.raises(ClieError, match="did you mean 'coulomb'"):
-        diagnose(made.robot, made.records, effects=["colomb"])
+        diagnose(Problem.from_logs(made.robot, made.records), effects=["colomb"])
 
 
 def test_a_log_that_is_too_short_is_not_identifiable(case):
     made = case("none")
     short = [record.part(0, 100) for record in made.records]
     with pytest.raises(NotIdentifiableError, match="400"):
-        diagnose(made.robot, short)
+        diagnose(Problem.from_logs(made.robot, short))
 
 
 @pytest.mark.slow
@@ -76,7 +78,7 @@ def test_a_real_axis_has_dry_friction_and_no_delay(shared):
     from clie_blocks.analysis.records import read_records
 
     records = read_records(shared / "data" / "emps")
-    found = diagnose(records[0].robot, records)
+    found = diagnose(Problem.from_logs(records[0].robot, records))
     assert found.ranking[0].names == ("coulomb",)
     assert "time_delay" not in answer(found)["set_90"]
     force_per_volt = records[0].robot.motor.torque_gain[0]

@@ -4,17 +4,19 @@ A filter that begins at rest with the log is known from the first sample on.  In
 out of a longer run it is known once it has forgotten how that run began.
 """
 
-from clie_blocks.analysis.records.velocity_filter import settling
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.problem import Log
+from clie_blocks.analysis.records import law_residual as records
+from clie_blocks.analysis.records.control_law import ControlLaw
 
 
-def first_known_sample(log, law):
+def first_known_sample(log: Log, law: ControlLaw) -> int:
     """First sample at which the velocity that the law forms is known."""
-    if log.at_rest:
-        return 0
-    return min(settling(law.variant, law.period, law.corners), len(log) // 2)
+    return 0 if log.at_rest else min(law.settling, len(log) // 2)
 
 
-def law_residual(law, log, late=0):
+def law_residual(law: ControlLaw, log: Log, late: int = 0) -> np.ndarray:
     """Logged command less that of the law some rows before it, shape (samples, n)."""
-    made = law.replay(log.q, log.q_d, log.pe)[:len(log) - late]
-    return (log.u[late:] - made)[first_known_sample(log, law):]
+    residual = records.law_residual(law, log.u, log.q_d - log.q, law.rate(log.q), log.pe, late)
+    return residual[first_known_sample(log, law):]

@@ -1,120 +1,103 @@
-"""Gains and timing that ran in the place of the stated ones, read from the log alone.
+"""What ran in the place of the stated law, read from the log alone: gains, integral part, delay.
 
 With position, reference and command logged, the law is linear in its gains: least squares finds
 them without any model of the robot.  A finding counts only where it explains the command down to
-its rounding, so that nothing of the robot can pose as the controller.
+its rounding, so that no fault of the robot can be taken for the controller's.
 """
 
 import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.controller.law_residual import first_known_sample, law_residual
-from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
+
+DELAYED_COMMANDS = (
+    "every command follows from the row before it: the controller sends it one period after "
+    "it has measured; the file is wrong, and the model has this delay from here on")
 
 
-def with_fitted_gains(problem, law, k):
+def with_fitted_gains(problem: Problem, law: StatedLaw, k: int) -> StatedLaw:
     """Return the law with the gains of joint k that fit the logged commands best.
 
-    Parameters
-    ----------
-    problem : Problem
-        Logs.
-    law : ControlLaw
-        The law to mend; its velocity estimate is kept.
-    k : int
-        Joint.
-
+    The velocity estimate of the law is kept.
     """
-    columns, wanted = [], []
+    columns, commands = [], []
     for log in problem.logs:
-        free = np.abs(log.u[:, k]) < law.saturation[k] * (1 - 1e-9)
+        free = _within_limits(log, law, k)
         free[:first_known_sample(log, law)] = False
         columns.append(np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], 1)[free])
-        wanted.append((log.u - log.pe)[free, k])
-    found = np.linalg.lstsq(np.concatenate(columns), np.concatenate(wanted), rcond=None)[0]
+        commands.append((log.u - log.pe)[free, k])
+    gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(commands), rcond=None)[0]
     kp, kd = law.kp.copy(), law.kd.copy()
-    kp[k], kd[k] = found
+    kp[k], kd[k] = gains
     return dataclasses.replace(law, kp=kp, kd=kd)
 
 
-def describe_gains(name, stated, ran, k):
-    """Gains that ran at joint k beside the stated ones, as a sentence."""
+def describe_gains(name: str, stated: StatedLaw, ran: StatedLaw, k: int) -> str:
+    """Gains that ran at joint k, and the stated ones, as a sentence."""
     parts = [f"{key} {getattr(ran, key)[k]:.4g}, stated {getattr(stated, key)[k]:.4g}"
              for key in ("kp", "kd")]
     return (f"{name}: the gains that ran are not the stated ones ({'; '.join(parts)}); the file "
             "is wrong, or somebody changed the controller")
 
 
-def integral_gains(problem, law):
-    """Integral gain of each joint that explains best what the law leaves [N m/(rad s)], (n,)."""
+def integral_gains(problem: Problem, law: StatedLaw) -> np.ndarray:
+    """Integral gain of each joint that explains best what the law leaves [N m/(rad s)], (n,).
+
+    u = u_law + k_i T sum (q_d - q),   the sum begins with the log
+    """
     gains = np.zeros(problem.n)
     for k in range(problem.n):
-        sums, left = [], []
+        integrals, left = [], []
         for log in problem.logs:
-            free = np.abs(log.u[:, k]) < law.saturation[k] * (1 - 1e-9)
-            sums.append(_error_integral(log, problem.period)[free, k])
+            free = _within_limits(log, law, k)
+            integrals.append(_error_integral(log, problem.period)[free, k])
             left.append((log.u - law.replay(log.q, log.q_d, log.pe))[free, k])
-        column, wanted = np.concatenate(sums), np.concatenate(left)
-        gains[k] = column @ wanted / max(column @ column, np.finfo(float).tiny)
+        column, residual = np.concatenate(integrals), np.concatenate(left)
+        gains[k] = column @ residual / max(column @ column, np.finfo(float).tiny)
     return gains
 
 
-def with_integral(problem, gains):
-    """Problem whose excitation holds the integral part, worked out from the measured positions.
+def with_integral(problem: Problem, gains: np.ndarray) -> Problem:
+    """Problem whose excitation holds an integral part with gains [N m/(rad s)], shape (n,).
 
-    Parameters
-    ----------
-    problem : Problem
-        Logs.
-    gains : ndarray, shape (n,)
-        Integral gains [N m/(rad s)]; zero for joints without.
-
+    It is worked out from the measured positions: the models that follow differ from these by the
+    gap alone.
     """
-    def logs(found):
-        return tuple(dataclasses.replace(log, pe=log.pe + gains * _error_integral(log, problem.period))
-                     for log in found)
-
-    return dataclasses.replace(problem, fit=logs(problem.fit), held_out=logs(problem.held_out))
+    return problem.with_logs(lambda log: dataclasses.replace(
+        log, pe=log.pe + gains * _error_integral(log, problem.period)))
 
 
-def describe_integral(name, gain):
+def describe_integral(name: str, gain: float) -> str:
     """Integral part that ran at a joint, as a sentence."""
     return (f"{name}: the command holds an integral part of {gain:.4g} N m/(rad s) that the file "
             "does not name; the file is wrong, or somebody changed the controller")
 
 
-def _error_integral(log, period):
-    return period * np.cumsum(log.q_d - log.q, axis=0)
-
-
-SURE = 0.02  # of the period: how well its length is known
-LATE_COMMANDS = ("every command follows from the row before it: the controller sends it one period after "
-         "it has measured; the file is wrong, and the model has this delay from here on")
-
-
-def delayed_replay_error(problem, law):
-    """RMS of the logged command less that of the law in the row before it, shape (n,)."""
+def delayed_replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
+    """RMS of the logged command less that of the law in the row before it [N m], shape (n,)."""
     squares = [np.mean(law_residual(law, log, late=1) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
-def with_command_delay(problem):
-    """Problem whose commands stand where they were worked out, with the delay that this leaves.
+def with_command_delay(problem: Problem) -> Problem:
+    """Problem whose commands stand in the row in which they were worked out, and act later.
 
-    Parameters
-    ----------
-    problem : Problem
-        Logs with late commands.
-
+    A command that is worked out in one period and sent in the next is a matter of the
+    controller's description, and no lag of the drive.
     """
-    def logs(found):
-        return tuple(dataclasses.replace(log, u=np.concatenate([log.u[1:], log.u[-1:]]))
-                     for log in found)
+    earlier = problem.with_logs(lambda log: dataclasses.replace(
+        log, u=np.concatenate([log.u[1:], log.u[-1:]])))
+    return dataclasses.replace(earlier, command_delay=problem.period)
 
-    period = np.full(problem.n, problem.period)
-    delay = Member(TIME_DELAY, tuple(range(problem.n)), {"time": period},
-                   {"time": SURE * period})
-    return dataclasses.replace(problem, fit=logs(problem.fit), held_out=logs(problem.held_out),
-                               inside=(*problem.inside, delay))
+
+def _within_limits(log: Log, law: StatedLaw, k: int) -> np.ndarray:
+    """Samples in which the command of joint k is inside its limit."""
+    return np.abs(log.u[:, k]) < law.saturation[k] * (1 - 1e-9)
+
+
+def _error_integral(log: Log, period: float) -> np.ndarray:
+    return period * np.cumsum(log.q_d - log.q, axis=0)

@@ -6,26 +6,28 @@ on with the law that really ran, so that a wrong description never poses as a fa
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.law_residual import first_known_sample, law_residual
 from clie_blocks.analysis.gap.controller.refit import (
-    LATE_COMMANDS,
+    DELAYED_COMMANDS,
     delayed_replay_error,
     describe_gains,
+    describe_integral,
     integral_gains,
     with_command_delay,
     with_fitted_gains,
     with_integral,
 )
-from clie_blocks.analysis.gap.controller.refit import describe_integral as integral_in_words
+from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 from clie_blocks.linear_filters import lfilter
 
-ROUNDED = 0.5  # rms of the replay error in rounding steps; rounding alone leaves 0.29
 SLOWER = 4  # times the settling of the stated filter: what a slower one that ran may take
-UNROUNDED = 1e-3  # rms of the replay error over that of the command, if no rounding is stated
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -61,38 +63,36 @@ class ControllerCheck:
 
     replay_error: np.ndarray
     limit: np.ndarray
-    wrong: tuple
+    wrong: tuple[int, ...]
     corners: np.ndarray
-    coarse: tuple
+    coarse: tuple[int, ...]
     step: np.ndarray
-    law: object
-    decisions: tuple
-    gains: tuple = ()
+    law: Law
+    decisions: tuple[str, ...]
+    gains: tuple[int, ...] = ()
     late: bool = False
-    integral: tuple = ()
+    integral: tuple[float, ...] = ()
 
     @property
-    def misdescribed(self):
+    def misdescribed(self) -> bool:
         """Whether the law that ran moves the robot in another way than the stated one."""
         return bool(self.wrong or self.gains or self.late or self.integral)
 
-    def mended(self, problem):
+    def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
+        """The check with further decisions."""
+        return dataclasses.replace(self, decisions=(*self.decisions, *decisions))
+
+    def corrected(self, problem: Problem) -> Problem:
         """Problem with the law that ran."""
         ran = dataclasses.replace(problem, law=self.law)
         ran = with_integral(ran, np.array(self.integral)) if self.integral else ran
         return with_command_delay(ran) if self.late else ran
 
 
-def check_controller(problem):
-    """Replay the stated law on every log and mend what of it did not run.
-
-    Parameters
-    ----------
-    problem : Problem
-        Logs and stated law.
-
-    """
-    law, decisions = problem.law, []
+def replay_controller(problem: Problem) -> ControllerCheck:
+    """Replay the stated law on every log and correct what of it did not run."""
+    law: StatedLaw = problem.law
+    decisions: list[str] = []
     limit = _limits(problem)
     error = _replay_error(problem, law)
     if law.corners and (error > limit).any():
@@ -101,7 +101,7 @@ def check_controller(problem):
     late = bool((error > limit).any() and (in_row_before <= limit).all())
     if late:
         error = in_row_before
-        decisions.append(LATE_COMMANDS)
+        decisions.append(DELAYED_COMMANDS)
     corners = np.tile(np.array(law.corners or (np.nan, np.nan))[:, None], problem.n)
     wrong = []
     error, integral = _integral(problem, law, error, limit, decisions)
@@ -121,18 +121,17 @@ def check_controller(problem):
                            tuple(decisions), gains, late, integral)
 
 
-def _limits(problem):
-    size = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
-    stated = problem.law.resolution
-    return np.where(stated > 0, ROUNDED * stated, UNROUNDED * size)
+def _limits(problem: Problem) -> np.ndarray:
+    return rounding_limit(np.concatenate([log.u for log in problem.logs]), problem.law.resolution)
 
 
-def _replay_error(problem, law):
+def _replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
     squares = [np.mean(law_residual(law, log) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
-def _other_discretisation(problem, law, error, limit, decisions):
+def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
+                          decisions: list[str]) -> tuple[StatedLaw, np.ndarray]:
     for name in discretisations(law.period, law.corners):
         other = law.with_filter(slice(None), name, law.corners)
         found = _replay_error(problem, other)
@@ -143,7 +142,8 @@ def _other_discretisation(problem, law, error, limit, decisions):
     return law, error
 
 
-def _integral(problem, law, error, limit, decisions):
+def _integral(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
+              decisions: list[str]) -> tuple[np.ndarray, tuple[float, ...]]:
     """Replay error with an integral part where that explains the command, and its gains."""
     if not (error > limit).any():
         return error, ()
@@ -152,11 +152,12 @@ def _integral(problem, law, error, limit, decisions):
     found = (error > limit) & (left <= limit)
     if not found.any():
         return error, ()
-    decisions += [integral_in_words(problem.joints[k], gains[k]) for k in np.flatnonzero(found)]
+    decisions += [describe_integral(problem.joints[k], gains[k]) for k in np.flatnonzero(found)]
     return np.where(found, left, error), tuple(np.where(found, gains, 0.0).tolist())
 
 
-def _other_gains(problem, law, error, limit, decisions):
+def _other_gains(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
+                 decisions: list[str]) -> tuple[StatedLaw, tuple[int, ...]]:
     """Law with gains that explain the command to its rounding, and the joints that needed them."""
     stated, found = law, []
     for k in np.flatnonzero(error > limit):
@@ -167,7 +168,7 @@ def _other_gains(problem, law, error, limit, decisions):
     return law, tuple(found)
 
 
-def _fitted_corners(problem, law, k):
+def _fitted_corners(problem: Problem, law: StatedLaw, k: int) -> np.ndarray:
     """Corners of G1 whose replay is nearest to the logged command of joint k."""
     from scipy.optimize import least_squares
 
@@ -176,7 +177,7 @@ def _fitted_corners(problem, law, k):
     moved = log.q[:, k] - log.q[0, k]
     target = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 
-    def error(exponents):
+    def error(exponents: np.ndarray) -> np.ndarray:
         b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
         return (law.kd[k] * lfilter(b, a, moved) - target)[first:]
 
@@ -185,7 +186,7 @@ def _fitted_corners(problem, law, k):
     return np.sort(np.exp(min(found, key=lambda result: result.cost).x))
 
 
-def _encoder_steps(problem):
+def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
     """Smallest step between logged positions, and the joints where it exceeds the stated one."""
     step = np.zeros(problem.n)
     for k in range(problem.n):

@@ -9,8 +9,11 @@ A joint turns all links behind it, so its row is the sum of theirs.
 """
 
 import dataclasses
+from typing import Any
 
 import numpy as np
+
+from clie_blocks.analysis.records import Robot
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -46,19 +49,19 @@ class PlanarChain:
     numbers = ("length", "mass", "com", "inertia", "bearing_damping", "g", "diagonal")
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of joints."""
         return len(self.length)
 
 
-def planar_chain(robot, pose):
+def planar_chain(robot: Robot, pose: np.ndarray) -> PlanarChain:
     """Return the chain that a robot file states, with its inertia at a pose."""
     links, n = robot.links, robot.n
     known = (links.mass is not None and links.length is not None
              and np.all(links.mass > 0) and np.all(links.length > 0))
     zero = np.zeros(n)
 
-    def given(name):
+    def given(name: str) -> np.ndarray:
         value = getattr(links, name)
         return zero if value is None else np.array(value, float)
 
@@ -72,7 +75,7 @@ def planar_chain(robot, pose):
     return dataclasses.replace(chain, diagonal=np.array([rows[k][k] for k in range(n)]))
 
 
-def mass_matrix(chain, q):
+def mass_matrix(chain: PlanarChain, q: np.ndarray) -> list[list[Any]]:
     """Mass matrix as n rows of n entries [kg m^2]; q (..., n) may hold a time series."""
     n, constant = chain.n, _constants(chain)
     pair = {(i, j): constant[i][j] * cosine for (i, j), (cosine, _) in _turns(q).items()}
@@ -86,7 +89,7 @@ def mass_matrix(chain, q):
     return rows[:n]
 
 
-def gravity_torque(chain, q, shift=0.0):
+def gravity_torque(chain: PlanarChain, q: np.ndarray, shift: float = 0.0) -> np.ndarray:
     """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q is (..., n)."""
     own = chain.g * chain.mass * chain.com
     angle, torque = _absolute(q), []
@@ -96,7 +99,7 @@ def gravity_torque(chain, q, shift=0.0):
     return np.stack(_carried_by(torque), axis=-1)
 
 
-def coriolis_torque(chain, q, dq):
+def coriolis_torque(chain: PlanarChain, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     """Coriolis and centrifugal torque of the links [N m]; zero for one."""
     n, constant, speed = chain.n, _constants(chain), _absolute(dq)
     if n == 1:
@@ -110,7 +113,8 @@ def coriolis_torque(chain, q, dq):
     return np.stack(_carried_by([_sum(parts) for parts in torque]), axis=-1)
 
 
-def coupling_torque(chain, q, dq, ddq):
+def coupling_torque(chain: PlanarChain, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray,
+                    ) -> np.ndarray:
     """Torque of inertia coupling, of the change of inertia, and Coriolis [N m]."""
     if chain.n == 1:
         return 0.0 * q
@@ -118,26 +122,27 @@ def coupling_torque(chain, q, dq, ddq):
             + coriolis_torque(chain, q, dq))
 
 
-def inertial_torque(chain, q, ddq):
+def inertial_torque(chain: PlanarChain, q: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Mass matrix times acceleration [N m], shape (..., n)."""
     return np.stack([_sum([m * ddq[..., j] for j, m in enumerate(row)])
                      for row in mass_matrix(chain, q)], axis=-1)
 
 
-def tip_load_torque(chain, q, dq, ddq):
+def tip_load_torque(chain: PlanarChain, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray,
+                    ) -> np.ndarray:
     """Torque of a unit mass at the tip [N m/kg], with its weight where gravity acts."""
     unit = unit_tip_chain(chain)
     torque = inertial_torque(unit, q, ddq) + coriolis_torque(unit, q, dq)
     return torque + gravity_torque(unit, q) if chain.has_gravity else torque
 
 
-def unit_tip_chain(chain):
+def unit_tip_chain(chain: PlanarChain) -> PlanarChain:
     """Chain with the same lengths whose only mass is 1 kg at the tip."""
     return dataclasses.replace(chain, mass=np.eye(chain.n)[-1], com=chain.length,
                                inertia=np.zeros(chain.n))
 
 
-def _constants(chain):
+def _constants(chain: PlanarChain) -> list[list[Any]]:
     """Upper triangle of P: inertia of link i about its joint, and moments of links i < j."""
     n, found = chain.n, [[None] * chain.n for _ in range(chain.n)]
     for j in range(n):
@@ -150,7 +155,7 @@ def _constants(chain):
     return found
 
 
-def _turns(q):
+def _turns(q: np.ndarray) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
     """Cosine and sine of the angle from link i to every link j behind it, by (i, j).
 
     Angles add up along the chain, so that products take the place of most sines.
@@ -164,7 +169,7 @@ def _turns(q):
     return found
 
 
-def _absolute(q):
+def _absolute(q: np.ndarray) -> list[np.ndarray]:
     """Sums q_1 + ... + q_i, one per joint."""
     found = [q[..., 0]]
     for k in range(1, q.shape[-1]):
@@ -172,7 +177,7 @@ def _absolute(q):
     return found
 
 
-def _carried_by(torque):
+def _carried_by(torque: list[Any]) -> list[Any]:
     """Torque at every joint of torques that act on the links: those of all links behind it."""
     found = [torque[-1]]
     for part in reversed(torque[:-1]):
@@ -180,5 +185,5 @@ def _carried_by(torque):
     return found[::-1]
 
 
-def _sum(parts):
+def _sum(parts: list[Any]) -> Any:
     return sum(parts[1:], parts[0]) if parts else 0.0

@@ -7,12 +7,23 @@ turn: a late set-point shifts the whole motion, friction holds it back where it 
     ddq = w^2 (goal(t - T) + offset - q - f) - 2 D w dq,   |f| <= level, f against the motion
 """
 
+from __future__ import annotations
+
 import dataclasses
 import functools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.linear_filters import zero_order_hold
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
+    from clie_blocks.compiled import Program
 
 REACHED = 0.05  # of a step
 FINE = 10  # steps of the fitted servo per sample of the log
@@ -57,10 +68,10 @@ class GoalPath:
     delay: float
     level: float
     left: float
-    half_widths: dict
+    half_widths: dict[str, float]
 
 
-def dead_times(record, k, least=0.05, rest=5):
+def dead_times(record: Record, k: int, least: float = 0.05, rest: int = 5) -> np.ndarray:
     """Times from each step of the goal to 5 % of the motion [s].
 
     Parameters
@@ -86,7 +97,7 @@ def dead_times(record, k, least=0.05, rest=5):
     return np.array(found)
 
 
-def goal_path(record, k, causes=("delay",)):
+def goal_path(record: Record, k: int, causes: Sequence[str] = ("delay",)) -> GoalPath:
     """Fit the path from goal to motion of one joint.
 
     Parameters
@@ -112,10 +123,10 @@ def goal_path(record, k, causes=("delay",)):
                                    "so that its path cannot be told")
     free = [name for name in NUMBERS if name in (*NUMBERS[:3], *causes)]
 
-    def numbers(p):
+    def numbers(p: np.ndarray) -> dict[str, float]:
         return {"delay": 0.0, "level": 0.0, **dict(zip(free, map(float, p), strict=True))}
 
-    def error(p):
+    def error(p: np.ndarray) -> np.ndarray:
         return (servo_response(goal, q[0], period, **numbers(p)) - q)[SETTLE:]
 
     low, high = np.transpose([BOUNDS[name] for name in free])
@@ -129,7 +140,7 @@ def goal_path(record, k, causes=("delay",)):
                     half_widths=dict(zip(free, half_widths.tolist())))
 
 
-def block_influence(fit, width):
+def block_influence(fit: OptimizeResult, width: int) -> np.ndarray:
     """How far each block of samples pulls the numbers of a least-squares fit, (blocks, numbers).
 
     Errors within a block hang together, blocks do not: the root of the sum of squares of a column
@@ -141,17 +152,8 @@ def block_influence(fit, width):
     return gradients @ np.linalg.pinv(fit.jac.T @ fit.jac)
 
 
-def describe(record, k):
-    """Path of one joint in a sentence: what is delay, what is friction, and the dead time.
-
-    Parameters
-    ----------
-    record : Record
-        With goals qd and positions q on an even clock.
-    k : int
-        Joint, whose goal moves.
-
-    """
+def describe(record: Record, k: int) -> str:
+    """Path of one joint in a sentence: what is delay, what is friction, and the dead time."""
     path, late = goal_path(record, k, ("delay", "level")), dead_times(record, k)
     delay, level = (_with_intervals(path, *number) for number in (("delay", 1e3), ("level", 1e3)))
     said = (f"{record.joints[k]}: goals act {delay} ms late, and dry friction holds up to {level} "
@@ -164,11 +166,12 @@ def describe(record, k):
             f"({first:.0f} ms from the tick of the new goal; median of {late.size}).")
 
 
-def _with_intervals(path, name, scale):
+def _with_intervals(path: GoalPath, name: str, scale: float) -> str:
     return f"{scale * getattr(path, name):.3g} +- {scale * path.half_widths[name]:.2g}"
 
 
-def error_by_hypothesis(fitted, judged, k):
+def error_by_hypothesis(fitted: Record, judged: Record, k: int,
+                        ) -> dict[str, tuple[GoalPath, float]]:
     """RMS error on a log that was not used, by what the servo is said to have beside its lag.
 
     Parameters
@@ -184,29 +187,31 @@ def error_by_hypothesis(fitted, judged, k):
         ``lag``, ``setpoint_delay``, ``coulomb``, ``both`` -> (GoalPath, RMS on `judged` [rad]).
 
     """
-    return {name: (path, validation_error(path, judged, k)) for name, path in paths_by_hypothesis(fitted, k).items()}
+    return {name: (path, validation_error(path, judged, k))
+            for name, path in paths_by_hypothesis(fitted, k).items()}
 
 
-def paths_by_hypothesis(record, k, ways=tuple(EXPLAINED_BY)):
+def paths_by_hypothesis(record: Record, k: int, ways: Sequence[str] = tuple(EXPLAINED_BY),
+                        ) -> dict[str, GoalPath]:
     """Path of one joint by what the servo is said to have beside its lag, see `explained`."""
     return {name: goal_path(record, k, EXPLAINED_BY[name]) for name in ways}
 
 
-def validation_error(path, record, k):
+def validation_error(path: GoalPath, record: Record, k: int) -> float:
     """RMS of what a path does not predict of a log, but for a constant [rad]."""
     numbers = {number: getattr(path, number) for number in NUMBERS}
     found = servo_response(record.qd[:, k], record.q[0, k], record.sample_time, **numbers)
     return float(np.std((found - record.q[:, k])[SETTLE:]))
 
 
-def servo_response(goal, start, period, frequency, damping_ratio, offset, delay, level=0.0):
+def servo_response(goal: np.ndarray, start: float, period: float, frequency: float,
+                   damping_ratio: float, offset: float, delay: float, level: float = 0.0,
+                   ) -> np.ndarray:
     """Position of a servo that holds each goal and is read late, shape (N,)."""
-    from scipy.signal import cont2discrete
-
     step = period / FINE
     rates = np.array([[0.0, 1.0], [-frequency**2, -2 * damping_ratio * frequency]])
     drive = np.array([[0.0], [frequency**2]])
-    a, b, *_ = cont2discrete((rates, drive, np.eye(2), 0 * drive), step, "zoh")
+    a, b = zero_order_hold(rates, drive, step)
     pulled = np.repeat(goal, FINE) + offset - start
     fine = start + np.asarray(_servo().run(
         pulled.size, inputs={"goal": pulled[:, None]}, initial_state=np.zeros(2),
@@ -216,13 +221,14 @@ def servo_response(goal, start, period, frequency, damping_ratio, offset, delay,
 
 
 @functools.cache
-def _servo():
+def _servo() -> Program:
     """Compiled step of the servo, held by dry friction where that can hold it."""
     import control as ct
 
     from clie_blocks.compiled import compile_diagram
 
-    def update(t, x, u, params):
+    def update(t: float, x: np.ndarray, u: np.ndarray, params: dict[str, np.ndarray],
+               ) -> np.ndarray:
         (a_qq, a_qv), (a_vq, a_vv) = params["a"]
         b_q, b_v = params["b"]
         q, dq = x

@@ -1,68 +1,53 @@
-"""What is to be explained: logs of one robot beside everything that is known of it.
+"""What is to be explained: logs of one robot, and everything that is known of it.
 
 All torques are motor side [N m], all angles joint side [rad].
 """
 
+from __future__ import annotations
+
 import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
-from clie_blocks.analysis.gap.problem.inverse_dynamics import inverse_dynamics_model
+from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_log
+from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain, planar_chain
-from clie_blocks.analysis.records.control_law import ControlLaw, control_law
+from clie_blocks.analysis.gap.problem.preparation import prepare
+from clie_blocks.analysis.gap.problem.simulated_logs import complete
+from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
+from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.errors import NotIdentifiableError, RecordError
-from clie_blocks.linear_filters import high_pass
+from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.errors import ClieError, NotIdentifiableError
 
-UNKNOWN_TOLERANCE = 10.0  # relative: a number that nobody stated may be anything
-LEAST_SAMPLES = 400
-ELSEWHERE = 0.1  # of the largest motion, between a stated start and the first sample
-DITHER = 30.0  # Hz, above which a position is noise
+if TYPE_CHECKING:
+    from control import InputOutputSystem
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Log:
-    """One experiment as the diagnosis reads it; arrays have shape (N, n).
+class HeldEffect(Protocol):
+    """An effect that the nominal model holds, with the parameters that it has there."""
 
-    `dither` is the measured noise of the position, above all motion: it goes round the loop as it
-    did in the robot, where it keeps dry friction from holding a joint for good.  `speed` is that
-    of the first sample, of logs that begin in motion.
-    """
+    @property
+    def name(self) -> str: ...  # noqa: D102
 
-    name: str
-    q: np.ndarray
-    u: np.ndarray
-    q_d: np.ndarray
-    pe: np.ndarray
-    start: np.ndarray
-    at_rest: bool
-    dither: np.ndarray
-    speed: np.ndarray | float = 0.0
+    @property
+    def joints(self) -> tuple[int, ...]: ...  # noqa: D102
 
-    def __len__(self):
-        return len(self.q)
+    @property
+    def values(self) -> Mapping[str, np.ndarray]: ...  # noqa: D102
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Nominal:
-    """Joint model of eq. (8) as stated, per joint, with what the datasheet allows.
+class Statement(NamedTuple):
+    """Robot and logs as they were given, and which logs are held out."""
 
-    Parameters
-    ----------
-    inertia, damping, load : ndarray, shape (n,)
-        Coefficients of eq. (8) [kg m^2, N m s/rad, N m].
-    inertia_tolerance, damping_tolerance, load_tolerance : ndarray, shape (n,)
-        Largest deviations [same units].
-
-    """
-
-    inertia: np.ndarray
-    damping: np.ndarray
-    load: np.ndarray
-    inertia_tolerance: np.ndarray
-    damping_tolerance: np.ndarray
-    load_tolerance: np.ndarray
+    robot: Robot
+    records: tuple[Record, ...]
+    held_out: tuple[int, ...]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -72,9 +57,9 @@ class Problem:
     Parameters
     ----------
     fit, held_out : tuple of Log
-        Logs to learn from, and logs that only judge.
-    law : ControlLaw
-        The stated control law.
+        Logs that models are fitted to, and logs for validation only.
+    law : Law
+        The control law.
     nominal : Nominal
         The stated joint model.
     chain : PlanarChain
@@ -85,67 +70,149 @@ class Problem:
         Stated step of the logged position [rad], 0 when not stated.
     joints : tuple of str
         Names.
-    inside : tuple of Member
-        Causes that the nominal model holds, beside its joint model.
+    inside : tuple of HeldEffect
+        Effects that the nominal model holds, beside its joint model.
+    command_delay : float
+        Time by which every command acts late, as the log shows [s].
     quiet : bool
-        Models run without the measured noise, as the user's simulator does.
+        Models run without the measured noise, as a user's simulator does.
+    records : tuple of Record
+        The robot's logs, in the form of eq. (11).
+    simulated : tuple of Record
+        Logs of the user's own simulator in the same experiments, see `beside`.
+    robot : Robot or None
+        What is known of the robot, in the form of eq. (11); None of a loop.
+    statement : Statement or None
+        What it was stated from; None of a loop.
 
     """
 
-    fit: tuple
-    held_out: tuple
-    law: ControlLaw
+    fit: tuple[Log, ...]
+    held_out: tuple[Log, ...]
+    law: Law
     nominal: Nominal
     chain: PlanarChain
     gear_ratio: np.ndarray
     shaft_ratio: np.ndarray
     resolution: np.ndarray
-    joints: tuple
-    inside: tuple = ()
+    joints: tuple[str, ...]
+    inside: tuple[HeldEffect, ...] = ()
+    command_delay: float = 0.0
     quiet: bool = False
+    records: tuple[Record, ...] = ()
+    simulated: tuple[Record, ...] = ()
+    robot: Robot | None = None
+    statement: Statement | None = None
+
+    @classmethod
+    def from_logs(cls, robot: Robot, records: Sequence[Record],
+                  held_out: Sequence[int] | None = None) -> Self:
+        """State the problem of a robot and its logs.
+
+        Parameters
+        ----------
+        robot : Robot
+            What is known.
+        records : sequence of Record
+            Its logs.
+        held_out : sequence of int, optional
+            Logs for validation only; by default the last, when there are two or more.
+
+        Raises
+        ------
+        RecordError
+            If a record lacks a signal, or the logs do not belong together.
+        NotIdentifiableError
+            If a log is too short, or nothing says what drove the machine.
+
+        """
+        prepared_robot, prepared = prepare(robot, list(records))
+        problem = state_problem(prepared_robot, prepared, held_out)
+        return dataclasses.replace(
+            problem, statement=Statement(robot, tuple(records), _held_out(records, held_out)))
+
+    @classmethod
+    def from_loop(cls, loop: InputOutputSystem, records: Record | Sequence[Record],
+                  held_out: Sequence[int] | None = None) -> Self:
+        """State the problem of any python-control loop and its logs.
+
+        Parameters
+        ----------
+        loop : control.InputOutputSystem
+            The user's model, with inputs ``q_d`` and ``torque``, outputs ``q`` and ``u``; the
+            report of a missing port says how to add it.
+        records : Record or sequence of Record
+            Logs on one time grid each.
+        held_out : sequence of int, optional
+            Logs for validation only; by default the last, when there are two or more.
+
+        Raises
+        ------
+        ClieError
+            If the loop lacks a port, fails, or its sample time is not that of the logs.
+        DivergedError
+            If the loop is unstable.
+
+        """
+        records = [records] if isinstance(records, Record) else list(records)
+        robot, law, nominal, logs = loop_statement(loop, records)
+        one = np.ones(robot.n)
+        fit, rest = _split(logs, _held_out(records, held_out))
+        return cls(fit, rest, law, nominal, law.chain, one, one, 0 * one, tuple(robot.joints),
+                   quiet=True, records=tuple(records))
+
+    def beside(self, simulated: Sequence[Record]) -> Self:
+        """Return the problem of what differs between the robot and the user's own simulator.
+
+        Parameters
+        ----------
+        simulated : sequence of Record
+            Logs of the simulator in the same experiments.
+
+        Raises
+        ------
+        ClieError
+            If the problem is that of a loop, whose model is the loop itself.
+
+        """
+        if self.statement is None:
+            raise ClieError("a loop is its own simulator; compare a simulator with the logs of a "
+                            "robot file: Problem.from_logs(robot, records).beside(simulated)")
+        robot, records, held_out = self.statement
+        logs = [complete(record, j, records) for j, record in enumerate(simulated)]
+        prepared_robot, prepared = prepare(robot, [*records, *logs])
+        problem = state_problem(prepared_robot, prepared[:len(records)], held_out)
+        return dataclasses.replace(problem, statement=self.statement,
+                                   simulated=tuple(prepared[len(records):]))
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of joints."""
         return len(self.joints)
 
     @property
-    def period(self):
+    def period(self) -> float:
         """Sample time of the controller and the logs [s]."""
         return self.law.period
 
     @property
-    def logs(self):
-        """All logs, those to learn from first."""
+    def logs(self) -> tuple[Log, ...]:
+        """All logs, those that models are fitted to first."""
         return self.fit + self.held_out
 
+    def with_logs(self, change: Callable[[Log], Log]) -> Self:
+        """Return the problem with a change made to every log."""
+        return self.with_log_list([change(log) for log in self.logs])
 
-def problem(robot, records, held_out=None):
-    """State the problem of a robot and its records.
+    def with_log_list(self, logs: Sequence[Log]) -> Self:
+        """Return the problem with other logs, in the order of `logs`."""
+        fitted = len(self.fit)
+        return dataclasses.replace(self, fit=tuple(logs[:fitted]), held_out=tuple(logs[fitted:]))
 
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Logs on one time grid each.
-    held_out : list of int, optional
-        Indices of the logs that only judge; by default the last one, when there are two or more.
 
-    Returns
-    -------
-    Problem
-        Ready for the stages.
-
-    Raises
-    ------
-    RecordError
-        If a record lacks the command or the reference.
-    NotIdentifiableError
-        If there is no log long enough.
-
-    """
-    held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
+def state_problem(robot: Robot, records: Sequence[Record],
+                  held_out: Sequence[int] | None = None) -> Problem:
+    """State the problem of a robot and its records, both in the form of eq. (11)."""
     law = _stated_law(robot.controller, records[0])
     logs = [with_initial_state(as_log(record, robot, k), law) for k, record in enumerate(records)]
     if min(map(len, logs)) < LEAST_SAMPLES:
@@ -153,79 +220,37 @@ def problem(robot, records, held_out=None):
             f"{min(logs, key=len).name} has {min(map(len, logs))} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     chain = planar_chain(robot, _pose(robot, records[0]))
-    ratio = _given(robot.motor.gear_ratio, robot.n, 1.0)
+    ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
+    fit, rest = _split(logs, _held_out(records, held_out))
     return Problem(
-        fit=tuple(log for k, log in enumerate(logs) if k not in held_out),
-        held_out=tuple(logs[k] for k in held_out), law=law,
-        nominal=_nominal(robot, chain, ratio, logs, law.period), chain=chain, gear_ratio=ratio,
-        shaft_ratio=_given(robot.encoder.shaft_ratio, robot.n, 1.0),
-        resolution=_given(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints))
+        fit, rest, law, nominal_model(robot, chain, ratio, logs, law.period), chain,
+        gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
+        resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
+        records=tuple(records), robot=robot)
 
 
-def _stated_law(controller, record):
+def _held_out(records: Sequence[Record], held_out: Sequence[int] | None) -> tuple[int, ...]:
+    if held_out is not None:
+        return tuple(held_out)
+    return (len(records) - 1,) if len(records) > 1 else ()
+
+
+def _split(logs: Sequence[Log], held_out: Sequence[int],
+           ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
+    return (tuple(log for k, log in enumerate(logs) if k not in held_out),
+            tuple(logs[k] for k in held_out))
+
+
+def _stated_law(controller: Controller, record: Record) -> StatedLaw:
     if controller.law not in ("pd", "cascade"):
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
             "and 'cascade': state [controller] with its gains")
-    return control_law(controller, sample_time(record, controller))
+    return StatedLaw.of(control_law(controller, sample_time(record, controller)))
 
 
-def as_log(record, robot, k):
-    """Record k of a robot as the diagnosis reads it."""
-    if record.u is None:
-        raise RecordError(f"{record.source} has no command u; without it nothing can be said of "
-                          "the controller: log what it commands")
-    still = np.repeat(record.q[:1], len(record), axis=0)
-    stem = f"log-{k + 1}"
-    start = _plausible_start(getattr(robot.experiments.get(stem), "start", None), record.q)
-    return Log(name=record.source or stem, q=record.q, u=record.u,
-               q_d=still if record.qd is None else record.qd,
-               pe=np.zeros_like(record.q) if record.pe is None else record.pe,
-               start=record.q[0] if start is None else start, at_rest=start is not None,
-               dither=_dither(record.q, record.sample_time))
-
-
-def _plausible_start(start, q):
-    """The stated start, unless the log begins elsewhere: then it is of another run."""
-    if start is None or np.abs(q[0] - start).max() > ELSEWHERE * np.ptp(q, axis=0).max():
-        return None
-    return start
-
-
-def _dither(q, period):
-    """Part of the measured positions above all motion [rad]."""
-    return high_pass(q, 2, min(DITHER, 0.2 / period), 1.0 / period)
-
-
-def _pose(robot, record):
+def _pose(robot: Robot, record: Record) -> np.ndarray:
     for experiment in robot.experiments.values():
         if experiment.set_point is not None:
             return experiment.set_point
     return record.q.mean(axis=0)
-
-
-def _given(value, n, default):
-    return np.full(n, float(default)) if value is None else np.array(value, float)
-
-
-def _nominal(robot, chain, ratio, logs, period):
-    motor, n = robot.motor, robot.n
-    if motor.inertia is None:
-        inertia, damping, load = inverse_dynamics_model(logs, period)
-        loose = UNKNOWN_TOLERANCE
-        return Nominal(inertia, damping, load, loose * inertia, loose * (damping + inertia),
-                       loose * (np.abs(load) + inertia))
-    rotor = ratio * _given(motor.inertia, n, 0.0)
-    inertia = rotor + chain.diagonal / ratio
-    drag = ratio * _given(motor.viscous_friction, n, 0.0)
-    damping = drag + chain.bearing_damping / ratio
-    loose = UNKNOWN_TOLERANCE
-    tolerance = loose if motor.inertia_tolerance is None else motor.inertia_tolerance
-    drag_tolerance = (loose if motor.viscous_friction_tolerance is None
-                      else motor.viscous_friction_tolerance)
-    offset = motor.torque_offset_tolerance
-    return Nominal(
-        inertia=inertia, damping=damping, load=np.zeros(n),
-        inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
-        damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
-        load_tolerance=np.full(n, loose) if offset is None else np.array(offset, float))

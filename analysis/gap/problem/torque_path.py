@@ -5,10 +5,12 @@ and a first-order lag, plus an offset.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.position_path import BLOCK, block_influence
+from clie_blocks.analysis.records import Record
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.linear_filters import lfilter
 
@@ -44,90 +46,64 @@ class TorquePath:
     delay: float
     offset: float
     left: float
-    half_widths: dict
+    half_widths: dict[str, float]
 
     @property
-    def late(self):
+    def late(self) -> float:
         """Time by which slow torque arrives late: lag and delay together [s]."""
         return self.lag + self.delay
 
 
-def torque_paths(record):
+def torque_paths(record: Record) -> list[TorquePath]:
     """Fit the path of each joint that is driven.
-
-    Parameters
-    ----------
-    record : Record
-        With command u and measured torque tau on an even clock.
-
-    Returns
-    -------
-    list of TorquePath
-        One per driven joint.
 
     Raises
     ------
     NotIdentifiableError
         If the record lacks one of the two, or no joint is driven.
-
     """
     if record.u is None or record.tau is None:
         raise NotIdentifiableError(f"{record.source} lacks u or tau: the path of the torque needs "
                                    "the commanded and the measured torque")
-    driven = _is_driven(record)
+    driven = _driven_joints(record)
     if not driven.size:
         raise NotIdentifiableError(f"{record.source}: no joint is driven, u never changes")
     return [_path([record], k) for k in driven]
 
 
-def pooled_torque_path(records, k):
-    """Fit one path of joint k to all logs in which it is driven; None where there is none.
-
-    Parameters
-    ----------
-    records : list of Record
-        With command u and measured torque tau on even clocks.
-    k : int
-        Joint.
-
-    """
-    driven = [record for record in records if k in _is_driven(record)]
+def pooled_torque_path(records: Sequence[Record], k: int) -> TorquePath | None:
+    """Fit one path of joint k to all logs in which it is driven; None where there is none."""
+    driven = [record for record in records if k in _driven_joints(record)]
     return _path(driven, k) if driven else None
 
 
-def _is_driven(record):
+def _driven_joints(record: Record) -> np.ndarray:
     """Joints whose command moves."""
     size = np.std(record.u, axis=0)
     return np.flatnonzero((size > 0.0) & (size > STILL * size.max()))
 
 
-def describe(record):
-    """Path of each driven joint in a sentence; nothing where the log lacks one of the torques.
-
-    Parameters
-    ----------
-    record : Record
-        A log.
-
-    """
+def describe(record: Record) -> list[str]:
+    """Path of each driven joint in a sentence; nothing where the log lacks one of the torques."""
     if record.u is None or record.tau is None or not np.ptp(record.u):
         return []
     return [f"{path.joint}: the measured torque is {path.gain:.2f} times the command, "
-            f"{1e3 * path.late:.0f} ms late; {path.left:.0%} of it is something else."
+            f"{1e3 * path.late:.0f} ms late; {path.left:.0%} is unexplained."
             for path in torque_paths(record)]
 
 
-def path_torque(u, period, gain, lag, delay, offset):
+def path_torque(u: np.ndarray, period: float, gain: float, lag: float, delay: float, offset: float,
+                ) -> np.ndarray:
     """Torque that a path gives for a command, shape (N,)."""
     left = np.exp(-period / max(lag, 1e-6))
     time = period * np.arange(len(u))
     return gain * np.interp(time - delay, time, lfilter([1.0 - left], [1.0, -left], u)) + offset
 
 
-def _path(records, k):
+def _path(records: Sequence[Record], k: int) -> TorquePath:
     from scipy.optimize import least_squares
 
-    def error(p):
+    def error(p: np.ndarray) -> np.ndarray:
         return np.concatenate([path_torque(record.u[:, k], record.sample_time, *p)
                                - record.tau[:, k] for record in records])
 

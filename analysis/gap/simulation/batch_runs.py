@@ -1,16 +1,54 @@
 """Runs of one simulator side by side: sets of parameters in the lanes of the processor."""
 
+from __future__ import annotations
+
 import functools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.labels import signals
+
+if TYPE_CHECKING:
+    from clie_blocks.compiled.runtime.api import Batches
+
+Values = Mapping[str, np.ndarray]  # parameters of the simulator by key
+
+
+class Shape(Protocol):
+    """Joints and period of a simulated robot."""
+
+    @property
+    def n(self) -> int: ...  # noqa: D102
+
+    @property
+    def period(self) -> float: ...  # noqa: D102
+
+
+class LaneSimulator(Protocol):
+    """What a batch asks of a simulator."""
+
+    @property
+    def shape(self) -> Shape: ...  # noqa: D102
+
+    @property
+    def program(self) -> Batches: ...  # noqa: D102
+
+    @property
+    def delays(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    def for_delays(self, longest: float) -> LaneSimulator: ...  # noqa: D102
+
+    def start(self, log: Log, values: Values) -> np.ndarray: ...  # noqa: D102
 
 LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
 KEPT = 8  # tables of inputs
 
 
-def batch_signals(simulator, log, sets, names, dithered=True, every=1):
+def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], names: Sequence[str],
+                  dithered: bool = True, every: int = 1) -> np.ndarray:
     """Rows of some signals for many sets of parameters, in as many lanes as they fill.
 
     Parameters
@@ -41,7 +79,7 @@ def batch_signals(simulator, log, sets, names, dithered=True, every=1):
     return np.concatenate(found) if len(found) > 1 else found[0]
 
 
-def _width(count, every):
+def _width(count: int, every: int) -> int:
     """Lanes for so many sets.
 
     A lone run of every sample takes one, at two thirds of the time; one of means takes as many
@@ -50,13 +88,14 @@ def _width(count, every):
     return 1 if count == 1 and every == 1 else LANES if count <= LANES else WIDE
 
 
-def _longest_delay(simulator, sets):
+def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
     """Longest delay of any set [s]; 0 where nothing delays."""
     keys = [f"{name}.time" for name in simulator.delays]
     return max((float(np.max(values[key])) for values in sets for key in keys), default=0.0)
 
 
-def _group(simulator, log, sets, width, names, dithered, every):
+def _group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width: int,
+           names: Sequence[str], dithered: bool, every: int) -> np.ndarray:
     """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
     filled = [*sets, *[sets[-1]] * (width - len(sets))]
     inputs = _inputs(log, dithered)
@@ -70,6 +109,6 @@ def _group(simulator, log, sets, width, names, dithered, every):
 
 
 @functools.lru_cache(maxsize=KEPT)
-def _inputs(log, dithered):
+def _inputs(log: Log, dithered: bool) -> np.ndarray:
     """Inputs of the loop in a log: q_d, pe, noise."""
     return np.hstack([log.q_d, log.pe, log.dither if dithered else 0.0 * log.dither])

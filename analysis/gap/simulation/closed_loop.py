@@ -5,18 +5,42 @@ program depends on the structure of a robot only, its numbers are arguments: the
 same structure runs without compilation.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import functools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation import dynamics as robot
 from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, SUBSTEPS, State
-from clie_blocks.compiled.cache.cached_program import recalled, sources
+from clie_blocks.analysis.gap.simulation.dynamics import (
+    DELAY_TAPS,
+    SUBSTEPS,
+    ActingCause,
+    Memory,
+    Parameters,
+    Piece,
+    State,
+)
+from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
 from clie_blocks.errors import DivergedError
 from clie_blocks.labels import signals
+
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
+
+    from clie_blocks.compiled import Program
+    from clie_blocks.compiled.cache.cached_program import CachedProgram
+
+Values = Mapping[str, np.ndarray]  # parameters of the simulator by key
+Limits = tuple[np.ndarray, ...] | None  # dry friction against forward and backward motion
+Mass = tuple[np.ndarray, np.ndarray | None]  # own, and shared with the other joints
 
 SHORT = 20  # samples of a line of delays that serves most robots
 MOST_LINK = 0.97  # of a joint's inertia: some is left to the motor
@@ -35,14 +59,14 @@ class Structure:
     clipped: bool
 
 
-def structure(problem):
+def structure(problem: Problem) -> Structure:
     """Return the structure of a problem."""
     chain, law = problem.chain, problem.law
     return Structure(problem.n, problem.period, chain.known, chain.has_gravity,
                      chain.has_coupling, bool(np.isfinite(law.saturation).all()))
 
 
-def constants(problem):
+def constants(problem: Problem) -> dict[str, np.ndarray]:
     """Parameters of the simulator that are stated, by key."""
     law, nominal, chain = problem.law, problem.nominal, problem.chain
     values = {"inertia": nominal.inertia, "damping": nominal.damping, "load": nominal.load,
@@ -53,7 +77,7 @@ def constants(problem):
 
 
 @functools.lru_cache(maxsize=512)
-def simulator(shape, causes):
+def simulator(shape: Structure, causes: tuple[ActingCause, ...]) -> Simulator:
     """Simulator of a structure with some causes; compiled once."""
     pieces, numbers = [], {}
     for cause in causes:
@@ -78,24 +102,24 @@ class Simulator:
     """
 
     shape: Structure
-    pieces: tuple
-    numbers: dict
+    pieces: tuple[tuple[str, Piece], ...]
+    numbers: dict[str, tuple[str, ...]]
 
     @functools.cached_property
-    def program(self):
+    def program(self) -> CachedProgram | Program:
         """The compiled program; an earlier process may have compiled it."""
-        return recalled(self._identity, lambda: self.block)
+        return cached_program(self._identity, lambda: self.block)
 
     @property
-    def _identity(self):
+    def _identity(self) -> str:
         """What decides the program: sources, structure, and how the pieces act."""
         acts = [(name, piece.port, piece.states, piece.act.__module__, piece.act.__qualname__)
                 for name, piece in self.pieces]
-        here = sources("clie_blocks.compiled", "clie_blocks.analysis.gap")
+        here = source_digest("clie_blocks.compiled", "clie_blocks.analysis.gap")
         return "\n".join((here, *map(repr, (self.shape, acts, self.numbers))))
 
     @functools.cached_property
-    def layout(self):
+    def layout(self) -> dict[str, tuple[slice, int]]:
         """Slices of the state: motion, sum of what was measured, memory of law and pieces."""
         n, at, found = self.shape.n, 0, {}
         sizes = {"q": 1, "dq": 1, "law": 2, "sum": 1}
@@ -108,12 +132,12 @@ class Simulator:
         return found
 
     @property
-    def loose(self):
+    def loose(self) -> bool:
         """Whether motor and link move apart."""
         return any(piece.port == "transmission" for _, piece in self.pieces)
 
     @functools.cached_property
-    def block(self):
+    def block(self) -> NonlinearIOSystem:
         """The loop as a python-control block; Inputs: q_d, pe, noise.  Outputs: q, u, sum."""
         import control as ct
 
@@ -132,7 +156,7 @@ class Simulator:
                         inputs=signals("q_d", "pe", "noise", n=n),
                         outputs=signals("q", "u", "sum", n=n))
 
-    def _samples(self):
+    def _samples(self) -> dict[str, np.ndarray]:
         """Parameters of the right shapes, harmless for a check of the compiled program."""
         n = self.shape.n
         values = {key: np.ones(n) for key in (*PER_JOINT, "start", "first")}
@@ -143,23 +167,14 @@ class Simulator:
         values["inertia"] = 3.0 + values["inertia"]
         return values
 
-    def run(self, log, values, dithered=True):
+    def run(self, log: Log, values: Values, dithered: bool = True,
+            ) -> tuple[np.ndarray, np.ndarray]:
         """Positions as the sensor sees them, and commands of the model, shape (N, n) each.
-
-        Parameters
-        ----------
-        log : Log
-            Reference, excitation and start.
-        values : dict
-            Parameters by key.
-        dithered : bool
-            The measured noise of the log goes round the loop.
 
         Raises
         ------
         DivergedError
             If the model leaves every bound.
-
         """
         found, = batch_signals(self, log, [values], ("q", "u"), dithered)
         if not np.isfinite(found).all():
@@ -168,7 +183,7 @@ class Simulator:
         q, u = np.split(found[:, :len(log)], 2)
         return q.T.copy(), u.T.copy()
 
-    def positions(self, log, sets, dithered=True):
+    def positions(self, log: Log, sets: Sequence[Values], dithered: bool = True) -> np.ndarray:
         """Measured positions for many sets of parameters, side by side.
 
         Parameters
@@ -188,7 +203,7 @@ class Simulator:
         """
         return batch_signals(self, log, sets, ("q",), dithered)[..., :len(log)]
 
-    def means(self, log, sets, width):
+    def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
         """Measured positions for many sets, averaged over neighbouring samples.
 
         Parameters
@@ -209,7 +224,10 @@ class Simulator:
         with np.errstate(invalid="ignore"):  # a run that has left the numbers goes on as NaN
             return np.diff(batch_signals(self, log, sets, ("sum",), every=width)) / width
 
-    def for_delays(self, longest):
+    def check(self, log: Log) -> None:
+        """A stated loop runs beside any log; whether it diverges, its fit says."""
+
+    def for_delays(self, longest: float) -> Simulator:
         """Return the same simulator with lines of delays that are long enough, and no longer.
 
         What lies further back in a line is multiplied by zero, and moving it is most of a step.
@@ -223,19 +241,19 @@ class Simulator:
         return self._short if longest <= SHORT * self.shape.period else self
 
     @functools.cached_property
-    def delays(self):
+    def delays(self) -> tuple[str, ...]:
         """Names of the pieces that delay."""
         return tuple(name for name, piece in self.pieces if piece.states == DELAY_TAPS)
 
     @functools.cached_property
-    def _short(self):
+    def _short(self) -> Simulator:
         if not self.delays:
             return self
         return dataclasses.replace(self, pieces=tuple(
             (name, dataclasses.replace(piece, states=SHORT) if name in self.delays else piece)
             for name, piece in self.pieces))
 
-    def start(self, log, values):
+    def start(self, log: Log, values: Values) -> np.ndarray:
         """State at the first sample of a log: at rest, or in its motion."""
         state = np.zeros(max(where.stop for where, _ in self.layout.values()))
         for name in ("q", "q_motor") if self.loose else ("q",):
@@ -250,7 +268,7 @@ class Simulator:
                 log.speed, values["b"], values["a"], self.shape.period)
         return state
 
-    def _unpack(self, x, params):
+    def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:
         n, shape = self.shape.n, self.shape
         memory = {name: [x[where][i * n:(i + 1) * n] for i in range(rows)]
                   for name, (where, rows) in self.layout.items()}
@@ -264,20 +282,21 @@ class Simulator:
                             **{name: params[f"chain.{name}"] for name in PlanarChain.numbers})
         return memory, p, chain
 
-    def _seen(self, t, x, u, params):
+    def _seen(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, _ = self._unpack(x, params)
         q, _ = robot.measured_position(memory["q"][0], memory, self.pieces, p, self.shape.period)
         torque, _ = self._command(q, u, memory, p)
         return np.concatenate((q, torque, memory["sum"][0]))
 
-    def _command(self, q, u, memory, p):
+    def _command(self, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
+                 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
         n = self.shape.n
         still = {name: [p["start"]] * piece.states for name, piece in self.pieces}
-        start = robot.measured_position(p["start"], still, self.pieces, p, self.shape.period)[0] + p["first"]
-        return robot.law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start,
-                             self.shape.clipped, p)
+        start, _ = robot.measured_position(p["start"], still, self.pieces, p, self.shape.period)
+        return robot.law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"],
+                                 start + p["first"], self.shape.clipped, p)
 
-    def _step(self, t, x, u, params):
+    def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, chain = self._unpack(x, params)
         h = self.shape.period
         q, seen = robot.measured_position(memory["q"][0], memory, self.pieces, p, h)
@@ -291,7 +310,8 @@ class Simulator:
             parts += kept[name] if piece.states else []
         return np.concatenate(parts)
 
-    def _move(self, now, memory, p):
+    def _move(self, now: State, memory: Memory, p: Parameters,
+              ) -> tuple[tuple[np.ndarray, ...], Memory]:
         """Motion after a period by the midpoint rule.
 
         Position and time of the middle are known before, so both halves read them: the order is
@@ -306,14 +326,16 @@ class Simulator:
         end_rate = robot.velocity_after_friction(dq + h * ddq, *mass, limits, h)
         return (q + h / 2 * (dq + end_rate), end_rate), after
 
-    def _accelerated(self, s, memory, p):
+    def _accelerated(self, s: State, memory: Memory, p: Parameters,
+                     ) -> tuple[np.ndarray, Limits, Memory, Mass]:
         torque, after = robot.opposing_torque(s, memory, self.pieces, p)
         own, cross, bias = robot.link_terms(s, self.pieces, p)
         own = p["inertia"] + own
         ddq = robot.acceleration(s.u - torque - bias, own, cross)
         return ddq, robot.dry_friction(s, self.pieces, p), after, (own, cross)
 
-    def _move_apart(self, now, memory, p):
+    def _move_apart(self, now: State, memory: Memory, p: Parameters,
+                    ) -> tuple[tuple[np.ndarray, ...], Memory]:
         h = now.h / SUBSTEPS
         q, dq, (q_m,), (dq_m,) = now.q, now.dq, memory["q_motor"], memory["dq_motor"]
         (name, gap), = [(name, piece) for name, piece in self.pieces
@@ -346,7 +368,8 @@ class Simulator:
         return (q, dq, q_m, dq_m), after
 
 
-def link_share_of_joint(chain, ratio, p, share):
+def link_share_of_joint(chain: PlanarChain, ratio: np.ndarray, p: Parameters, share: np.ndarray,
+                        ) -> tuple[np.ndarray, np.ndarray]:
     """Inertia and damping of the link alone, motor side.
 
     The inertia is a share of the stated one, or of the whole joint where no links are stated.
@@ -356,7 +379,7 @@ def link_share_of_joint(chain, ratio, p, share):
     return np.minimum(share * stated, MOST_LINK * p["inertia"]), damping
 
 
-def ramp_memory(speed, b, a, period):
+def ramp_memory(speed: np.ndarray, b: np.ndarray, a: np.ndarray, period: float) -> np.ndarray:
     """Memory of a velocity filter that has followed a ramp up to the first sample, where it is 0.
 
     Parameters

@@ -10,17 +10,20 @@ runs as it stands and as machine code.
 """
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.planar_chain import (
+    PlanarChain,
     coriolis_torque,
     gravity_torque,
     mass_matrix,
 )
 
 SUBSTEPS = 5
+DELAY_TAPS = 60  # samples of the line of a delay
 SWEEPS = 4  # for the friction impulses of coupled joints
 
 
@@ -48,8 +51,33 @@ class Piece:
     """
 
     port: str
-    act: Callable
+    act: Callable[..., Any]
     states: int = 0
+
+
+Memory = dict[str, list[np.ndarray]]  # of each block, one array (n,) per state
+Parameters = Mapping[str, Any]  # arrays (n,), and one mapping of arrays per block
+NamedPieces = Sequence[tuple[str, "Piece"]]  # what the effects add, with the name of the block
+
+
+class Named(Protocol):
+    """A parameter of a cause, as the simulation sees it."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+
+class ActingCause(Protocol):
+    """A cause, as the simulation sees it: the name of its block, what it adds, its parameters."""
+
+    @property
+    def block(self) -> str: ...  # noqa: D102
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]: ...  # noqa: D102
+
+    @property
+    def numbers(self) -> Sequence[Named]: ...  # noqa: D102
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,11 +89,12 @@ class State:
     u: np.ndarray
     t: float
     h: float
-    chain: object
+    chain: PlanarChain
     ratio: np.ndarray
 
 
-def measured_position(q, memory, pieces, p, h):
+def measured_position(q: np.ndarray, memory: Memory, pieces: NamedPieces, p: Parameters, h: float,
+                      ) -> tuple[np.ndarray, Memory]:
     """Position as the controller sees it [rad], and the memory of its pieces one sample later."""
     after = {}
     for name, piece in _at(pieces, "sensor"):
@@ -73,7 +102,9 @@ def measured_position(q, memory, pieces, p, h):
     return q, after
 
 
-def law_command(q, q_d, pe, memory, start, clipped, p):
+def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence[np.ndarray],
+                start: np.ndarray, clipped: bool, p: Parameters,
+                ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Command of the sampled law, started at rest at a measured position, and its memory after."""
     b, a, x = p["b"], p["a"], q - start
     rate = b[0] * x + memory[0]
@@ -82,7 +113,8 @@ def law_command(q, q_d, pe, memory, start, clipped, p):
     return (np.clip(u, -p["saturation"], p["saturation"]) if clipped else u), after
 
 
-def delivered_torque(u, memory, pieces, p, h):
+def delivered_torque(u: np.ndarray, memory: Memory, pieces: NamedPieces, p: Parameters, h: float,
+                     ) -> tuple[np.ndarray, Memory]:
     """Torque that leaves the drive, and the memory of its pieces one sample later."""
     after = {}
     for name, piece in _at(pieces, "drive"):
@@ -90,7 +122,8 @@ def delivered_torque(u, memory, pieces, p, h):
     return u, after
 
 
-def opposing_torque(s, memory, pieces, p):
+def opposing_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
+                    ) -> tuple[np.ndarray, Memory]:
     """Sum of the torques that oppose [N m], and the memory of their pieces one sample later."""
     torque, after = p["damping"] * s.dq + p["load"], {}
     for name, piece in _at(pieces, "load"):
@@ -99,13 +132,14 @@ def opposing_torque(s, memory, pieces, p):
     return torque, after
 
 
-def dry_friction(s, pieces, p):
+def dry_friction(s: State, pieces: NamedPieces, p: Parameters) -> tuple[np.ndarray, ...] | None:
     """Largest friction torque against forward and against backward motion [N m], or None."""
     found = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
     return tuple(sum(side[1:], side[0]) for side in zip(*found)) if found else None
 
 
-def velocity_after_friction(dq, own, cross, limits, h):
+def velocity_after_friction(dq: np.ndarray, own: np.ndarray, cross: np.ndarray | None,
+                            limits: tuple[np.ndarray, ...] | None, h: float) -> np.ndarray:
     """Velocity after dry friction acted for a time h: it stops a joint, never reverses it.
 
     The impulses of coupled joints depend on each other; a few sweeps settle them.
@@ -127,7 +161,7 @@ def velocity_after_friction(dq, own, cross, limits, h):
                      for k in range(n)])
 
 
-def inverse_mass(own, cross):
+def inverse_mass(own: np.ndarray, cross: np.ndarray) -> list[list[Any]]:
     """Inverse of the mass matrix as rows; the elimination needs no pivots."""
     n = len(own)
     rows = [[own[k] if j == k else cross[j][k] for j in range(n)] for k in range(n)]
@@ -146,7 +180,8 @@ def inverse_mass(own, cross):
     return rows
 
 
-def link_terms(s, pieces, p):
+def link_terms(s: State, pieces: NamedPieces, p: Parameters,
+               ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """Mass of links and bodies beyond the stated diagonal, and their torque, motor side.
 
     Returns
@@ -175,12 +210,12 @@ def link_terms(s, pieces, p):
     return own, cross if chain.n > 1 else None, torque
 
 
-def split_mass(rows):
+def split_mass(rows: list[list[Any]]) -> tuple[np.ndarray, np.ndarray]:
     """Diagonal of a mass matrix, and the whole of it."""
     return np.array([row[k] for k, row in enumerate(rows)]), np.array(rows)
 
 
-def acceleration(torque, own, cross):
+def acceleration(torque: np.ndarray, own: np.ndarray, cross: np.ndarray | None) -> np.ndarray:
     """Solve own_k ddq_k + sum of cross_jk ddq_j = torque_k."""
     if cross is None:
         return torque / own
@@ -188,13 +223,10 @@ def acceleration(torque, own, cross):
                      for row in inverse_mass(own, cross)])
 
 
-def _sum(parts):
+def _sum(parts: Iterable[Any]) -> Any:
     first, *rest = parts
     return sum(rest, first)
 
 
-def _at(pieces, port):
+def _at(pieces: NamedPieces, port: str) -> list[tuple[str, Piece]]:
     return [(name, piece) for name, piece in pieces if piece.port == port]
-
-
-DELAY_TAPS = 60

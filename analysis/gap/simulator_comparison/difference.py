@@ -11,19 +11,33 @@ without noise.  The robot's loop runs with its measured noise, which a simulator
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.causes.cause import Cause, Number
+from clie_blocks.analysis.gap.explain import ExplainSteps, explain
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    Hypothesis,
+    Member,
+    build_hypothesis,
+    held_members,
+)
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit, fit
 from clie_blocks.analysis.gap.fitting.nominal import with_measured_noise
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.method import Method
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.nominal import Nominal
+from clie_blocks.analysis.gap.problem.problem import Problem, state_problem
 from clie_blocks.analysis.gap.residual.noise import sensor_noise
 from clie_blocks.analysis.gap.residual.whitening import residual_model
-from clie_blocks.analysis.gap.simulator_comparison import integrator
-from clie_blocks.analysis.gap.simulator_comparison.integrator import with_integrator
+from clie_blocks.analysis.gap.simulator_comparison.integrator import (
+    describe_integrator,
+    with_integrator,
+)
 from clie_blocks.analysis.gap.simulator_comparison.logs import check_motion, with_command
 from clie_blocks.analysis.gap.verdict.posterior import posterior
+from clie_blocks.analysis.records import Record
 from clie_blocks.errors import RecordError
 
 SAME = 1e-3  # largest difference of two references, over their range, that rounding explains
@@ -31,134 +45,119 @@ SAME = 1e-3  # largest difference of two references, over their range, that roun
 SAME_NUMBER = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
 HELD = 0.05  # the same, of the numbers of an effect that the simulator holds
 SAME_START = 10.0  # times the noise of the sensor
-LOW = 5.0  # Hz, above which an error beside the simulator is noise, if it is as small as noise
+# Hz, above which an error against the simulator is noise, if it is as small as noise.
+SIMULATOR_NOISE = 5.0
 MORE = 1.1  # times the noise of the sensor: more than noise
 APART = ("joint_elasticity", "backlash")
 
 
-def against_simulator(asked, robot, records, causes, calibration):
+def against_simulator(problem: Problem, causes: Sequence[Cause], method: Method,
+                      steps: ExplainSteps) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem with what the simulator holds as the nominal model.
 
-    Parameters
-    ----------
-    asked : Problem
-        The robot's logs.
-    robot : Robot
-        What is known of it.
-    records : list of Record
-        The simulator's logs.
-    causes : sequence of Cause
-        What to look for in them.
-    calibration : Calibration
-        Numbers of the verdict.
-
-    Returns
-    -------
-    problem : Problem
-        Its `inside` holds the simulator's effects.
-    decisions : tuple of str
-        What the simulator holds, in words.
-
+    The second value says what the simulator holds, a sentence per effect.
     """
-    check_clock(asked, records)
-    records = [with_command(record, asked.law) for record in records]
-    simulated = dataclasses.replace(problem(robot, records, held_out=[]), law=asked.law)
+    check_clock(problem)
+    records = [with_command(record, problem.law) for record in problem.simulated]
+    simulated = dataclasses.replace(state_problem(problem.robot, records, held_out=()),
+                                    law=problem.law)
     for log in simulated.fit:
-        check_motion(log, asked.logs[matched_log(log, asked.logs)], asked.joints)
-    best = identify_simulator(with_integrator(with_noise_floor_of(simulated, asked)), causes, calibration)
-    model, doubt = best.hypothesis, confidence_half_widths(best)
-    match = [matching_log(log, simulated.fit) for log in asked.logs]
+        check_motion(log, problem.logs[matched_log(log, problem.logs)], problem.joints)
+    best = identify_simulator(with_integrator(with_noise_floor_of(simulated, problem)), causes,
+                              method, steps)
+    model, half_widths = best.hypothesis, confidence_half_widths(best)
+    match = [matching_log(log, simulated.fit) for log in problem.logs]
     logs = [log if j is None else dataclasses.replace(
-        log, q=log.q - model.error(j), start=start_of(log, simulated.fit[j], asked))
-        for log, j in zip(asked.logs, match)]
-    known = {member.name for member in asked.inside}
-    inside = tuple(_with_simulator_logs(model, member, match, doubt) for member in model.members
-                   if member.name not in known)
-    beside = dataclasses.replace(asked, nominal=_nominal(asked, model, doubt),
-                                 inside=(*asked.inside, *inside), quiet=True)
-    return (with_positions(with_simulator_noise(without_noise(beside)), logs),
-            (*describe_simulator(model, asked.joints), *integrator.describe_integrator(model), *reader_decisions(records)))
+        log, q=log.q - model.error(j), start=start_of(log, simulated.fit[j], problem))
+        for log, j in zip(problem.logs, match)]
+    known = {member.name for member in problem.inside}
+    inside = tuple(_with_simulator_logs(model, member, match, half_widths)
+                   for member in model.members if member.name not in known)
+    against = dataclasses.replace(problem, nominal=_nominal(problem, model, half_widths),
+                                  inside=(*problem.inside, *inside), quiet=True)
+    noisy = with_simulator_noise(without_noise(against), method)
+    return (with_positions(noisy, logs),
+            (*describe_simulator(model, problem.joints), *describe_integrator(model),
+             *reader_decisions(records)))
 
 
-def with_simulator_noise(given):
-    """Problem whose logs carry the noise of the position, seen beside the simulator.
+def with_simulator_noise(problem: Problem, method: Method) -> Problem:
+    """Problem whose logs carry the noise of the position, seen against the simulator.
 
     Noise walks a joint that dry friction holds, and what is missing of it below the usual corner
     leaves the joint elsewhere.  So the corner is low, unless more than noise lies above it: with
-    the simulator's numbers or, where less is left then, with refitted ones.
+    the simulator's parameters or, where less is left then, with refitted ones.
     """
-    stated = hypothesis(given, ())
+    stated = build_hypothesis(problem, ())
     heard = dataclasses.replace(stated, problem=with_measured_noise(stated))
-    refitted = fit(heard, residual_model(heard.problem, heard)).hypothesis
-    model = min((stated, refitted), key=lambda at: noise_ratio(with_measured_noise(at, LOW)))
-    found = with_measured_noise(model, LOW)
-    return found if noise_ratio(found) < MORE else with_measured_noise(model)
+    refitted = fit(heard, residual_model(heard.problem, heard, method)).hypothesis
+    model = min((stated, refitted),
+                key=lambda at: noise_ratio(with_measured_noise(at, SIMULATOR_NOISE)))
+    noisy = with_measured_noise(model, SIMULATOR_NOISE)
+    return noisy if noise_ratio(noisy) < MORE else with_measured_noise(model)
 
 
-def noise_ratio(given):
+def noise_ratio(problem: Problem) -> float:
     """Largest noise that the logs carry, over that of the sensor."""
-    return max(np.std(log.dither[:, k]) / sensor_noise(given, k)
-               for log in given.logs for k in range(given.n))
+    return max(np.std(log.dither[:, k]) / sensor_noise(problem, k)
+               for log in problem.logs for k in range(problem.n))
 
 
-def start_of(log, simulated, asked):
+def start_of(log: Log, simulated: Log, problem: Problem) -> np.ndarray:
     """Start of the simulator where it is the robot's but for noise, else the robot's own."""
-    noise = np.array([sensor_noise(asked, k) for k in range(asked.n)])
+    noise = np.array([sensor_noise(problem, k) for k in range(problem.n)])
     return np.where(np.abs(simulated.start - log.start) < SAME_START * noise, simulated.start,
                     log.start)
 
 
-def with_positions(given, logs):
+def with_positions(problem: Problem, logs: Sequence[Log]) -> Problem:
     """Problem with the positions and starts of other logs, in the same order."""
-    made = [dataclasses.replace(log, q=other.q, start=other.start)
-            for log, other in zip(given.logs, logs)]
-    return dataclasses.replace(given, fit=tuple(made[:len(given.fit)]),
-                               held_out=tuple(made[len(given.fit):]))
+    return problem.with_log_list([dataclasses.replace(log, q=other.q, start=other.start)
+                                  for log, other in zip(problem.logs, logs)])
 
 
-def identify_simulator(simulated, causes, calibration):
+def identify_simulator(simulated: Problem, causes: Sequence[Cause], method: Method,
+                       steps: ExplainSteps) -> Fit:
     """Fit that says best what a simulator holds."""
-    from clie_blocks.analysis.gap.explain import explain
-
-    _, base, table = explain(simulated, causes)
-    fits = [standing.fit for standing in posterior(table, calibration) if standing.fit is not None]
-    best = fits[0]
-    return best if excess(best) < excess(base) else base
+    explanation = explain(simulated, causes, method, steps)
+    ranking = posterior(explanation.evidence, method.calibration)
+    best = next(one.fit for one in ranking if one.fit is not None)
+    return best if best.excess < explanation.nominal.excess else explanation.nominal
 
 
-def confidence_half_widths(best):
+def confidence_half_widths(best: Fit) -> dict[str, np.ndarray]:
     """95 % half widths of the numbers of a fit, the largest of all logs, by key."""
-    at, found = best.hypothesis, {}
-    for entry, variance in zip(at.open, np.diag(best.covariance)):
+    at = best.hypothesis
+    found: dict[str, np.ndarray] = {}
+    for entry, variance in zip(at.free_parameters, np.diag(best.covariance)):
         half = found.setdefault(entry.key, np.zeros(at.problem.n))
         where = slice(None) if entry.joint is None else entry.joint
         half[where] = np.maximum(half[where], 1.96 * np.sqrt(max(variance, 0.0)))
     return found
 
 
-def with_noise_floor_of(simulated, asked):
+def with_noise_floor_of(simulated: Problem, problem: Problem) -> Problem:
     """Simulator's problem in which nothing below the robot's own noise matters."""
-    quiet = np.array([np.sqrt(12) * sensor_noise(asked, k) for k in range(asked.n)])
+    quiet = np.array([np.sqrt(12) * sensor_noise(problem, k) for k in range(problem.n)])
     return without_noise(dataclasses.replace(
         simulated, resolution=np.maximum(simulated.resolution, quiet)))
 
 
-def without_noise(given):
+def without_noise(problem: Problem) -> Problem:
     """Problem whose models run without the measured noise."""
-    logs = [dataclasses.replace(log, dither=0.0 * log.dither) for log in given.logs]
-    return dataclasses.replace(given, quiet=True, fit=tuple(logs[:len(given.fit)]),
-                               held_out=tuple(logs[len(given.fit):]))
+    silent = problem.with_logs(lambda log: dataclasses.replace(log, dither=0.0 * log.dither))
+    return dataclasses.replace(silent, quiet=True)
 
 
-def causes_missing_in(causes, inside):
-    """Causes that a simulator does not hold."""
-    held = {member.cause.name for member in inside}
+def causes_missing_in(causes: Sequence[Cause], problem: Problem) -> tuple[Cause, ...]:
+    """Causes that the nominal model of a problem does not hold."""
+    held = {member.cause.name for member in held_members(problem)}
     if held & set(APART):
         held |= set(APART)
     return tuple(cause for cause in causes if cause.name not in held)
 
 
-def matching_log(log, simulated):
+def matching_log(log: Log, simulated: Sequence[Log]) -> int | None:
     """Place of the simulator's log of the same experiment, or None."""
     for j, other in enumerate(simulated):
         if len(other) == len(log) and distance(log, other) < SAME:
@@ -166,14 +165,14 @@ def matching_log(log, simulated):
     return None
 
 
-def distance(log, other):
+def distance(log: Log, other: Log) -> float:
     """Largest difference of set-points and excitations, over their ranges."""
     return max(np.max(np.abs(one - two) / (np.ptp(one, axis=0) + np.ptp(two, axis=0) + 1e-9))
                if np.ptp(one) + np.ptp(two) > 0 else np.max(np.abs(one - two))
                for one, two in ((log.q_d, other.q_d), (log.pe, other.pe)))
 
 
-def matched_log(log, robots):
+def matched_log(log: Log, robots: Sequence[Log]) -> int:
     """Place of the robot's log of the same experiment.
 
     Raises
@@ -199,7 +198,7 @@ def matched_log(log, robots):
         "simulator with qd and pe of the robot's log, and log both; what lacks counts as at rest")
 
 
-def check_clock(asked, records):
+def check_clock(problem: Problem) -> None:
     """Refuse logs of a simulator on another clock.
 
     Raises
@@ -208,20 +207,20 @@ def check_clock(asked, records):
         If the sample times differ.
 
     """
-    for record in records:
-        if abs(record.sample_time - asked.period) > 1e-3 * asked.period:
+    for record in problem.simulated:
+        if abs(record.sample_time - problem.period) > 1e-3 * problem.period:
             raise RecordError(
                 f"{record.source}: the simulator logs every {record.sample_time:g} s, the robot "
-                f"every {asked.period:g} s; log both at the period of the controller, or bring "
+                f"every {problem.period:g} s; log both at the period of the controller, or bring "
                 "one to the clock of the other with clie_blocks.analysis.records.resample")
 
 
-def reader_decisions(records):
+def reader_decisions(records: Sequence[Record]) -> tuple[str, ...]:
     """Decisions of the reader of a simulator's logs, each once."""
     return tuple(dict.fromkeys(line for record in records for line in record.decisions))
 
 
-def describe_simulator(model, joints):
+def describe_simulator(model: Hypothesis, joints: Sequence[str]) -> tuple[str, ...]:
     """What a simulator holds, one sentence per effect."""
     return tuple(
         f"the simulator already holds {member.cause.name} at "
@@ -230,28 +229,29 @@ def describe_simulator(model, joints):
         "the simulator's own log shows no effect of the library",)
 
 
-def _nominal(asked, model, doubt):
+def _nominal(problem: Problem, model: Hypothesis, half_widths: dict[str, np.ndarray]) -> Nominal:
     """The simulator's joint model, from which the robot's may differ by next to nothing."""
-    torque = np.sqrt(np.mean(np.concatenate([log.u for log in asked.logs]) ** 2, axis=0))
+    torque = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
     found = {name: model.values[name] for name in SAME_NUMBER}
     scale = {**found, "load": torque}
-    return dataclasses.replace(asked.nominal, **found, **{
-        f"{name}_tolerance": share * np.abs(scale[name]) + doubt[name] + 1e-12
+    return dataclasses.replace(problem.nominal, **found, **{
+        f"{name}_tolerance": share * np.abs(scale[name]) + half_widths[name] + 1e-12
         for name, share in SAME_NUMBER.items()})
 
 
-def _with_simulator_logs(model, member, match, doubt):
+def _with_simulator_logs(model: Hypothesis, member: Member, match: Sequence[int | None],
+                         half_widths: dict[str, np.ndarray]) -> Member:
     """Member with its fitted values, at all joints where it may be, for the robot's logs."""
     values = {number.name: _for_logs(model.values[f"{member.name}.{number.name}"], number, match)
               for number in member.cause.numbers}
     grows = all(number.neutral in (0.0, None) for number in member.cause.numbers)
     joints = tuple(range(model.problem.n)) if grows else member.joints
     sizes = {name: HELD * np.maximum(np.abs(value), np.abs(value).max(initial=1e-12) / 2)
-             + doubt.get(f"{member.name}.{name}", 0.0) for name, value in values.items()}
+             + half_widths.get(f"{member.name}.{name}", 0.0) for name, value in values.items()}
     return Member(member.cause, joints, values, sizes)
 
 
-def _for_logs(value, number, match):
+def _for_logs(value: np.ndarray, number: Number, match: Sequence[int | None]) -> np.ndarray:
     """Numbers that differ between logs, in the robot's order; neutral where nothing is known."""
     if number.scope != "log":
         return np.array(value, float)

@@ -7,18 +7,21 @@ simulator may read its positions early or late by so much, which is never counte
 """
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number
-from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.dynamics import Piece
 
 MOST = 1.0  # periods
 TOLD = 0.1  # periods, from which on the reader hears of it
 
 
-def _ahead(q, z, p, h):
+def _ahead(q: np.ndarray, z: Sequence[np.ndarray], p: Mapping[str, np.ndarray], h: float,
+           ) -> tuple[np.ndarray, list[np.ndarray]]:
     """Position a little ahead, on the parabola through the last three."""
     last, before = z
     return q + p["lead"] / h * (1.5 * q - 2.0 * last + 0.5 * before), [q, last]
@@ -28,15 +31,8 @@ LEAD = Cause("integrator_lead", (Piece("sensor", _ahead, states=2),),
              (Number("lead", "s", scope="robot"),), lambda scene: [])
 
 
-def with_integrator(problem):
-    """Problem of a simulator whose positions may be half a period early or late.
-
-    Parameters
-    ----------
-    problem : Problem
-        The simulator's logs.
-
-    """
+def with_integrator(problem: Problem) -> Problem:
+    """Problem of a simulator whose positions may be half a period early or late."""
     bounded = dataclasses.replace(LEAD, numbers=(dataclasses.replace(
         LEAD.numbers[0], lower=-MOST * problem.period, upper=MOST * problem.period),))
     zero = np.zeros(problem.n)
@@ -45,27 +41,13 @@ def with_integrator(problem):
     return dataclasses.replace(problem, inside=(*problem.inside, lead))
 
 
-def lead_of(model):
-    """Time by which a simulator's integrator runs ahead [s].
-
-    Parameters
-    ----------
-    model : Hypothesis
-        Fitted to the simulator's logs, with `integrating`.
-
-    """
+def lead_of(model: Hypothesis) -> float:
+    """Time by which a simulator's integrator runs ahead [s]."""
     return float(model.values[f"{LEAD.name}.lead"][0])
 
 
-def describe_integrator(model):
-    """Sentence on the integrator; nothing where it hardly matters.
-
-    Parameters
-    ----------
-    model : Hypothesis
-        Fitted to the simulator's logs, with `integrating`.
-
-    """
+def describe_integrator(model: Hypothesis) -> tuple[str, ...]:
+    """Sentence on the integrator; nothing where it hardly matters."""
     lead, period = lead_of(model), model.problem.period
     if abs(lead) < TOLD * period:
         return ()

@@ -1,7 +1,12 @@
 """A simulator's log beside the robot's: what it lacks is filled in, what cannot be is refused."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.records import Record
 from clie_blocks.errors import RecordError
 
 LEAST_MOTION, MOST_MOTION = 0.05, 20.0  # of the robot's range: a wrong unit, no model
@@ -9,38 +14,7 @@ UNITS = {180.0 / np.pi: "degrees in the place of rad", 1e3: "thousandths of the 
 NEAR = 0.05  # of a unit's factor
 
 
-def complete(record, j, robots):
-    """Simulator's log with the reference and excitation that it was not logged with.
-
-    They are those of the robot's log of the same place, as the experiments are the same.
-
-    Parameters
-    ----------
-    record : Record
-        The simulator's log.
-    j : int
-        Its place among the simulator's logs.
-    robots : list of Record
-        The robot's logs.
-
-    Returns
-    -------
-    Record
-        The simulator's log; what was filled in is in its decisions.
-
-    """
-    lacks = [key for key in ("qd", "pe") if getattr(record, key) is None]
-    if not lacks or j >= len(robots) or len(robots[j]) != len(record):
-        return record
-    given = {key: getattr(robots[j], key) for key in lacks}
-    known = [key for key in lacks if given[key] is not None]
-    if not known:
-        return record
-    return record.replace(**{key: given[key] for key in known}).noted(
-        f"The simulator's log has no {' and no '.join(known)}: taken from {robots[j].source}.")
-
-
-def with_command(record, law):
+def with_command(record: Record, law: StatedLaw) -> Record:
     """Simulator's log with its command, worked out by the law of the robot where it lacks.
 
     Parameters
@@ -60,7 +34,7 @@ def with_command(record, law):
         "The simulator's log has no command: worked out by the stated law.")
 
 
-def check_motion(simulated, log, joints):
+def check_motion(simulated: Log, log: Log, joints: Sequence[str]) -> None:
     """Refuse a simulator's log whose joints move as no model of the robot would.
 
     Parameters

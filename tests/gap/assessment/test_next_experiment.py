@@ -16,7 +16,8 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.causes.load import GRAVITY, SPRING
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.method.method import METHOD
+from clie_blocks.analysis.gap.problem.problem import Problem, problem
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.search.strategy import search_causes
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause, credible_set
@@ -29,7 +30,7 @@ RIVALS = ("spring", "gravity")
 def doubtful():
     """A spring, and two causes of even odds: itself, and gravity."""
     made = draw_cases(1, 3, ["spring"], ["single"], duration=12.0)[0]
-    bench, base = fit_nominal(problem(made.robot, made.records[:1]))
+    bench, base = fit_nominal(problem(made.robot, made.records[:1]), METHOD)
     fits = {name: search_causes(bench, base, (cause,))[0]
             for name, cause in zip(RIVALS, (SPRING, GRAVITY))}
     ranking = [RankedCause((name,), fit, 0.1, 0.5) for name, fit in fits.items()]
@@ -58,7 +59,7 @@ def test_the_best_run_is_the_best_of_its_menu_and_separates_the_set(doubtful):
 def test_set_points_are_a_table_of_what_was_simulated(doubtful, case, tmp_path):
     *_, advice = doubtful
     made = case("none")
-    found = dataclasses.replace(diagnose(made.robot, made.records), next_experiment=advice)
+    found = dataclasses.replace(diagnose(Problem.from_logs(made.robot, made.records)), next_experiment=advice)
     write_report(found, made.records, tmp_path, "arm")
     table = np.genfromtxt(io.StringIO((tmp_path / "arm.next.csv").read_text()), delimiter=",",
                           names=True)
@@ -75,7 +76,7 @@ def test_the_run_shrinks_the_set_whichever_cause_is_true(doubtful, true):
     at, rng = fits[true].hypothesis, np.random.default_rng(1)
     records = [recorded(at, log, [n.sigma for n in bench.noises], rng)
                for log in (bench.problem.fit[0], advice.run)]
-    before, after = (diagnose(made.robot, logs, held_out=[], effects=RIVALS)
+    before, after = (diagnose(Problem.from_logs(made.robot, logs, held_out=[]), effects=RIVALS)
                      for logs in (records[:1], records))
     assert credible_set(after.ranking) == [true]
     if true == "spring":  # the old log alone leaves both

@@ -8,6 +8,7 @@ import pytest
 from clie_blocks.analysis.gap.assessment.torque_map import corrected_error, torque_map
 from clie_blocks.analysis.gap.calibration.plant import simulate as run
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Encoder, Motor
@@ -37,7 +38,7 @@ def model_of(**physics):
     records = [Record(time=TIME, q=q[:, [j]], u=u[:, [j]], qd=MOTIONS[j][:, None],
                       pe=np.zeros((TIME.size, 1)), joints=robot.joints, robot=robot)
                for j in range(2)]
-    bench, base = fit_nominal(problem(robot, records))
+    bench, base = fit_nominal(problem(robot, records), METHOD)
     return base.hypothesis, bench
 
 
@@ -57,9 +58,9 @@ def test_friction_that_changes_with_place_is_drawn(wavy):
     for way in (1.0, -1.0):
         drawn = way * (table.load(q, np.full_like(q, way * speed)) + model.values["load"]) + drag
         assert np.sqrt(np.mean((drawn - truth)**2)) < 0.25 * np.std(truth)
-    near = np.interp(table.places, q, truth)
-    inside = np.abs(table.places) < 0.5
-    for place, spread in zip(table.over_place, table.place_spread):
+    near = np.interp(table.positions, q, truth)
+    inside = np.abs(table.positions) < 0.5
+    for place, spread in zip(table.over_position, table.position_spread):
         off = (place - near)[inside]
         assert np.mean(np.abs(off - off.mean()) < 3 * spread[inside] + 0.1 * np.ptp(truth)) > 0.9
 

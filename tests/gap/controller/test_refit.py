@@ -7,6 +7,7 @@ import pytest
 
 from clie_blocks.analysis.gap.controller.replay import check_controller
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause, unknown_for_none
 
@@ -84,7 +85,7 @@ def test_a_file_with_another_kd_accuses_no_joint(case):
     """Six percent of Kd are as much as a datasheet's doubt about the damping."""
     made = case("none")
     controller = dataclasses.replace(made.robot.controller, kd=1.06 * made.robot.controller.kd)
-    found = answer(diagnose(dataclasses.replace(made.robot, controller=controller), made.records))
+    found = answer(diagnose(Problem.from_logs(dataclasses.replace(made.robot, controller=controller), made.records)))
     assert found["verdict"] == "unexplained" and found["set_90"] == ["unknown"]
     assert "kd" in found["decisions"][0]
     assert found["gap_after"] < 1.1 * found["gap_floor"]

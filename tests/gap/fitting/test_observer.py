@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
 from clie_blocks.analysis.gap.fitting.observer import RATE, with_observer, without_observer
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.problem import problem
@@ -41,14 +41,14 @@ def test_a_loop_that_is_held_is_left_alone(case):
     made = case("none")
     stated = problem(made.robot, made.records)
     assert with_observer(stated) is stated
-    at = hypothesis(stated, ())
+    at = build_hypothesis(stated, ())
     assert without_observer(at, stated) is at
 
 
 def test_the_observer_takes_nothing_from_a_true_model_and_much_of_a_wrong_one(loose):
     led = with_observer(loose)
     assert led.law.kp[0] == pytest.approx(RATE**2 * INERTIA, rel=1e-6)
-    true = hypothesis(led, ())
+    true = build_hypothesis(led, ())
     wrong = true.with_values({**true.values, "load": np.array([0.05])})
     alone = [np.abs(without_observer(at, loose).error(1, dithered=False)).max() for at in (true, wrong)]
     beside = [np.abs(at.error(1, dithered=False)).max() for at in (true, wrong)]
@@ -66,5 +66,5 @@ def test_commands_are_those_of_the_observers_law(loose):
 def test_a_model_that_learned_from_all_logs_keeps_the_observer(loose):
     led = with_observer(loose)
     pooled = dataclasses.replace(led, fit=led.logs, held_out=())
-    at = hypothesis(pooled, ())
+    at = build_hypothesis(pooled, ())
     assert without_observer(at, loose) is at

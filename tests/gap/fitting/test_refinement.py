@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import refine_to_prior
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Motor, Robot
@@ -79,14 +80,14 @@ def stated(robots, noise=LSB, late=0.0):
 
 def fitted(asked):
     """Bench of a joint, and the fit of a weak drive from the datasheet's numbers."""
-    bench, _ = fit_nominal(asked)
+    bench, _ = fit_nominal(asked, METHOD)
     slight = {"error": np.array([0.05])}
     weak = Member(TORQUE_GAIN_ERROR, (0,), slight, slight)
-    return bench, fit(hypothesis(asked, (weak,)), bench, 12)
+    return bench, fit(build_hypothesis(asked, (weak,)), bench, 12)
 
 
 def numbers(found):
-    return np.array([found.hypothesis.get(entry) for entry in found.hypothesis.open])
+    return np.array([found.hypothesis.get(entry) for entry in found.hypothesis.free_parameters])
 
 
 def gain_over_inertia(found):
@@ -96,7 +97,7 @@ def gain_over_inertia(found):
 
 def along(at, scale):
     """Model that moves as another one does: all torques and all that resists, times a factor."""
-    *resisting, gain = ((entry, at.get(entry)) for entry in at.open)
+    *resisting, gain = ((entry, at.get(entry)) for entry in at.free_parameters)
     return at.with_values(at.moved([*((entry, scale * value) for entry, value in resisting),
                                     (gain[0], (1.0 + gain[1]) * scale - 1.0)]))
 
@@ -106,9 +107,9 @@ def test_intervals_hold_the_true_numbers_wherever_the_datasheet_allows_them(weak
     robots = [truth(seed, weak) for seed in range(24)]
     errors = []
     for robot, asked in zip(robots, stated(robots, noise)):
-        bench, found = fitted(asked) if weak else fit_nominal(asked)
+        bench, found = fitted(asked) if weak else fit_nominal(asked, METHOD)
         found = refine_to_prior(found, bench)
-        names = [entry.key for entry in found.hypothesis.open]
+        names = [entry.key for entry in found.hypothesis.free_parameters]
         errors.append((numbers(found) - [robot[name] for name in names]) / found.spread)
         assert found.spread[0] < 0.6 * TOLERANCE["inertia"]
     assert np.mean(np.abs(errors) < 1.96) > 0.9
@@ -131,7 +132,7 @@ def test_of_models_that_are_equal_the_nearest_to_the_datasheet_is_told():
 
 def test_what_the_logs_tell_is_left():
     asked, = stated([truth(2, weak=False)])
-    bench, found = fit_nominal(asked)
+    bench, found = fit_nominal(asked, METHOD)
     home = refine_to_prior(found, bench)
     assert np.all(np.abs(numbers(home) - numbers(found)) < 0.05 * home.spread)
     assert home.spread == pytest.approx(np.sqrt(np.diag(found.covariance)), rel=0.1)
@@ -144,7 +145,7 @@ def test_a_fit_reaches_the_floor_of_a_flat_valley(error):
     bench, found = fitted(asked)
     home = refine_to_prior(found, bench)
     far = Member(TORQUE_GAIN_ERROR, (0,), {"error": np.array([error])}, {"error": np.array([0.3])})
-    tried = fit(hypothesis(asked, (far,)), bench, 8)
+    tried = fit(build_hypothesis(asked, (far,)), bench, 8)
     assert tried.cost < home.cost + 0.01 * tried.samples.sum()
 
 

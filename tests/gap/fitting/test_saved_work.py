@@ -5,10 +5,11 @@ import pytest
 
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
 from clie_blocks.analysis.gap.fitting import refinement
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import problem as state_problem
 from clie_blocks.analysis.gap.search.screening import base_motion, responses
 from clie_blocks.analysis.gap.simulation import closed_loop
@@ -17,7 +18,7 @@ from clie_blocks.analysis.gap.simulation.batch_runs import WIDE, batch_signals
 
 @pytest.fixture(scope="module")
 def fitted(healthy):
-    return fit_nominal(healthy)
+    return fit_nominal(healthy, METHOD)
 
 
 @pytest.fixture
@@ -51,27 +52,27 @@ def test_a_fit_at_its_optimum_simulates_only_the_logs_that_judge(fitted, simulat
 def test_a_fit_is_freed_from_idle_joints_once(fitted, healthy, simulated):
     bench, base = fitted
     member = everywhere(COULOMB, healthy.n, level=1e-3 * np.abs(healthy.fit[0].u).max())
-    found = fit(hypothesis(healthy, (member,), base.hypothesis), bench, 2)
-    first = prune_joints(found, bench, excess(base))
+    found = fit(build_hypothesis(healthy, (member,), base.hypothesis), bench, 2)
+    first = prune_joints(found, bench, base.excess)
     simulated.clear()
-    assert prune_joints(found, bench, excess(base)) is first
+    assert prune_joints(found, bench, base.excess) is first
     assert not simulated
 
 
 def test_what_slopes_promise_of_a_joint_left_out_is_what_its_fit_leaves(case):
     asked = case("coulomb")
     problem = state_problem(asked.robot, asked.records)
-    bench, base = fit_nominal(problem)
+    bench, base = fit_nominal(problem, METHOD)
     level = 0.1 * np.abs(problem.fit[0].u).max(axis=0)
-    found = fit(hypothesis(problem, (everywhere(COULOMB, problem.n, level=level),),
+    found = fit(build_hypothesis(problem, (everywhere(COULOMB, problem.n, level=level),),
                            base.hypothesis), bench, 8)
     acting = int(np.argmax(found.hypothesis.values["coulomb.level"]))
     fewer = refinement._without(found.hypothesis, 0, [acting])
     if fewer is None:
-        fewer = hypothesis(problem, (), found.hypothesis)
+        fewer = build_hypothesis(problem, (), found.hypothesis)
     promised = refinement._predicted_cost(fewer, found, bench)
     assert promised > 10.0
-    assert excess(fit(fewer, bench, 3)) - excess(found) > 0.3 * promised
+    assert fit(fewer, bench, 3).excess - found.excess > 0.3 * promised
 
 
 def test_a_joint_that_promises_to_be_needed_is_not_left_out(fitted, healthy, monkeypatch):
@@ -80,7 +81,7 @@ def test_a_joint_that_promises_to_be_needed_is_not_left_out(fitted, healthy, mon
 
     bench, base = fitted
     size = 1e-3 * np.abs(healthy.fit[0].u).max()
-    found = fit(hypothesis(healthy, (everywhere(COULOMB, healthy.n, level=size),),
+    found = fit(build_hypothesis(healthy, (everywhere(COULOMB, healthy.n, level=size),),
                            base.hypothesis), bench, 0)
     monkeypatch.setattr(refinement, "fit", unasked)
     monkeypatch.setattr(refinement, "_predicted_cost", lambda *args: 3.1)

@@ -4,7 +4,9 @@ import json
 
 import pytest
 
-from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.output import to_json
 
 KEYS = {"schema_version", "verdict", "effects", "set_90", "unexplained", "gap_before",
@@ -14,7 +16,7 @@ KEYS = {"schema_version", "verdict", "effects", "set_90", "unexplained", "gap_be
 @pytest.fixture(scope="module")
 def told(case):
     made = case("quadratic_drag")
-    return json.loads(to_json(answer(diagnose(made.robot, made.records))))
+    return json.loads(to_json(answer(diagnose(Problem.from_logs(made.robot, made.records)))))
 
 
 def test_the_documented_keys_are_there(told):

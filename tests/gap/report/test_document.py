@@ -14,10 +14,12 @@ import pytest
 from clie_blocks.analysis.gap.assessment.localisation import BLOCKS, block_shares
 from clie_blocks.analysis.gap.assessment.torque_map import JointTorqueMap, TorqueMap
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
 from clie_blocks.analysis.gap.report.localisation import block_section
+from clie_blocks.analysis.gap.report.plots import figure
 from clie_blocks.analysis.gap.report.torque_map import torque_map_section
 from clie_blocks.analysis.gap.report.wording import (
     join_words,
@@ -27,6 +29,7 @@ from clie_blocks.analysis.gap.report.wording import (
     with_prefix,
 )
 from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
+from clie_blocks.errors import ClieError
 from clie_blocks.output import to_json
 
 NASTY = "<script>alert('x')</script> & $y_1 \"q\""
@@ -41,13 +44,12 @@ def diagnosed(case):
     robot = dataclasses.replace(made.robot, joints=names)
     records = [record.replace(joints=names, robot=robot).noted(f"Decided {NASTY}")
                for record in made.records]
-    return diagnose(robot, records), records
+    return diagnose(Problem.from_logs(robot, records))
 
 
 @pytest.fixture(scope="module")
 def paths(diagnosed, tmp_path_factory):
-    found, records = diagnosed
-    return write_report(found, records, tmp_path_factory.mktemp("report"), "arm")
+    return write_report(diagnosed, answer(diagnosed), tmp_path_factory.mktemp("report"), "arm")
 
 
 @pytest.fixture(scope="module")
@@ -69,9 +71,10 @@ def test_page_is_one_small_file_without_network(page):
 
 
 def test_page_holds_every_part(page):
-    for heading in ("Where in the diagram", "How far the gap shrinks", "Which effect causes it",
-                    "Where in joint, time, frequency and operation", "Causes that look alike",
-                    "Numbers", "Put these numbers into the simulator", "Checks", "Decisions"):
+    for heading in ("Where in the loop", "How far the gap shrinks", "Which effect causes it",
+                    "Where by joint, time, frequency and operating range", "Alternative causes",
+                    "Identified parameters", "Parameters for your simulator", "Checks",
+                    "Assumptions", "Thresholds of the method"):
         assert f"<h2>{heading}</h2>" in page
     assert page.count("<svg") == len(re.findall("<figure>", page)) >= 4
     for name in ("frictionloss", "&lt;dynamics&gt;&lt;friction&gt;", "dynamicFrictionEffort"):
@@ -88,14 +91,13 @@ def test_json_is_the_answer_with_the_share_of_each_block(paths):
 
 
 def test_the_block_of_the_cause_has_the_largest_share(diagnosed):
-    rows = block_shares(diagnosed[0])
-    assert diagnosed[0].ranking[0].names == ("coulomb",)
+    rows = block_shares(diagnosed)
+    assert diagnosed.ranking[0].names == ("coulomb",)
     assert rows[0]["block"] == "joint" and rows[0]["share"] > 0.5
 
 
 def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
-    found, _ = diagnosed
-    root = ElementTree.parse(paths[2]).getroot()
+    found, root = diagnosed, ElementTree.parse(paths[2]).getroot()
     joints, values = root.findall(".//joint"), found.model.hypothesis.values
     assert [joint.get("name") for joint in joints] == list(found.problem.joints)
     expected = found.problem.gear_ratio * values["coulomb.level"]
@@ -107,8 +109,7 @@ def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
 
 def test_simulator_text_is_read_by_mujoco(diagnosed, paths):
     mujoco = pytest.importorskip("mujoco")
-    found, _ = diagnosed
-    root = ElementTree.parse(paths[2]).getroot()
+    found, root = diagnosed, ElementTree.parse(paths[2]).getroot()
     world = root.find("worldbody")
     for joint in list(world):
         world.remove(joint)
@@ -136,8 +137,7 @@ def test_units_follow_the_machine():
 
 
 def test_a_voltage_becomes_a_force_in_the_simulator(diagnosed):
-    found, _ = diagnosed
-    plain, forced = joint_side(found), joint_side(found, 35.0)
+    plain, forced = joint_side(diagnosed), joint_side(diagnosed, 35.0)
     assert forced[0]["damping"] == pytest.approx(35.0 * plain[0]["damping"])
     assert forced[0]["frictionloss"] == pytest.approx(35.0 * plain[0]["frictionloss"])
     assert forced[0]["gear"] == plain[0]["gear"]
@@ -167,22 +167,21 @@ def test_page_fits_a_phone(page, tmp_path):
     assert 0 < width <= PHONE
 
 
-def test_a_rest_that_repeats_is_drawn_with_its_interval(diagnosed):
-    found, _ = diagnosed
+def test_a_torque_map_is_drawn_with_its_interval(diagnosed):
     places, speeds = np.linspace(-1.0, 1.0, 16), np.linspace(0.1, 2.0, 8)
     table = JointTorqueMap(0, places, speeds, np.stack([places, -places]), np.ones((2, 8)),
-                       np.full((2, 16), 0.1), np.full((2, 8), 0.2))
+                       np.full((2, 16), 0.1), np.full((2, 8), 0.2), 0.04)
     rest = TorqueMap((table,), 2e-4, 31.5, (20.8, 42.4), ("coulomb",))
-    told, units = {"repeatable": rest.as_dict()}, {"q": "rad", "u": "N m"}
-    section = torque_map_section(dataclasses.replace(found, repeatable=rest), told, units)
-    assert "removes 31.5 % (20.8 .. 42.4) of the reducible gap that coulomb leaves" in (
+    units = {"q": "rad", "u": "N m"}
+    section = torque_map_section(dataclasses.replace(diagnosed, torque_map=rest), units)
+    assert "added to coulomb, removes 31.5 % (20.8 .. 42.4) of the remaining reducible gap" in (
         section.sentences[0])
     assert "changes no verdict" in section.sentences[0]
     place, speed = section.pictures[0].figure.axes
     assert np.allclose(place.lines[0].get_ydata(), places)
     assert "<script>" in place.get_xlabel() and speed.get_xlabel().endswith("[rad/s]")
     section.pictures[0].figure.canvas.draw()
-    assert torque_map_section(found, {"repeatable": None}, units) is None
+    assert torque_map_section(dataclasses.replace(diagnosed, torque_map=None), units) is None
 
 
 def of_servo():
@@ -195,37 +194,70 @@ def of_servo():
     return SignalFinding("time_delay", (0,), 0.95, times, 0.4, left)
 
 
-def test_late_goals_stand_first_and_only_the_delay_goes_to_a_simulator(diagnosed, tmp_path):
-    found, records = diagnosed
+def test_delayed_set_points_come_first_and_only_the_delay_goes_to_a_simulator(
+        diagnosed, tmp_path):
+    found = diagnosed
     late = dataclasses.replace(found, paths=(of_servo(),))
-    told = json.loads(to_json(answer(late, records)))
+    content = answer(late)
+    told = json.loads(to_json(content))
     assert told["effects"][0]["effect"] == "time_delay" == told["set_90"][0]
     assert told["families"]["timing"] == 0.95 and told["families"]["friction"] > 0.9
     before = {row["block"]: row["share"] for row in block_shares(found)}
     after = {row["block"]: row["share"] for row in block_shares(late)}
     assert after["controller"] == pytest.approx(0.4 + 0.6 * before["controller"])
     assert sum(after.values()) == pytest.approx(1.0)
-    with open(write_report(late, records, tmp_path, "arm")[0], encoding="utf-8") as file:
+    with open(write_report(late, content, tmp_path, "arm")[0], encoding="utf-8") as file:
         page = file.read()
-    section = page.split("<h2>On the way of the command</h2>")[1].split("<h2>")[0]
+    section = page.split("<h2>On the command path</h2>")[1].split("<h2>")[0]
     assert "0.06" in section and "7 mrad" in section and "hide each other" in section
-    numbers = page.split("<h2>Numbers</h2>")[1].split("<h2>")[0]
+    numbers = page.split("<h2>Identified parameters</h2>")[1].split("<h2>")[0]
     assert "time delay: time" in numbers and "dead" not in numbers
     assert "<script" not in page
 
 
+def test_the_thresholds_of_the_method_stand_last_and_collapsed(page, diagnosed):
+    last = page.split("<h2>")[-1]
+    assert last.startswith("Thresholds of the method</h2>") and page.count("<details>") == 1
+    shown = re.findall(r"<tr><td>([a-z_.0-9]+)</td>", last)
+    assert shown == [one.name for one in diagnosed.method.thresholds()] and len(shown) > 20
+
+
+def test_units_are_those_of_the_logs(diagnosed):
+    sliding = [record.replace(units={**record.units, "q": "m", "u": "V"})
+               for record in diagnosed.problem.records]
+    problem = dataclasses.replace(diagnosed.problem, records=tuple(sliding))
+    content = answer(dataclasses.replace(diagnosed, problem=problem))
+    assert content["noise"][0]["unit"] == content["where"]["joint"][0]["unit"] == "m"
+    assert content["joint_model"]["inertia"]["unit"] == "V s^2/m"
+    assert content["effects"][0]["parameters"]["level"]["unit"] == "V"
+    assert content["theorem_2"]["modelling_error"]["unit"] == "m/s^2"
+    assert answer(diagnosed)["joint_model"]["damping"]["unit"] == "N m s/rad"
+
+
+@pytest.mark.parametrize("name", ["motions", "probabilities", "where", "residuals"])
+def test_figures_are_drawn_by_name(diagnosed, name):
+    drawn = figure(diagnosed, name)
+    drawn.canvas.draw()
+    assert all(ax.has_data() for ax in drawn.axes if ax.axison)
+
+
+def test_an_unknown_figure_names_the_nearest(diagnosed):
+    with pytest.raises(ClieError, match="motions"):
+        figure(diagnosed, "motion")
+
+
 def test_a_robot_without_such_causes_has_no_such_section(page, diagnosed):
-    assert "On the way of the command" not in page and diagnosed[0].paths == ()
+    assert "On the command path" not in page and diagnosed.paths == ()
 
 
-def test_wrong_numbers_are_the_joints_and_no_gap_has_no_block(diagnosed):
-    found, _ = diagnosed
+def test_parameter_errors_are_the_joints_and_no_gap_has_no_block(diagnosed):
+    found = diagnosed
     for name, expected in (("parametric", "joint"), ("none", None)):
         alone = dataclasses.replace(
-            found, ranking=[dataclasses.replace(found.ranking[0], names=(name,), fit=found.base,
+            found, ranking=[dataclasses.replace(found.ranking[0], names=(name,), fit=found.nominal,
                                                 probability=1.0)])
         shares = {row["block"]: row["share"] for row in block_shares(alone)}
         assert sum(shares.values()) == pytest.approx(1.0 if expected else 0.0)
         assert expected is None or shares[expected] == 1.0
         section = block_section(block_shares(alone))
-        assert ("no gap to be shared out" in section.sentences[0]) == (expected is None)
+        assert ("no gap to assign" in section.sentences[0]) == (expected is None)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.exports import corrected_model
 
 SUBSTEPS = 8  # a step of 0.125 ms
@@ -55,10 +56,10 @@ def moved(mujoco, found, log):
 def test_a_simulator_with_the_exported_numbers_moves_as_the_corrected_model(case, cause, seed):
     mujoco = pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
     made = case(cause, seed)
-    found = diagnose(made.robot, made.records, effects=(cause,))
+    found = diagnose(Problem.from_logs(made.robot, made.records), effects=(cause,))
     k = made.causes[cause] - 1
     log = found.problem.logs[LOG]
-    before, after = (np.std(fit.hypothesis.error(LOG)[:, k]) for fit in (found.base, found.model))
+    before, after = (np.std(fit.hypothesis.error(LOG)[:, k]) for fit in (found.nominal, found.model))
     corrected = log.q - found.model.hypothesis.error(LOG)
     apart = np.std(moved(mujoco, found, log) - corrected, axis=0)[k]
     assert apart < 0.15 * before  # what the cause explains is in the simulator

@@ -1,117 +1,183 @@
-"""What a report says first, in words: from answers, without a diagnosis."""
+"""The verdict in words: from answers, without a diagnosis."""
 
 import pytest
 
-from clie_blocks.analysis.gap.report.causes import TOLD_APART, confusion_section
-from clie_blocks.analysis.gap.report.document import sentence
-from clie_blocks.analysis.gap.report.summary import summary_line as line
-from clie_blocks.analysis.gap.report.wording import FOREIGN
+from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
+from clie_blocks.analysis.gap.report.summary import headline, summary_line, summary_lines
+from clie_blocks.analysis.gap.report.wording import CONFOUNDERS
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
 
 
-def test_sentence_names_cause_joint_and_gain():
-    told = {"verdict": "effect", "set_90": ["coulomb"],
-            "closed_percent": {"value": 96.4, "unseen_data": True}, "effects": [
-                {"effect": "coulomb", "joint": [2], "probability": 0.93},
-                {"effect": "unknown", "joint": None, "probability": 0.07}]}
-    assert sentence(told, ("shoulder", "elbow")) == (
-        "The model lacks coulomb at elbow (93 %); with it the model loses 96.4 % of its "
-        "reducible gap on unseen data.")
-    sure = {**told, "families": {"friction": 0.97}}
-    assert sentence(sure, ("shoulder", "elbow")) == sentence(told, ("shoulder", "elbow"))
-    sure["effects"] = [{"effect": "coulomb", "joint": [2], "probability": 0.5}]
-    assert "coulomb at elbow (50 %; friction of some kind 97 %); with it" in sentence(
-        sure, ("shoulder", "elbow"))
-    left = sentence({**told, "verdict": "unexplained"}, ("shoulder", "elbow"))
-    assert "no effect" in left and "nearest removes 96.4 %" in left
-    assert "noise" in sentence({**told, "verdict": "none"}, ())
-    unsure = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "presliding"]}
-    assert sentence({**told, **unsure}, ()).startswith(
-        "These logs cannot tell which it is: coulomb, stribeck or presliding; with the likeliest ")
+def row(name, probability, joint=(1,), **more):
+    """Row of an effect in an answer."""
+    return {"effect": name, "joint": joint and list(joint), "probability": probability, **more}
+
+
+def answer_of(verdict, *effects, joints=(), value=96.4, unseen=True, **more):
+    """Answer with the given rows, for robots whose joints have names."""
+    return {"verdict": verdict, "effects": list(effects), "set_90": [], "where": {
+        "joint": [{"name": name, "share": 0.5} for name in joints]},
+        "closed_percent": {"value": value, "unseen_data": unseen, "interval": None}, **more}
+
+
+def test_a_headline_names_cause_joint_and_reduction():
+    found = answer_of("effect", row("coulomb", 0.93, [2]), row("unknown", 0.07, None),
+                      joints=("shoulder", "elbow"))
+    assert headline(found) == (
+        "The model is missing coulomb at elbow (93 %). Adding it removes 96 % of the reducible "
+        "gap on unseen data.")
+    assert headline({**found, "families": {"friction": 0.97}}) == headline(found)
+    one_of_many = {**found, "families": {"friction": 0.97},
+                   "effects": [row("coulomb", 0.5, [2])]}
+    assert "coulomb at elbow (50 %; friction of some kind 97 %). Adding it" in headline(one_of_many)
+    two = {**found, "effects": [row("coulomb", 0.93, [2]), row("payload", 0.9, None)]}
+    assert "coulomb at elbow (93 %) and payload (90 %). Adding them removes" in headline(two)
+    assert headline({**found, "verdict": "none"}).endswith("down to the sensor noise.")
+
+
+def test_joints_without_a_name_are_numbered():
+    found = answer_of("effect", row("coulomb", 0.93, [1, 2]))
+    assert "coulomb at joint 1 and joint 2 (93 %)" in headline(found)
+
+
+def test_a_gap_that_grows_is_said_to_grow():
+    found = answer_of("effect", row("coulomb", 0.93), value=-30.4)
+    assert headline(found).endswith("Adding it enlarges the reducible gap by 30 % on unseen data.")
+
+
+def test_the_data_of_the_reduction_is_named():
+    found = answer_of("effect", row("coulomb", 0.93), unseen=False)
+    assert headline(found).endswith("gap on the data used for the fit.")
+
+
+def test_the_set_is_named_where_no_effect_is_likely():
+    found = answer_of("not_identifiable", row("coulomb", 0.4),
+                      set_90=["coulomb", "stribeck", "presliding"])
+    assert headline(found).startswith(
+        "These logs do not identify the cause: coulomb, stribeck or presliding. Adding the most "
+        "likely cause removes 96 %")
+    unknown = {**found, "set_90": ["coulomb", "unknown"]}
+    assert "coulomb or an effect outside the library." in headline(unknown)
 
 
 def test_a_family_is_named_where_no_effect_is_likely():
-    told = {"verdict": "not_identifiable", "set_90": ["coulomb", "stribeck", "spring"],
-            "closed_percent": {"value": None}, "families": {"friction": 0.7, "load": 0.2},
-            "effects": [{"effect": "unknown", "joint": None, "probability": 0.1},
-                        {"effect": "coulomb", "joint": [2], "probability": 0.4}]}
-    said = ("These logs cannot tell which it is: friction of some kind (70 %), most likely "
-            "coulomb at b (40 %).")
-    assert sentence(told, ("a", "b")) == said
-    assert "coulomb, stribeck or spring" in sentence({**told, "families": {"load": 0.4}}, "ab")
+    found = answer_of("not_identifiable", row("unknown", 0.1, None), row("coulomb", 0.4, [2]),
+                      joints="ab", value=None, set_90=["coulomb", "stribeck", "spring"],
+                      families={"friction": 0.7, "load": 0.2})
+    assert headline(found) == (
+        "These logs do not identify the cause: friction of some kind (70 %), most likely coulomb "
+        "at b (40 %).")
+    assert "coulomb, stribeck or spring" in headline({**found, "families": {"load": 0.4}})
 
 
 def test_no_family_is_named_where_an_effect_of_another_is_as_likely():
-    told = {"verdict": "not_identifiable", "set_90": ["torque_gain_error", "payload"],
-            "closed_percent": {"value": None}, "families": {"load": 0.502, "drive": 0.498},
-            "effects": [{"effect": "torque_gain_error", "joint": [1], "probability": 0.498},
-                        {"effect": "payload", "joint": [1], "probability": 0.496}]}
-    assert sentence(told, ("a",)) == (
-        "These logs cannot tell which it is: torque gain error or payload.")
+    found = answer_of("not_identifiable", row("torque_gain_error", 0.498), row("payload", 0.496),
+                      value=None, set_90=["torque_gain_error", "payload"],
+                      families={"load": 0.502, "drive": 0.498})
+    assert headline(found) == (
+        "These logs do not identify the cause: torque gain error or payload.")
 
 
-def test_wrong_numbers_are_named_with_what_is_stated():
-    told = {"verdict": "parametric", "closed_percent": {"value": 0.0, "unseen_data": True},
-            "joint_model": {
-                "inertia": {"value": [0.02, 0.05], "stated": [0.02, 0.04], "unit": "kg m^2",
-                            "tolerance": [1e-4, 4e-4]},
-                "damping": {"value": [0.2, 0.21], "stated": [0.1, 0.2], "unit": "N m s/rad",
-                            "tolerance": [0.015, 0.03]}}}
-    assert sentence(told, ("a", "b")) == (
-        "The model is right but its numbers are not: inertia at b 0.05 kg m^2, stated 0.04; "
-        "damping at a 0.2 N m s/rad, stated 0.1.")
-    nothing = {**told, "joint_model": {}}
-    assert sentence(nothing, ("a", "b")) == "The model is right but its numbers are not."
+def test_parameter_errors_are_named_with_what_is_stated():
+    found = answer_of("parametric", joints="ab", value=0.0, joint_model={
+        "inertia": {"value": [0.02, 0.05], "stated": [0.02, 0.04], "unit": "kg m^2",
+                    "tolerance": [1e-4, 4e-4]},
+        "damping": {"value": [0.2, 0.21], "stated": [0.1, 0.2], "unit": "N m s/rad",
+                    "tolerance": [0.015, 0.03]}})
+    assert headline(found) == (
+        "The model structure is right, but parameters are outside their tolerance: inertia at b "
+        "0.05 kg m^2, stated 0.04; damping at a 0.2 N m s/rad, stated 0.1.")
+    assert headline({**found, "joint_model": {}}) == (
+        "The model structure is right, but parameters are outside their tolerance.")
 
 
-def test_a_law_that_did_not_run_is_no_nearest_effect():
-    told = {"verdict": "unexplained", "closed_percent": {"value": 99.0, "unseen_data": True},
-            "controller_as_stated": False, "effects": []}
-    assert "its controller is not the stated one, and the law that ran removes 99 %" in sentence(
-        told, ("a",))
+def test_an_unexplained_gap_names_the_closest_effect_and_what_is_certain():
+    found = answer_of("unexplained", row("unknown", 0.9, None), value=70.0)
+    assert headline(found) == ("No effect in the library explains the gap. Adding the closest "
+                               "effect removes 70 % of the reducible gap on unseen data.")
+    found["effects"] += [row("actuator_lag", 0.97), row("coulomb", 0.03)]
+    assert "The model is also missing actuator lag at joint 1 (97 %)." in headline(found)
+    assert "coulomb" not in headline(found)
 
 
-def test_what_is_sure_is_told_beside_the_unknown():
-    told = {"verdict": "unexplained", "closed_percent": {"value": 70.0, "unseen_data": True},
-            "effects": [
-        {"effect": "unknown", "joint": None, "probability": 0.9},
-        {"effect": "actuator_lag", "joint": [1], "probability": 0.97},
-        {"effect": "coulomb", "joint": [1], "probability": 0.03}]}
-    assert sentence(told, ("a",)).endswith(
-        "removes 70 % of the reducible gap. Beside it the model lacks actuator lag at a (97 %).")
+def test_a_law_that_did_not_run_is_no_closest_effect():
+    found = answer_of("unexplained", value=99.0, controller_as_stated=False)
+    assert headline(found) == (
+        "No effect in the library explains the gap, and the stated control law is not the one "
+        "that ran. Replacing the control law by the one that ran removes 99 % of the reducible "
+        "gap on unseen data.")
 
 
-def test_what_is_sure_is_no_look_alike():
-    def row(name, probability):
-        return {"effect": name, "joint": [1], "probability": probability}
+def test_what_is_sure_is_no_alternative():
+    found = answer_of(
+        "effect", row("time_delay", 0.96), row("coulomb", 0.6), row("stribeck", 0.3),
+        set_90=["time_delay", "coulomb", "stribeck"],
+        next_experiment={"best": {"experiment": "chirp"}, "menu": [
+            {"experiment": "chirp", "expected_set_size": 2.0, "least_distance": 1e-20}]})
+    section = alternatives_section(found)
+    assert "cannot separate coulomb and stribeck:" in section.sentences[0]
+    assert "given time delay" in section.sentences[0]
+    assert "No experiment" in section.sentences[0] and len(section.tables) == 1
+    found["next_experiment"]["menu"][0]["least_distance"] = 40.0
+    section = alternatives_section(found)
+    assert "No experiment" not in section.sentences[0] and len(section.tables) == 2
 
-    told = {"verdict": "effect", "set_90": ["time_delay", "coulomb", "stribeck"],
-            "effects": [row("time_delay", 0.96), row("coulomb", 0.6), row("stribeck", 0.3)],
-            "next_experiment": {"best": {"experiment": "chirp"}, "menu": [
-                {"experiment": "chirp", "expected_set_size": 2.0, "least_distance": 1e-20}]}}
-    section = confusion_section(told)
-    assert "tell coulomb and stribeck apart" in section.sentences[0]
-    assert "No run" in section.sentences[0] and len(section.tables) == 1
-    told["next_experiment"]["menu"][0]["least_distance"] = 40.0
-    section = confusion_section(told)
-    assert "No run" not in section.sentences[0] and len(section.tables) == 2
 
-
-@pytest.mark.parametrize("rival, said", [(CONTACT, "step fault or something in the robot's way"),
-                                         (SOFT_STOP, "step fault or a soft stop")])
-def test_what_outside_the_library_would_move_the_robot_alike_is_told(rival, said):
-    likely = {"effect": "step_fault", "joint": [1], "probability": 0.13, "rival": rival}
-    told = {"verdict": "unexplained", "set_90": ["unknown", "step_fault"], "effects": [
-        {"effect": "unknown", "joint": None, "probability": 0.87}, likely]}
-    told["closed_percent"] = {"value": 99.0, "unseen_data": True}
-    assert any(point.startswith(said) for point in confusion_section(told).points)
-    assert sentence(told, ("a",)).startswith(
-        f"These logs cannot tell {FOREIGN[rival]} from step fault at a (13 %)")
-    assert f"unexplained: {FOREIGN[rival]} or step_fault at joint 1 (13%)" in line("t", told)
+@pytest.mark.parametrize("confounder, title", [(CONTACT, "an obstacle"),
+                                               (SOFT_STOP, "a soft stop")])
+def test_what_outside_the_library_would_move_the_robot_alike_is_named(confounder, title):
+    likely = row("step_fault", 0.13, rival=confounder)
+    found = answer_of("unexplained", row("unknown", 0.87, None), likely, joints="a", value=99.0,
+                      set_90=["unknown", "step_fault"])
+    assert any(point.startswith(f"step fault or {title}")
+               for point in alternatives_section(found).points)
+    expected = f"These logs cannot distinguish {title} from step fault at a (13 %)."
+    assert headline(found).startswith(expected) and expected in summary_line("t", found)
     likely["probability"] = 0.01
-    assert not any(point.startswith(said) for point in confusion_section(told).points)
-    assert "no effect of the library" in sentence(told, ("a",))
+    assert not any(point.startswith("step fault or")
+                   and title in point for point in alternatives_section(found).points)
+    assert headline(found).startswith("No effect in the library")
 
 
-def test_every_rival_has_words():
-    assert set(FOREIGN) == set(TOLD_APART) == {CONTACT, SOFT_STOP}
+def test_every_confounder_has_words():
+    assert set(CONFOUNDERS) == set(SEPARATED_BY) == {CONTACT, SOFT_STOP}
+
+
+def test_a_line_is_the_headline_and_the_torque_map():
+    found = answer_of("effect", row("coulomb", 0.93))
+    assert summary_line("arm", found) == f"arm: {headline(found)}"
+    table = {"beside": ["coulomb"], "percent": 31.5}
+    assert summary_line("arm", {**found, "repeatable": table}).endswith(
+        "unseen data. A torque map over position and velocity, added to coulomb, removes 32 % of "
+        "the remaining reducible gap.")
+    assert "added to the refitted nominal model, removes" in summary_line(
+        "arm", {**found, "repeatable": {**table, "beside": []}})
+    assert summary_line("arm", {"error": "no log", "exit_code": 3}) == "arm: not diagnosed"
+
+
+def test_a_summary_says_all_that_matters_in_eight_lines():
+    found = answer_of(
+        "effect", row("coulomb", 0.93), set_90=["coulomb", "stribeck"],
+        gap_before=2.0, gap_after=4e-3, gap_floor=None, noise=[{"sigma": 1e-6, "unit": "m"}],
+        repeatable={"beside": ["coulomb"], "percent": 31.5}, decisions=["a"],
+        log_decisions=["a", "b"],
+        next_experiment={"best": {"experiment": "chirp"},
+                         "separates": [["coulomb"], ["stribeck", "payload"]]})
+    found["where"] = {"block": [{"block": "joint", "share": 0.9},
+                                {"block": "gear", "share": 0.0}],
+                      "joint": [{"name": "slide", "share": 1.0}]}
+    found["closed_percent"] |= {"interval": [90.0, 99.0], "judged_on": "held-out logs"}
+    assert summary_lines(found) == [
+        "The model is missing coulomb at slide (93 %).",
+        "Where the gap lies: by block joint 90 %; by joint slide 100 %.",
+        "RMS prediction error: 2 m before, 4 mm after, - from sensor noise alone; 96.4 % (90 to "
+        "99 %) of the reducible gap removed, on logs that were not fitted.",
+        "90 % set: coulomb and stribeck.",
+        "A torque map over position and velocity, added to coulomb, removes 32 % of the remaining "
+        "reducible gap.",
+        "Next experiment: chirp; separates coulomb from stribeck with payload.",
+        "2 assumptions made while reading and diagnosing; the report lists them."]
+    bare = {**found, "repeatable": None, "next_experiment": None, "decisions": [],
+            "log_decisions": [], "verdict": "none"}
+    assert len(summary_lines(bare)) == 5
+    assert summary_lines(bare)[-1] == "No assumptions were needed."

@@ -5,19 +5,20 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import (
     decimated,
     sensor_noise,
     sensor_noise_model,
     whiten,
 )
-from clie_blocks.analysis.gap.residual.sensitivity import noise_responses, sensor_sensitivity
+from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 
 
 def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
     problem = healthy
     inertia, damping = problem.nominal.inertia, problem.nominal.damping
-    sensitivity = sensor_sensitivity(problem.law, 0, inertia[0], damping[0])
+    sensitivity = problem.law.sensor_sensitivity(0, inertia[0], damping[0])
     found = sensor_noise_model(problem, 0, noise_responses(problem, 0, inertia, damping))
     drawn = found.sigma * np.random.default_rng(1).standard_normal(400_000)
     left = whiten(decimated(lfilter(*sensitivity, drawn), problem.period), found.whitener)
@@ -29,7 +30,7 @@ def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
 
 def test_a_healthy_robot_leaves_noise_alone(healthy):
     problem = healthy
-    _, base = fit_nominal(problem)
+    _, base = fit_nominal(problem, METHOD)
     assert np.all(base.chi2 / base.samples < 1.35)
     assert base.penalty == pytest.approx(0.0, abs=1.0)
     assert sensor_noise(problem, 0) > 0.0

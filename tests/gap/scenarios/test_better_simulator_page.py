@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.cli import main
+from clie_blocks.analysis.gap.method.method import METHOD
 
 PAGE = Path(__file__).parents[3] / "docs" / "from_a_log_to_a_better_simulator.md"
 TRIAL = Path(__file__).resolve().parents[4] / "shared" / "blind" / "practice" / "trial-007"
@@ -73,7 +74,7 @@ def simulate(folder, at):
 
     robot, records = read_trial(folder)
     asked = problem(robot, records)
-    nominal = fit_nominal(asked)[1].hypothesis
+    nominal = fit_nominal(asked, METHOD)[1].hypothesis
     at.mkdir()
     for j, (log, record) in enumerate(zip(asked.logs, records, strict=True)):
         q, u = nominal.simulator.run(log, nominal.of_log(j))

@@ -9,12 +9,12 @@ pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
 from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.causes import CAUSES, drive, sensor  # noqa: E402
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis  # noqa: E402
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis  # noqa: E402
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
-    excess,  # noqa: E402
     fit,  # noqa: E402
 )
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
 from clie_blocks.analysis.gap.search.screening import screen_causes  # noqa: E402
 
@@ -32,7 +32,7 @@ def late(engine_arm):
 
 def delayed(asked, cause, joints, time):
     member = Member(cause, joints, {"time": np.full(2, time)}, {"time": np.full(2, 1e-3)})
-    return hypothesis(asked, (member,))
+    return build_hypothesis(asked, (member,))
 
 
 def positions(asked, cause, joints):
@@ -53,11 +53,11 @@ def test_delays_of_all_encoders_are_those_of_all_drives_and_of_one_are_not(late)
 
 
 def test_the_late_encoder_of_the_engine_is_measured_and_the_drive_cannot_stand_for_it(late):
-    bench, _ = fit_nominal(late)
+    bench, _ = fit_nominal(late, METHOD)
     left, times = {}, {}
     for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY):
         found = fit(delayed(bench.problem, cause, (0,), 2e-3), bench, 12)
-        left[cause], times[cause] = excess(found), found.hypothesis.values[f"{cause.block}.time"]
+        left[cause], times[cause] = found.excess, found.hypothesis.values[f"{cause.block}.time"]
     assert left[sensor.ENCODER_DELAY] < 0.3
     assert left[drive.TIME_DELAY] > 10.0
     assert times[sensor.ENCODER_DELAY][0] == pytest.approx(LATE, abs=3e-5)
@@ -65,6 +65,6 @@ def test_the_late_encoder_of_the_engine_is_measured_and_the_drive_cannot_stand_f
 
 
 def test_it_is_asked_only_where_a_delay_leads(late):
-    bench, base = fit_nominal(late)
+    bench, base = fit_nominal(late, METHOD)
     assert sensor.ENCODER_DELAY in CAUSES
     assert not screen_causes(bench, base, (sensor.ENCODER_DELAY,)).columns

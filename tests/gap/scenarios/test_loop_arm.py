@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.user_loop.problem import loop_problem
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.user_loop.statement import loop_problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.manipulator import two_link_arm
@@ -68,7 +69,7 @@ def test_the_loop_is_replayed_down_to_the_noise():
     ("coulomb", (1,)), ("spring", (0,)), ("none", None)])
 @pytest.mark.slow
 def test_the_right_joint_of_a_coupled_arm_is_named(name, joints):
-    found = diagnose([logged(name, k) for k in range(2)], loop=arm_loop())
+    found = diagnose(Problem.from_loop(arm_loop(), [logged(name, k) for k in range(2)]))
     assert found.ranking[0].names == (name,)
     if joints:
         (member,) = found.ranking[0].fit.hypothesis.members

@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.command import main
-from clie_blocks.analysis.gap.simulator_comparison.logs import complete, with_command
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.simulated_logs import complete
+from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.simulator_comparison.logs import with_command
 from clie_blocks.analysis.records import Record, read_robot, write_record
 from clie_blocks.errors import RecordError
 from clie_blocks.output import guarded
@@ -103,22 +106,22 @@ def file(tmp_path_factory):
 @pytest.mark.parametrize("step, told", [(semi_implicit, "ahead, 0.5"), (implicit, "ahead, 0.5"),
                                         (explicit, "behind, 0.5")])
 def test_what_differs_is_named_and_not_the_integrator(dragged, file, step, told):
-    found = diagnose(read_robot(file), dragged, simulated=logs(step))
+    found = diagnose(Problem.from_logs(read_robot(file), dragged).beside(logs(step)))
     assert found.ranking[0].names == ("quadratic_drag",) and found.ranking[0].probability > 0.9
-    assert found.shrinkage.after < 1.05 * found.shrinkage.floor
+    assert found.reduction.after < 1.05 * found.reduction.floor
     assert any(told in said for said in answer(found)["decisions"])
 
 
 @pytest.mark.parametrize("step", [semi_implicit, implicit, explicit, fine])
 def test_long_steps_alone_are_no_difference(file, step):
-    found = diagnose(read_robot(file), logs(noise=NOISE), simulated=logs(step))
+    found = diagnose(Problem.from_logs(read_robot(file), logs(noise=NOISE)).beside(logs(step)))
     assert found.verdict == "none"
     said = " ".join(answer(found)["decisions"])
     assert ("integrator" in said) == (step is not fine)
 
 
 def test_dry_friction_that_a_coarse_simulator_lacks_is_named(file):
-    found = diagnose(read_robot(file), logs(dry=DRY, noise=NOISE), simulated=logs(semi_implicit))
+    found = diagnose(Problem.from_logs(read_robot(file), logs(dry=DRY, noise=NOISE)).beside(logs(semi_implicit)))
     assert found.ranking[0].names == ("coulomb",)
     assert found.model.hypothesis.values["coulomb.level"][0] == pytest.approx(DRY, rel=0.03)
 
@@ -127,9 +130,9 @@ def test_a_clock_with_another_origin_changes_nothing_and_another_start_is_the_ro
         dragged, file):
     simulated = [record.replace(time=record.time + 100.0)
                  for record in logs(semi_implicit, start=0.05)]
-    found = diagnose(read_robot(file), dragged, simulated=simulated)
+    found = diagnose(Problem.from_logs(read_robot(file), dragged).beside(simulated))
     assert found.ranking[0].names == ("quadratic_drag",)
-    assert found.shrinkage.after < 2.0 * found.shrinkage.floor < 0.1 * found.shrinkage.before
+    assert found.reduction.after < 2.0 * found.reduction.floor < 0.1 * found.reduction.before
 
 
 @pytest.mark.parametrize("factor, words", [(180 / np.pi, "degrees in the place of rad"),
@@ -137,7 +140,7 @@ def test_a_clock_with_another_origin_changes_nothing_and_another_start_is_the_ro
 def test_a_simulator_that_moves_otherwise_altogether_is_refused(dragged, file, factor, words):
     simulated = [record.replace(q=factor * record.q) for record in logs(semi_implicit)]
     with pytest.raises(RecordError, match=words):
-        diagnose(read_robot(file), dragged, simulated=simulated)
+        diagnose(Problem.from_logs(read_robot(file), dragged).beside(simulated))
 
 
 def test_columns_that_lack_are_filled_in(dragged):
@@ -171,10 +174,9 @@ def test_a_table_of_time_and_position_is_enough(written, capsys):
         simulated.append(str(folder / f"sim-{record.source}.csv"))
         np.savetxt(simulated[-1], np.column_stack([record.time, record.q]), delimiter=",",
                    header="time,q1", comments="")
-    out = folder / "answer.json"
-    assert main([*paths, "--robot", str(folder / "robot.toml"), "--json", str(out),
+    assert main([*paths, "--robot", str(folder / "robot.toml"), "--json",
                  "--simulated", *simulated]) == 0
-    said = json.loads(out.read_text())
+    said = json.loads(capsys.readouterr().out)
     assert said["effects"][0]["effect"] == "quadratic_drag"
     told = " ".join(said["decisions"])
     assert "no qd and no pe: taken from" in told and "no command: worked out" in told

@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.problem.position_path import (
     servo_response,
 )
 from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.torque_path import torque_paths
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.checks import checks_section, saturated_share
@@ -48,7 +49,7 @@ def told(name, found):
 def test_emps_is_dry_friction_without_delay(shared):
     records = read_records(shared / "data" / "emps")
     robot, records = prepare(records[0].robot, records)
-    found = diagnose(robot, records)
+    found = diagnose(Problem.from_logs(robot, records))
     said = told("EMPS", found)
     assert cause_names(found)[0] == "coulomb" and "coulomb" in said["set_90"]
     assert "time_delay" not in said["set_90"] and "actuator_lag" not in said["set_90"]
@@ -61,7 +62,7 @@ def test_emps_is_dry_friction_without_delay(shared):
     log, error = found.problem.logs[1], found.model.hypothesis.error(1, dithered=False)
     measured, simulated = (np.std(x) for x in (log.q_d - log.q, log.q_d - log.q + error))
     assert simulated == pytest.approx(measured, rel=2e-3)  # 0.58 mm behind the reference
-    table = found.repeatable
+    table = found.torque_map
     print("  table of torque:", table.percent, table.interval, table.gap)
     assert table.beside == ("coulomb",) and table.gap < 1.6e-6 and table.interval[0] > 10.0
     with_table = np.std(log.q_d - log.q + corrected_error(found.model.hypothesis, table.joints, 1))
@@ -74,7 +75,7 @@ def test_emps_is_dry_friction_without_delay(shared):
 def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     records = read_records(shared / "data" / "bam_xl330")
     records = named(records, "(sin_sin, P 800)", "(sin_time_square, P 800)")
-    found = diagnose(*prepare(records[0].robot, records))
+    found = diagnose(Problem.from_logs(records[0].robot, records))
     said = told("BAM, P 800, whole library", found)
     print("  samples at the limit", saturated_share(found))
     assert saturated_share(found)[0] > 0.1
@@ -134,20 +135,20 @@ def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
     records = read_records(shared / "data" / "sage_so101")
     robot, ready = prepare(*one_joint(named(
         records, "prbs_excitation", "multisine", "step_response"), 0))
-    found = diagnose(robot, ready)
+    found = diagnose(Problem.from_logs(robot, ready))
     said = told("SO-101, rotation", found)
     (read,) = {record.decisions[-1] for record in ready}
     print(" ", read)
     assert "the dead time is 60 ms" in read and "goals act 2" in read
     names = [row["effect"] for row in said["effects"]]
     delay, step = said["effects"][0], said["effects"][names.index("encoder_quantization")]
-    print("  delay", delay, "\n  left", found.paths[0].left)
+    print("  delay", delay, "\n  left", found.findings[0].left)
     assert found.verdict == "effect" and names[0] == "time_delay" == said["set_90"][0]
     assert delay["probability"] > 0.9 and delay["joint"] == [1]
     assert delay["parameters"]["dead_time"]["value"][0] == pytest.approx(0.06, abs=1e-3)
     (low,), (high,) = delay["parameters"]["time"]["interval"]
     assert 0.015 < low < delay["parameters"]["time"]["value"][0] < high < 0.03
-    left = {name: rms[0] for name, rms in found.paths[0].left.items()}
+    left = {name: rms[0] for name, rms in found.findings[0].left.items()}
     assert left["both"] < 0.5 * min(left[name] for name in ("lag", "setpoint_delay", "coulomb"))
     assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
     assert cause_names(found)[:2] == ["coulomb", "asymmetric_coulomb"]  # what is left beside it
@@ -187,7 +188,7 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
     assert np.ptp([path.gain for path in paths]) > 0.2
     robot, ready = prepare(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
     assert all("the measured torque is" in record.decisions[-1] for record in ready)
-    found = diagnose(robot, ready, exclude=LOOSE)
+    found = diagnose(Problem.from_logs(robot, ready), exclude=LOOSE)
     said = told("DFKI, design C.1", found)
     print("  ", said["effects"][:3])
     assert cause_names(found)[0] == "coulomb" and members(found) == {"coulomb"}

@@ -7,9 +7,10 @@ pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
 from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
 from clie_blocks.analysis.gap.residual import sensitivity  # noqa: E402
-from clie_blocks.analysis.gap.residual.sensitivity import noise_responses, sensor_sensitivity  # noqa: E402
+from clie_blocks.analysis.gap.residual.sensitivity import noise_responses  # noqa: E402
 
 ROWS = 10_000
 
@@ -24,7 +25,7 @@ def healthy_arm(engine_arm):
 
 def left(asked):
     """chi^2 per sample of each joint over all logs, beside the refitted nominal model."""
-    base = fit_nominal(asked)[1]
+    base = fit_nominal(asked, METHOD)[1]
     return base.chi2.sum(axis=0) / base.samples.sum(axis=0)
 
 
@@ -37,7 +38,7 @@ def test_a_sound_arm_leaves_noise_alone_once_the_shaking_is_counted(healthy_arm,
 def test_own_noise_is_what_one_joint_alone_makes_of_it(healthy):
     inertia, damping = healthy.nominal.inertia, healthy.nominal.damping
     found = noise_responses(healthy, 0, inertia, damping)[0]
-    b, a = sensor_sensitivity(healthy.law, 0, inertia[0], damping[0])
+    b, a = healthy.law.sensor_sensitivity(0, inertia[0], damping[0])
     rebuilt = np.convolve(found, a)[:len(found)]  # a times the response is b, and then nothing
     assert rebuilt[:len(b)] == pytest.approx(b, abs=1e-9)
     assert np.abs(rebuilt[len(b):]).max() < 1e-9

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes import transmission
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 
 SECONDS, FINER = 1.5, 50
 AS_ONE = 3e-5  # rad: drag is that of the beginning of a step; the sensor's noise is 1e-4
@@ -33,7 +33,7 @@ def member(problem, cause, **numbers):
 def test_a_joint_without_play_moves_as_one(short, cause):
     numbers = {number.name: 0.5 for number in cause.numbers}
     apart = member(short, cause, **{**numbers, "loose": 0.0})
-    plain, rigid = hypothesis(short, ()), hypothesis(short, [apart])
+    plain, rigid = build_hypothesis(short, ()), build_hypothesis(short, [apart])
     assert np.ptp(short.fit[0].q - plain.error(0)) > 0.01  # rad: it moves
     assert np.allclose(rigid.error(0), plain.error(0), rtol=0, atol=AS_ONE)
 
@@ -41,12 +41,12 @@ def test_a_joint_without_play_moves_as_one(short, cause):
 def test_play_is_that_of_two_bodies_in_fine_steps(short):
     """Second route: the same two bodies, one joint at a time, in steps fifty times as short."""
     half, contact = 2e-3, 300.0
-    loose = hypothesis(short, [member(short, transmission.BACKLASH, half_gap=half,
+    loose = build_hypothesis(short, [member(short, transmission.BACKLASH, half_gap=half,
                                       contact=contact)])
     if short.chain.has_gravity or short.chain.has_coupling:
         pytest.skip("the second route knows no links")
     found = short.fit[0].q - loose.error(0)
-    rigid = short.fit[0].q - hypothesis(short, ()).error(0)
+    rigid = short.fit[0].q - build_hypothesis(short, ()).error(0)
     for k in range(short.n):
         fine = _in_fine_steps(loose, k, half, contact)
         assert np.abs(fine - rigid[:, k]).max() > half / 4

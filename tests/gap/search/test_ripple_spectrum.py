@@ -7,7 +7,8 @@ from clie_blocks.analysis.gap.calibration import robots
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.method.method import METHOD
+from clie_blocks.analysis.gap.problem.problem import Problem, problem
 from clie_blocks.analysis.gap.search.events import whitened_errors
 from clie_blocks.analysis.gap.search.ripple_spectrum import _peaks, ripple_candidates
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
@@ -18,7 +19,7 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
         ripple=2e-3 * joint["kp"], order=order))
     made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
-    bench, base = fit_nominal(problem(made.robot, made.records))
+    bench, base = fit_nominal(problem(made.robot, made.records), METHOD)
     (member, drop), = ripple_candidates(bench, base, whitened_errors(bench, base), (TORQUE_RIPPLE,))
     k = made.causes["torque_ripple"] - 1
     travel = np.ptp(np.concatenate([log.q[:, k] for log in bench.problem.fit]))
@@ -36,10 +37,10 @@ def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, 
     k = made.causes["torque_ripple"] - 1
     places = np.concatenate([record.q[:, k] for record in made.records[:2]])
     assert np.ptp(places) == pytest.approx(travel, rel=0.05)
-    found = diagnose(made.robot, made.records, effects=("torque_ripple", "spring", "coulomb"))
+    found = diagnose(Problem.from_logs(made.robot, made.records), effects=("torque_ripple", "spring", "coulomb"))
     ripple = next(row for row in found.evidence.rows if row.names == ("torque_ripple",))
-    assert ripple.rival == SOFT_STOP
-    assert ripple.excess < 0.5 < 50.0 < found.evidence.nothing
+    assert ripple.confounder == SOFT_STOP
+    assert ripple.excess < 0.5 < 50.0 < found.evidence.nominal_excess
     assert found.ranking[0].names == (said,)
 
 

@@ -6,17 +6,18 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.causes.sensor import ENCODER_DELAY
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import decimated, decimation
-from clie_blocks.analysis.gap.residual.sensitivity import decimated_filter, torque_sensitivity
 from clie_blocks.analysis.gap.simulation.closed_loop import SHORT
+from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 
 
 @pytest.fixture(scope="module")
 def fitted(healthy):
-    return fit_nominal(healthy)
+    return fit_nominal(healthy, METHOD)
 
 
 def test_any_number_of_sets_side_by_side_are_single_runs(fitted):
@@ -32,7 +33,7 @@ def test_any_number_of_sets_side_by_side_are_single_runs(fitted):
 def test_residuals_of_many_sets_are_those_of_each_error(fitted):
     bench, at = fitted[0], fitted[1].hypothesis
     wild = {**at.values, "damping": -40.0 * at.values["inertia"]}
-    found = bench.residuals(at.positions(0, [at.values, wild]), 0)
+    found = bench.of_runs(at.positions(0, [at.values, wild]), 0)
     for k, part in enumerate(bench.whitened(at.error(0), 0)):
         np.testing.assert_allclose(found[k][0], part, rtol=0, atol=1e-8)
         assert np.ptp(found[k][1]) == 0.0 < found[k][1][0]  # a runaway is a constant
@@ -52,7 +53,7 @@ def test_means_are_those_of_the_positions(fitted):
 @pytest.mark.parametrize("samples", [7.3, SHORT, SHORT + 0.5])
 def test_a_line_of_delays_is_as_long_as_a_delay_needs(healthy, cause, samples):
     late = {"time": samples * healthy.period * np.ones(healthy.n)}
-    at = hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), late, late),))
+    at = build_hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), late, late),))
     log, plain = healthy.logs[0], at.simulator
     chosen = plain.for_delays(samples * healthy.period)
     assert (chosen is plain) == (samples > SHORT)
@@ -68,7 +69,7 @@ def test_columns_are_slopes_of_the_residual(fitted):
     bench, at = fitted[0], fitted[1].hypothesis
     here = jacobian(at, bench)
     assert jacobian(at, bench) is here
-    entry = at.open[0]
+    entry = at.free_parameters[0]
     step = 0.02 * entry.size
     sides = [jacobian(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])), bench)
              for sign in (-1, 1)]
@@ -80,7 +81,7 @@ def test_columns_are_slopes_of_the_residual(fitted):
 
 def test_a_slow_filter_gives_the_means_of_the_quick_one(healthy):
     nominal = healthy.nominal
-    b, a = torque_sensitivity(healthy.law, 0, nominal.inertia[0], nominal.damping[0])
+    b, a = healthy.law.torque_sensitivity(0, nominal.inertia[0], nominal.damping[0])
     width = decimation(healthy.period)
     torque = np.repeat(np.random.default_rng(0).standard_normal(300), width)
     expected = decimated(lfilter(b, a, torque), healthy.period)

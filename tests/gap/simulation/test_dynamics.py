@@ -5,8 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.residual.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.simulation import dynamics
 
 
@@ -38,22 +37,22 @@ def test_a_neutral_cause_changes_nothing(cause, healthy):
         pytest.skip("this robot has no link data")
     values = {number.name: np.full(problem.n, 1.0 if number.neutral is None else number.neutral)
               for number in cause.numbers}
-    plain = hypothesis(problem, ())
-    with_it = hypothesis(problem, [Member(cause, tuple(range(problem.n)), values, values)])
+    plain = build_hypothesis(problem, ())
+    with_it = build_hypothesis(problem, [Member(cause, tuple(range(problem.n)), values, values)])
     # switched off, a lag is one of a microsecond
     assert np.allclose(with_it.error(0), plain.error(0), rtol=0, atol=1e-6)
 
 
 def test_the_sensitivity_is_the_derivative_of_the_simulated_loop(healthy):
     problem = healthy
-    plain = hypothesis(problem, ())
+    plain = build_hypothesis(problem, ())
     if problem.chain.has_gravity:  # the weight's own stiffness is not in S
         return
     load = 1e-3 * problem.law.kp
     loaded = plain.with_values({**plain.values, "load": plain.values["load"] + load})
     change = plain.error(0) - loaded.error(0)
     for k in range(problem.n):
-        b, a = torque_sensitivity(problem.law, k, plain.values["inertia"][k],
+        b, a = problem.law.torque_sensitivity(k, plain.values["inertia"][k],
                                   plain.values["damping"][k])
         expected = lfilter(b, a, np.full(len(change), -load[k]))
         assert np.allclose(change[:, k], expected, atol=2e-3 * np.abs(expected).max())

@@ -5,8 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.calibration.plant import simulate as run
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.errors import RecordError
 
 FRICTION = 0.03  # of the torque scale 0.3 kp
@@ -46,9 +48,9 @@ def named(found):
 
 def test_a_simulator_that_holds_everything_leaves_nothing(machine):
     robot, logs = machine
-    found = diagnose(robot, logs(), simulated=logs(noise=0.5))
+    found = diagnose(Problem.from_logs(robot, logs()).beside(logs(noise=0.5)))
     assert found.verdict == "none"
-    assert {member.cause.name for member in found.bench.problem.inside} == {"coulomb"}
+    assert {member.cause.name for member in found.residuals.problem.inside} == {"coulomb"}
 
 
 @pytest.mark.slow
@@ -56,9 +58,9 @@ def test_a_simulator_that_holds_everything_leaves_nothing(machine):
                                             ("quadratic_drag", {"quadratic": 0.3})])
 def test_only_what_the_simulator_lacks_is_named(machine, effect, number):
     robot, logs = machine
-    found = diagnose(robot, logs(**number), simulated=logs(noise=0.5))
+    found = diagnose(Problem.from_logs(robot, logs(**number)).beside(logs(noise=0.5)))
     assert named(found) <= {effect, "actuator_lag"} and effect in answer(found)["set_90"]
-    assert found.shrinkage.after < 1.1 * found.shrinkage.floor < found.shrinkage.before
+    assert found.reduction.after < 1.1 * found.reduction.floor < found.reduction.before
     assert any("already holds coulomb" in said for said in answer(found)["decisions"])
 
 
@@ -67,7 +69,7 @@ def test_another_number_of_an_effect_that_both_hold_is_parametric(machine):
     robot, logs = machine
     simulated = logs(noise=0.5)
     level = FRICTION * 0.3 * robot.controller.kp[0]
-    found = diagnose(robot, logs(forward=1.6 * level), simulated=simulated)
+    found = diagnose(Problem.from_logs(robot, logs(forward=1.6 * level)).beside(simulated))
     assert found.verdict == "parametric"
     held, = answer(found)["simulator"]
     assert held["effect"] == "coulomb"
@@ -80,10 +82,10 @@ def test_logs_of_other_experiments_are_refused(machine):
     robot, logs = machine
     robots, simulated = logs(), logs(noise=0.5)
     with pytest.raises(RecordError, match="5000 samples"):
-        diagnose(robot, robots, simulated=[simulated[0].part(0, 5000)])
+        diagnose(Problem.from_logs(robot, robots).beside([simulated[0].part(0, 5000)]))
     other = simulated[0].replace(qd=simulated[0].qd + 0.2 * np.sin(simulated[0].time)[:, None])
     with pytest.raises(RecordError, match="another experiment"):
-        diagnose(robot, robots, simulated=[other])
+        diagnose(Problem.from_logs(robot, robots).beside([other]))
     slow = simulated[0].replace(time=2 * simulated[0].time)
     with pytest.raises(RecordError, match="0.002 s"):
-        diagnose(robot, robots, simulated=[slow])
+        diagnose(Problem.from_logs(robot, robots).beside([slow]))

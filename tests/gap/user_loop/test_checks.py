@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import ClieError, DivergedError, NotIdentifiableError, RecordError
 
@@ -60,23 +61,23 @@ def branches(x, u):
     (lambda x, u: joint(x, [u[0], u[1], 0.0], law(x, u)), "moves no joint")])
 def test_a_loop_that_cannot_be_run_is_refused_with_the_remedy(rate, words):
     with pytest.raises(ClieError, match=words) as told:
-        diagnose(record(), loop=loop(rate))
+        diagnose(Problem.from_loop(loop(rate), record()))
     assert "opaque" not in str(told.value)  # a remedy that a diagnosis does not have
 
 
 def test_a_loop_faster_than_its_simulation_is_refused():
     current = loop(lambda x, u: np.append(joint(x, u, x[2]), 1e5 * (law(x, u) - x[2])), states=3)
     with pytest.raises(ClieError, match="pole at 1e\\+05 rad/s.*steady state"):
-        diagnose(record(), loop=current)
+        diagnose(Problem.from_loop(current, record()))
 
 
 def test_unstable_loops_are_told_before_they_run_away():
     with pytest.raises(DivergedError, match="grows e-fold every 0.1"):
-        diagnose(record(), loop=loop(lambda x, u: joint(x, u, -KP * (u[0] - x[0]) - KD * x[1])))
+        diagnose(Problem.from_loop(loop(lambda x, u: joint(x, u, -KP * (u[0] - x[0]) - KD * x[1])), record()))
     with pytest.raises(DivergedError, match="is unstable"):
-        diagnose(record(), loop=loop(
+        diagnose(Problem.from_loop(loop(
             lambda x, u: np.array([x[0] + PERIOD * x[1], 1.02 * x[1] + PERIOD * u[2] / INERTIA]),
-            dt=PERIOD))
+            dt=PERIOD), record()))
 
 
 def test_a_loop_that_is_stable_at_rest_only_is_told_where_it_runs_away():
@@ -84,7 +85,7 @@ def test_a_loop_that_is_stable_at_rest_only_is_told_where_it_runs_away():
         return joint(x, u, law(x, u) + 400.0 * x[0]**3)
 
     with pytest.raises(DivergedError, match="mine runs away.*leaves every bound"):
-        diagnose(record(), loop=loop(hardening))
+        diagnose(Problem.from_loop(loop(hardening), record()))
 
 
 def test_a_ring_without_a_state_is_named():
@@ -97,7 +98,7 @@ def test_a_ring_without_a_state_is_named():
     whole = ct.interconnect(ring, inplist=["pd.q_d", "plant.torque"], inputs=["q_d", "torque"],
                             outlist=["plant.q", "pd.u"], outputs=["q", "u"], name="ring")
     with pytest.raises(ClieError, match="without a state or a sample of delay between them"):
-        diagnose(record(), loop=whole)
+        diagnose(Problem.from_loop(whole, record()))
 
 
 @pytest.mark.parametrize("logs, error, words", [
@@ -110,4 +111,4 @@ def test_a_ring_without_a_state_is_named():
     ([record(u=None)], RecordError, "no command u")])
 def test_logs_that_do_not_fit_a_loop_are_refused(logs, error, words):
     with pytest.raises(error, match=words):
-        diagnose(logs, loop=sound())
+        diagnose(Problem.from_loop(sound(), logs))

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from clie_blocks.analysis.gap import answer, diagnose
-from clie_blocks.analysis.gap.user_loop.ports import as_closed_loop, loop_ports
-from clie_blocks.analysis.gap.user_loop.problem import TOLERANCE
+from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.user_loop.ports import as_closed_loop, loop_ports
+from clie_blocks.analysis.gap.problem.user_loop.statement import TOLERANCE
+from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import ClieError
@@ -74,7 +76,7 @@ def logged(name, k):
         "spring", "none", "gravity", "torque_ripple", "periodic_disturbance", "step_fault",
         "viscous", "unknown"))])
 def test_what_a_foreign_loop_lacks_is_named(name):
-    found = diagnose([logged(name, k) for k in range(2)], loop=foreign_loop())
+    found = diagnose(Problem.from_loop(foreign_loop(), [logged(name, k) for k in range(2)]))
     expected = {"none": ("none",), "viscous": ("parametric",), "unknown": ("unknown",)}
     assert found.ranking[0].names == expected.get(name, (name,))
     if name == "viscous":
@@ -88,9 +90,9 @@ def test_what_a_foreign_loop_lacks_is_named(name):
 
 def test_one_record_and_a_diagram_of_the_package_do():
     plant = decoupled_joints([DAMPING / INERTIA], [1 / INERTIA], [0.0], name="plant")
-    found = diagnose(logged("spring", 0), loop=joint_loop(plant, [KP], [KD]))
+    found = diagnose(Problem.from_loop(joint_loop(plant, [KP], [KD]), logged("spring", 0)))
     assert found.ranking[0].names == ("spring",)
-    assert found.shrinkage.judged_on == "blocks left out of the fit"
+    assert found.reduction.judged_on == "blocks left out of the fit"
     assert any("port 'pe'" in said for said in answer(found)["decisions"])
 
 
@@ -105,7 +107,7 @@ def test_a_missing_port_is_named_with_the_remedy(names, missing):
 
 def test_what_is_no_loop_is_refused():
     with pytest.raises(ClieError, match="python-control"):
-        diagnose(logged("none", 0), loop=lambda t: t)
+        diagnose(Problem.from_loop(lambda t: t, logged("none", 0)))
 
 
 def cut_loop():
@@ -165,7 +167,7 @@ def measuring_loop():
 
 @pytest.mark.slow
 def test_an_encoder_error_enters_at_a_port_of_its_own():
-    found = diagnose([driven("encoder_eccentricity", k) for k in range(2)], loop=measuring_loop())
+    found = diagnose(Problem.from_loop(measuring_loop(), [driven("encoder_eccentricity", k) for k in range(2)]))
     assert found.ranking[0].names == ("encoder_eccentricity",)
 
 
@@ -183,7 +185,7 @@ def test_ports_that_do_not_fit_are_refused():
     ("actuator_lag", "time", 0.012), ("time_delay", "time", 6e-3),
     ("presliding", "range", 0.02), ("torque_gain_error", "error", 0.15)])
 def test_a_drive_and_bristles_act_in_a_loop_cut_at_the_motor(name, key, value):
-    found = diagnose([driven(name, k) for k in range(2)], loop=cut_loop())
+    found = diagnose(Problem.from_loop(cut_loop(), [driven(name, k) for k in range(2)]))
     assert found.ranking[0].names == (name,)
     told = answer(found)["effects"][0]["parameters"][key]
     fitted, (low, high) = told["value"][0], told["interval"]

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes import drive, friction, timed
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, Open
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
+from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Member
 from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_names
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.calibration import Calibration
-from clie_blocks.analysis.gap.residual.sensitivity import sensor_sensitivity
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 from clie_blocks.analysis.gap.verdict.evidence import (
     Row,
@@ -33,7 +32,7 @@ def fitted(slope, doubt=1.0):
     member = Member(cause, (1,), sizes, sizes)
     values = {"load_dependent_friction.level": np.array([0.0, 1.0]),
               "load_dependent_friction.slope": np.array([0.0, slope])}
-    open_ = tuple(Open(f"load_dependent_friction.{name}", 1, None, 0.03, 0.0, 1.0)
+    open_ = tuple(FreeParameter(f"load_dependent_friction.{name}", 1, None, 0.03, 0.0, 1.0)
                   for name in sizes)
     return SimpleNamespace(spread=np.array([doubt, doubt]), hypothesis=SimpleNamespace(
         members=(member,), values=values, open=open_))
@@ -77,7 +76,7 @@ def known_within(cause, *spreads):
     """Fit of a cause at one joint, with standard deviations of its open numbers in their size."""
     member = Member(cause, (0,), {}, {})
     logs = (None, None)
-    found = [Open(f"{member.name}.{number.name}", 0, log, 2.0, -9.0, 9.0)
+    found = [FreeParameter(f"{member.name}.{number.name}", 0, log, 2.0, -9.0, 9.0)
              for number in cause.numbers if not number.fixed
              for log in ((0, 1) if number.scope == "log" else (None,))]
     at = SimpleNamespace(members=(member,), open=tuple(found), get=lambda entry: 0.5,
@@ -99,12 +98,12 @@ def test_a_number_that_the_logs_do_not_determine_costs_nothing():
 
 
 def test_a_fall_at_the_start_is_no_health_where_the_start_is_stated(healthy):
-    bench, base = fit_nominal(healthy)
+    bench, base = fit_nominal(healthy, METHOD)
     assert not is_contradicted(base, bench)
     fallen = [falling(log, bench, base) for log in healthy.logs]
     bench, base = fit_nominal(dataclasses.replace(healthy, fit=tuple(fallen[:2]),
-                                               held_out=tuple(fallen[2:])))
-    assert excess(base) < 1.0
+                                               held_out=tuple(fallen[2:])), METHOD)
+    assert base.excess < 1.0
     assert is_contradicted(base, bench)
     said = posterior(evidence(base, [], bench), Calibration())
     assert said[0].names == ("unknown",)
@@ -119,6 +118,6 @@ def falling(log, bench, base):
     from scipy.signal import lfilter
 
     problem, at = bench.problem, base.hypothesis.values
-    fall = [lfilter(*sensor_sensitivity(problem.law, k, at["inertia"][k], at["damping"][k]),
+    fall = [lfilter(*problem.law.sensor_sensitivity(k, at["inertia"][k], at["damping"][k]),
                     np.full(len(log), 0.01)) for k in range(problem.n)]
     return dataclasses.replace(log, q=log.q + np.stack(fall, axis=1))

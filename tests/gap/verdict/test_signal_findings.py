@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.method.calibration import load_calibration
 from clie_blocks.analysis.gap.problem.position_path import servo_response
 from clie_blocks.analysis.gap.problem.preparation import prepare
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.torque_path import path_torque
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.verdict.signal_findings import (
@@ -160,7 +161,7 @@ def test_the_check_establishes_only_what_is_not_left_out():
 @pytest.mark.parametrize("choice", [{"exclude": ("time_delay",)}, {"effects": ("coulomb",)}])
 def test_a_delay_that_is_known_not_to_be_there_is_in_no_answer(choice):
     logs = servo_logs(0.03, 0.01)
-    found = diagnose(logs[0].robot, logs, **choice)
+    found = diagnose(Problem.from_logs(logs[0].robot, logs), **choice)
     said = answer(found)
-    assert "time_delay" in found.left_out and found.paths == ()
+    assert "time_delay" in found.excluded and found.findings == ()
     assert "time_delay" not in [row["effect"] for row in said["effects"]] + said["set_90"]

@@ -1,9 +1,16 @@
 """The ports by which any python-control diagram takes the place of the paper's joint."""
 
+from __future__ import annotations
+
 import dataclasses
+from collections.abc import Collection
+from typing import TYPE_CHECKING
 
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import ports
+
+if TYPE_CHECKING:
+    from control import InputOutputSystem, NonlinearIOSystem
 
 REFERENCE, EXCITATION, TORQUE, SENSOR = "q_d", "pe", "torque", "sensor"
 POSITION, COMMAND, DELIVERED = "q", "u", "u_in"
@@ -30,10 +37,10 @@ class Ports:
     torque: str
     has_pe: bool
     has_sensor: bool
-    other: tuple
+    other: tuple[str, ...]
 
 
-def loop_ports(loop):
+def loop_ports(loop: InputOutputSystem) -> Ports:
     """Find the ports of a loop.
 
     Inputs: q_d[k] [rad], torque[k] [N m] that acts on the joint like a motor's, and optionally
@@ -70,14 +77,15 @@ def loop_ports(loop):
                  tuple(name for name in inputs if name not in known))
 
 
-def _require(loop, name, found, kind, remedy):
+def _require(loop: InputOutputSystem, name: str, found: Collection[str], kind: str, remedy: str,
+             ) -> None:
     if name not in found:
         raise ClieError(
             f"{loop.name}: the loop has no {kind} {name!r}, and without it the diagnosis cannot "
             f"run it beside a log; {nearest(name, found)}. Add it with {remedy} of interconnect")
 
 
-def as_closed_loop(loop):
+def as_closed_loop(loop: InputOutputSystem) -> NonlinearIOSystem:
     """Loop as a closed system with a port for torque; a transfer function becomes a realisation.
 
     A loop with an input u_in is cut at the motor.  It is closed here, so that what enters the
@@ -99,7 +107,7 @@ def as_closed_loop(loop):
     return _closed_at_motor(loop) if DELIVERED in ports(loop.input_labels) else loop
 
 
-def _closed_at_motor(loop):
+def _closed_at_motor(loop: NonlinearIOSystem) -> NonlinearIOSystem:
     """Loop with u_in driven by u, and by a torque that it takes at an input `torque`."""
     inputs, outputs = ports(loop.input_labels), ports(loop.output_labels)
     _require(loop, COMMAND, outputs, "output", f"outputs={{'{COMMAND}': 'pd.{COMMAND}', ...}}")

@@ -1,33 +1,30 @@
-"""The problem that a loop of the user's own states: ``diagnose(record, loop=my_loop)``."""
+"""A user's loop in the place of a stated law: its ports, its sensitivities, its joint model."""
+
+from __future__ import annotations
 
 import dataclasses
-import functools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.planar_chain import planar_chain
-from clie_blocks.analysis.gap.problem.problem import Nominal, Problem, as_log
-from clie_blocks.analysis.gap.user_loop.checks import (
-    check_poles,
-    check_records,
-    check_run,
-    guarded_loop,
-)
-from clie_blocks.analysis.gap.user_loop.ports import as_closed_loop, loop_ports
-from clie_blocks.analysis.gap.user_loop.simulator import (
-    MOST_SUBSTEPS,
-    REACH,
-    LoopSimulator,
-    can_reach,
-)
-from clie_blocks.analysis.gap.user_loop.step import GLANCE
+from clie_blocks.analysis.gap.problem.law import Filter
+from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
+from clie_blocks.analysis.gap.problem.user_loop.checks import check_poles, guarded_loop
+from clie_blocks.analysis.gap.problem.user_loop.ports import Ports
+from clie_blocks.analysis.records import Record
 from clie_blocks.errors import ClieError
 from clie_blocks.labels import ports
 
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
+
 BAND = (0.3, 20.0)  # rad/s, in which inertia and damping are read from the linearised loop
-TOLERANCE = {"inertia": 0.01, "damping": 0.05, "load": 0.005}  # of a loop's own numbers
-NUDGE = 1e-6
-AFTER = 1e-5  # weight of all states at rest beside joints at rest
+NUDGE = 1e-6  # central difference of a linearisation
+AFTER = 1e-5  # weight of all states at rest against joints at rest
+GLANCE = 1e-4  # s, over which a velocity is read from the position
+REACH = 0.4  # step times the fastest pole of the loop
+MOST_SUBSTEPS = 50  # of the simulation in one sample
+AT_TORQUE = ("load", "friction", "drive")  # ports of causes that the torque port of a loop serves
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -53,111 +50,78 @@ class LoopLaw:
 
     """
 
-    diagram: object
-    ports: object
+    diagram: NonlinearIOSystem
+    ports: Ports
     period: float
     substeps: int
-    torque: tuple
-    sensor: tuple
+    torque: tuple[Filter, ...]
+    sensor: tuple[Filter, ...]
     inertia: np.ndarray
     damping: np.ndarray
-    chain: object
-    corners = None
-    variant = "loop"
+    chain: PlanarChain
 
     @property
-    def discrete(self):
+    def discrete(self) -> bool:
         """Whether the loop is in discrete time."""
         return bool(self.diagram.dt)
 
     @property
-    def kp(self):
+    def kp(self) -> np.ndarray:
         """No gain is known."""
         return np.zeros(self.ports.n)
 
     kd = resolution = kp
 
     @property
-    def saturation(self):
+    def saturation(self) -> np.ndarray:
         """No limit is known."""
         return np.full(self.ports.n, np.inf)
 
     @property
-    def numerator(self):
+    def numerator(self) -> np.ndarray:
         """No velocity filter is known."""
         return np.zeros((3, self.ports.n))
 
     denominator = numerator
 
-    def simulator(self, causes):
-        """The loop with causes at its ports."""
-        return _simulator(self, causes)
+    @property
+    def holds_joints(self) -> bool:
+        """A loop is taken as it is: its controller holds the joints."""
+        return True
 
-    def reaches(self, cause):
-        """Whether a cause can act at the ports of the loop."""
-        return can_reach(cause, self.ports)
+    @property
+    def takes_excitation(self) -> bool:
+        """Whether the loop has a port for an excitation."""
+        return self.ports.has_pe
 
-    def at_rest(self, start):
+    @property
+    def is_replayable(self) -> bool:
+        """The controller cannot be told from the rest of the loop."""
+        return False
+
+    def torque_sensitivity(self, k: int, inertia: float, damping: float) -> Filter:
+        """S_tau(z) of joint k [rad/(N m)], of the loop as linearised."""
+        return self.torque[k]
+
+    def sensor_sensitivity(self, k: int, inertia: float, damping: float) -> Filter:
+        """S_0(z) of joint k, of the loop as linearised."""
+        return self.sensor[k]
+
+    def reaches(self, cause: Any) -> bool:
+        """Whether a cause can act at the ports; link data and gears are out of reach."""
+        return not cause.needs_links and all(
+            piece.port in AT_TORQUE
+            or (piece.port == "sensor" and self.ports.has_sensor and not piece.states)
+            for piece in cause.pieces)
+
+    def at_rest(self, start: np.ndarray) -> np.ndarray:
         """State of the loop with its joints at rest at a position."""
         return _at_rest(self.diagram, self.ports, start)
 
 
-@functools.lru_cache(maxsize=256)
-def _simulator(law, causes):
-    return LoopSimulator(law, causes)
-
-
-def loop_problem(loop, records, held_out=None):
-    """State the problem of a loop and its logs.
-
-    Parameters
-    ----------
-    loop : control.NonlinearIOSystem
-        The user's model, with the ports of `loop_ports`.
-    records : list of Record
-        Logs on one time grid each.
-    held_out : list of int, optional
-        Logs that only judge; by default the last one, when there are two or more.
-
-    Raises
-    ------
-    ClieError
-        If the loop lacks a port, fails, or its sample time is not that of the logs.
-    DivergedError
-        If the loop is unstable.
-    RecordError
-        If a record has another number of joints, or another sample time.
-    NotIdentifiableError
-        If a log is too short.
-
-    """
-    from clie_blocks.analysis.records import Robot
-
-    loop = as_closed_loop(loop)
-    found = loop_ports(loop)
-    check_records(records, found.n, loop.name)
-    first = records[0]
-    held_out = ([len(records) - 1] if len(records) > 1 else []) if held_out is None else held_out
-    robot = Robot(n=found.n, joints=first.joints)
-    chain = planar_chain(robot, np.zeros(found.n))
-    law = _law(loop, found, first, chain)
-    logs = [as_log(record, robot, k) for k, record in enumerate(records)]
-    torque = np.sqrt(np.mean(np.concatenate([log.u for log in logs]) ** 2, axis=0))
-    nominal = Nominal(
-        law.inertia, law.damping, np.zeros(found.n), TOLERANCE["inertia"] * law.inertia,
-        TOLERANCE["damping"] * np.maximum(law.damping, 0.1 * law.inertia),
-        TOLERANCE["load"] * torque + 1e-12)
-    check_run(law, logs[0], {"inertia": law.inertia, "damping": law.damping,
-                             "load": nominal.load})
-    one = np.ones(found.n)
-    return Problem(
-        fit=tuple(log for k, log in enumerate(logs) if k not in held_out),
-        held_out=tuple(logs[k] for k in held_out), law=law, nominal=nominal, chain=chain,
-        gear_ratio=one, shaft_ratio=one, resolution=0 * one, joints=tuple(robot.joints),
-        quiet=True)
-
-
-def _law(loop, found, record, chain):
+def linearised_law(loop: NonlinearIOSystem, found: Ports, record: Record,
+                   chain: PlanarChain) -> LoopLaw:
+    """Law of a loop, linearised with the joints at rest at the first sample of a log."""
     from scipy.signal import cont2discrete, ss2tf
 
     period = record.sample_time
@@ -186,7 +150,7 @@ def _law(loop, found, record, chain):
                    chain)
 
 
-def _linearise(loop, found, start):
+def _linearise(loop: NonlinearIOSystem, found: Ports, start: np.ndarray) -> tuple[np.ndarray, ...]:
     """Matrices from the torque port to q and u, at rest at a position."""
     x, u = _at_rest(loop, found, start), _inputs(loop, start)
     at = [k for k, label in enumerate(loop.input_labels)
@@ -207,7 +171,8 @@ def _linearise(loop, found, start):
     return jacobian[:n, :n], jacobian[:n, n:], jacobian[n:, :n], jacobian[n:, n:]
 
 
-def _joint(a, b, c, d, period, found):
+def _joint(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray, period: float,
+           found: Ports) -> tuple[float, float]:
     """Inertia and damping of S_tau / S_0 = 1 / (J s^2 + D s + K) in the band."""
     grid = np.geomspace(*BAND, 60)
     points = np.exp(1j * grid * period) if period else 1j * grid
@@ -226,7 +191,7 @@ def _joint(a, b, c, d, period, found):
     return inertia, max(float(np.median(inverse.imag / grid)), 0.0)
 
 
-def _inputs(loop, start):
+def _inputs(loop: NonlinearIOSystem, start: np.ndarray) -> np.ndarray:
     """Inputs at rest: the set-point is the position, all else is zero."""
     u, seen = np.zeros(loop.ninputs), 0
     for k, label in enumerate(loop.input_labels):
@@ -235,7 +200,7 @@ def _inputs(loop, start):
     return u
 
 
-def _at_rest(loop, found, start):
+def _at_rest(loop: NonlinearIOSystem, found: Ports, start: np.ndarray) -> np.ndarray:
     """State in which the joints stand still at a position, and all else as nearly as it can."""
     from scipy.optimize import least_squares
 

@@ -5,7 +5,9 @@ import pytest
 from clie_blocks.analysis.gap.calibration import robots
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
-from clie_blocks.analysis.gap.search.events import NEVER, refit_event_times
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.search.event_times import refit_event_times
+from clie_blocks.analysis.gap.search.events import NEVER
 
 SET_IN = 6.0  # s
 
@@ -16,9 +18,9 @@ def diagnosed():
         patch.setitem(robots.EFFECTS, "step_fault", lambda rng, joint: joint.update(
             step=0.02 * joint["kp"], step_at=SET_IN))
         made, = robots.draw_cases(1, 2, ["step_fault"], ["single"], duration=12.0)
-    found = diagnose(made.robot, made.records, effects=("step_fault", "friction_drift"))
+    found = diagnose(Problem.from_logs(made.robot, made.records), effects=("step_fault", "friction_drift"))
     right = next(row.fit for row in found.evidence.rows if row.names == ("step_fault",))
-    return found.bench, right, made.causes["step_fault"] - 1
+    return found.residuals, right, made.causes["step_fault"] - 1
 
 
 def displaced(right, k, change):

@@ -5,28 +5,39 @@ can stop a joint but never turn it round, a drive by the torque that it adds to 
 change of inertia, damping or constant load by the torque that it would make.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import functools
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
+from clie_blocks.analysis.gap.problem.user_loop.ports import EXCITATION, REFERENCE, SENSOR
 from clie_blocks.analysis.gap.simulation import dynamics as robot
-from clie_blocks.analysis.gap.simulation.dynamics import State
-from clie_blocks.analysis.gap.user_loop.ports import EXCITATION, REFERENCE, SENSOR
-from clie_blocks.analysis.gap.user_loop.step import LoopStep
+from clie_blocks.analysis.gap.simulation.dynamics import (
+    ActingCause,
+    Memory,
+    Parameters,
+    Piece,
+    State,
+)
+from clie_blocks.analysis.gap.simulation.user_loop.step import LoopStep
+from clie_blocks.errors import ClieError, DivergedError
 
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
+
+    from clie_blocks.compiled import Program
+
+Values = Mapping[str, np.ndarray]  # parameters of the simulator by key
 MODEL = ("inertia", "damping", "load")
-REACH = 0.4  # step times the fastest pole of the loop
-MOST_SUBSTEPS = 50
-AT_TORQUE = ("load", "friction", "drive")
-
-
-def can_reach(cause, ports):
-    """Whether a cause can act at the ports of a loop; link data and gears are out of reach."""
-    return not cause.needs_links and all(
-        piece.port in AT_TORQUE
-        or (piece.port == "sensor" and ports.has_sensor and not piece.states)
-        for piece in cause.pieces)
+FAR = 1e4  # times the range of the robot's motion
+CALLED_BACK = re.compile(r"[;,] or have it called back, slowly: opaque=\[.*?\]")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -42,18 +53,18 @@ class LoopSimulator:
 
     """
 
-    law: object
-    causes: tuple
+    law: LoopLaw
+    causes: tuple[ActingCause, ...]
 
     @functools.cached_property
-    def program(self):
+    def program(self) -> Program:
         """The compiled program."""
         from clie_blocks.compiled import compile_diagram
 
         return compile_diagram(self.block)
 
     @functools.cached_property
-    def block(self):
+    def block(self) -> NonlinearIOSystem:
         """The loop with its causes as a block in discrete time; outputs: q, u."""
         import control as ct
 
@@ -75,25 +86,25 @@ class LoopSimulator:
             inputs=list(self.law.diagram.input_labels), outputs=signals("q", "u", n=n))
 
     @functools.cached_property
-    def _moves(self):
+    def _moves(self) -> LoopStep:
         return LoopStep.of(self.law.diagram, self.law.ports, self.law.period / self.law.substeps)
 
     @property
-    def _pieces(self):
+    def _pieces(self) -> list[tuple[str, Piece]]:
         return [(cause.block, piece) for cause in self.causes for piece in cause.pieces]
 
     @property
-    def _size(self):
+    def _size(self) -> int:
         """Length of the state: that of the loop, then the memories of the causes."""
         n = self.law.ports.n
         return self.law.diagram.nstates + n * sum(piece.states for _, piece in self._pieces)
 
     @property
-    def _cause_keys(self):
+    def _cause_keys(self) -> list[str]:
         return [f"{cause.block}.{number.name}" for cause in self.causes
                 for number in cause.numbers]
 
-    def _unpack(self, x, params):
+    def _unpack(self, x: np.ndarray, params: Values) -> tuple[np.ndarray, Memory, dict[str, Any]]:
         n, at, memory = self.law.ports.n, self.law.diagram.nstates, {}
         for name, piece in self._pieces:
             memory.setdefault(name, [])
@@ -106,7 +117,7 @@ class LoopSimulator:
         p["load"] = params["load"]
         return x[:self.law.diagram.nstates], memory, p
 
-    def _sensed(self, memory, p):
+    def _sensed(self, memory: Memory, p: Parameters) -> LoopStep:
         """Steps of the loop with what the causes add to the measured position."""
         moves = self._moves
         if not any(piece.port == "sensor" for _, piece in self._pieces):
@@ -119,11 +130,11 @@ class LoopSimulator:
 
         return dataclasses.replace(moves, function=function)
 
-    def _seen(self, t, x, u, params):
+    def _seen(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         x, memory, p = self._unpack(x, params)
         return np.concatenate(self._sensed(memory, p).seen(t, x, u))
 
-    def _step(self, t, x, u, params):
+    def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         x, memory, p = self._unpack(x, params)
         moves = self._sensed(memory, p)
         after = moves.free(t, x, u)
@@ -142,14 +153,16 @@ class LoopSimulator:
             parts += kept[name] if piece.states else []
         return np.concatenate(parts)
 
-    def _middle(self, moves, t, x, after, u, rate):
+    def _middle(self, moves: LoopStep, t: float, x: np.ndarray, after: np.ndarray, u: np.ndarray,
+                rate: np.ndarray) -> State:
         """Motion in the middle of a step; a loop in discrete time holds its command."""
         (q, command), (q_late, late) = moves.seen(t, x, u), moves.seen(t, after, u)
         h, n = moves.step, self.law.ports.n
         return State((q + q_late) / 2, rate, command if moves.discrete else (command + late) / 2,
                      t + h / 2, h, self.law.chain, np.ones(n))
 
-    def _torque(self, rate, late, mass, params, push, limits):
+    def _torque(self, rate: np.ndarray, late: np.ndarray, mass: np.ndarray, params: Values,
+                push: np.ndarray, limits: tuple[np.ndarray, ...] | None) -> np.ndarray:
         """Torque over a step by which the joints move as the causes want [N m].
 
         `mass` is what the torque port feels, from the answer of the velocities to one N m.
@@ -162,13 +175,14 @@ class LoopSimulator:
         end = robot.velocity_after_friction(rate + h * forced, own, cross, limits, h)
         return mass @ (end - late) / h
 
-    def run(self, log, values, dithered=True):
+    def run(self, log: Log, values: Values, dithered: bool = True,
+            ) -> tuple[np.ndarray, np.ndarray]:
         """Positions and commands of the loop, shape (N, n) each."""
         response = self.program.run(**self._question(log), params=self._numbers(values))
         outputs, n = np.asarray(response.outputs)[:, :len(log)], self.law.ports.n
         return outputs[:n].T.copy(), outputs[n:].T.copy()
 
-    def positions(self, log, sets, dithered=True):
+    def positions(self, log: Log, sets: Sequence[Values], dithered: bool = True) -> np.ndarray:
         """Positions for many sets of parameters, shape (sets, n, N)."""
         chosen = [self._numbers(values) for values in sets]
         params = {key: np.stack([values[key] for values in chosen]) for key in chosen[0]}
@@ -176,17 +190,17 @@ class LoopSimulator:
                                   log=self.program.outputs[:self.law.ports.n])
         return done.outputs[:, :, :len(log)]
 
-    def means(self, log, sets, width):
+    def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
         """Positions for many sets, averaged over `width` neighbouring samples."""
         runs = self.positions(log, sets)
         rows = runs.shape[-1] // width
         return runs[..., :rows * width].reshape(*runs.shape[:2], rows, width).mean(axis=-1)
 
-    def _numbers(self, values):
+    def _numbers(self, values: Values) -> dict[str, np.ndarray]:
         """Parameters of the causes and the joints; those of the loop stay as they are."""
         return {key: values[key] for key in (*MODEL, *self._cause_keys)}
 
-    def _question(self, log):
+    def _question(self, log: Log) -> dict[str, Any]:
         law = self.law
         inputs = {REFERENCE: np.repeat(log.q_d, law.substeps, axis=0), law.ports.torque: 0.0}
         if law.ports.has_pe:
@@ -197,3 +211,35 @@ class LoopSimulator:
         start[:law.diagram.nstates] = law.at_rest(log.start)
         return {"duration": len(log) * law.period, "inputs": inputs, "every": law.substeps,
                 "initial_state": start}
+
+    def check(self, log: Log) -> None:
+        """Refuse a loop that diverges on a log, or that cannot become machine code.
+
+        Raises
+        ------
+        ClieError
+            If a block of the loop cannot be traced; names the block and the remedy.
+        DivergedError
+            If the loop's own motion becomes infinite, or leaves the robot's by far.
+
+        """
+        from clie_blocks.compiled import TraceError
+
+        law = self.law
+        try:
+            q, _ = self.run(log, {"inertia": law.inertia, "damping": law.damping,
+                                  "load": np.zeros(law.ports.n)})
+        except TraceError as error:
+            raise ClieError(f"{law.diagram.name}: the diagnosis runs a loop as machine code, and "
+                            f"{CALLED_BACK.sub('', str(error))}") from error
+        except DivergedError as error:
+            raise _diverged(law, log) from error
+        if np.abs(q - log.start).max() > FAR * max(np.ptp(log.q), np.ptp(log.q_d), 1e-6):
+            raise _diverged(law, log)
+
+
+def _diverged(law: LoopLaw, log: Log) -> DivergedError:
+    return DivergedError(
+        f"{law.diagram.name} diverges: fed with the reference and excitation of {log.name} it "
+        f"leaves every bound, while the robot moves by {np.ptp(log.q):.3g} rad. Check signs, "
+        "units and gains of the loop, and that no root or division in it meets a zero")

@@ -1,0 +1,75 @@
+"""What the stages of a diagnosis found, one field per stage."""
+
+import dataclasses
+from typing import Any
+
+from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction
+from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment
+from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
+from clie_blocks.analysis.gap.method import Method
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.evidence import Table
+from clie_blocks.analysis.gap.verdict.posterior import RankedCause
+from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """What the stages of a diagnosis found.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was to be explained.
+    method : Method
+        Thresholds.
+    controller : ControllerCheck
+        Whether the stated controller ran.
+    residuals : ResidualModel
+        Noise and whitening.
+    nominal : Fit
+        The refitted nominal model.
+    evidence : Table
+        What the verdict rests on.
+    ranking : list of RankedCause
+        Hypotheses, most probable first.
+    model : Fit
+        The corrected model: the leading hypothesis, or the best one where none leads.
+    verdict : str
+        ``effect``, ``parametric``, ``none``, ``unexplained`` or ``not_identifiable``.
+    reduction : GapReduction
+        How far the gap shrinks on unseen data.
+    torque_map : TorqueMap or None
+        Torque that the model leaves and every lap repeats, where that pays on unseen data.
+    where : dict
+        Where the gap lies, see `localise`.
+    next_experiment : NextExperiment or None
+        The run that would tell the remaining causes apart.
+    findings : tuple of SignalFinding
+        Causes that logged signals show without a model.
+    excluded : frozenset of str
+        Effects that were excluded, or not searched for: none of them is named.
+    seconds : float
+        Time it took.
+
+    """
+
+    problem: Problem
+    method: Method
+    controller: ControllerCheck
+    residuals: ResidualModel
+    nominal: Fit
+    evidence: Table
+    ranking: list[RankedCause]
+    model: Fit
+    verdict: str
+    reduction: GapReduction
+    torque_map: TorqueMap | None
+    where: dict[str, Any]
+    next_experiment: NextExperiment | None
+    findings: tuple[SignalFinding, ...] = ()
+    excluded: frozenset[str] = frozenset()
+    seconds: float = 0.0

@@ -1,0 +1,63 @@
+"""The nominal joint model (8) as the robot file states it, with what its datasheet allows."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.inverse_dynamics import inverse_dynamics_model
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
+from clie_blocks.analysis.records import Robot
+
+UNKNOWN_TOLERANCE = 10.0  # relative: a parameter that nobody stated may be anything
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Nominal:
+    """Joint model of eq. (8) as stated, per joint, with what the datasheet allows.
+
+    Parameters
+    ----------
+    inertia, damping, load : ndarray, shape (n,)
+        Coefficients of eq. (8) [kg m^2, N m s/rad, N m].
+    inertia_tolerance, damping_tolerance, load_tolerance : ndarray, shape (n,)
+        Largest deviations [same units].
+
+    """
+
+    inertia: np.ndarray
+    damping: np.ndarray
+    load: np.ndarray
+    inertia_tolerance: np.ndarray
+    damping_tolerance: np.ndarray
+    load_tolerance: np.ndarray
+
+
+def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
+    """Return what the robot file states, or a default for each joint, shape (n,)."""
+    return np.full(n, float(default)) if value is None else np.array(value, float)
+
+
+def nominal_model(robot: Robot, chain: PlanarChain, ratio: np.ndarray, logs: Sequence[Log],
+                  period: float) -> Nominal:
+    """Return the stated joint model; where no datasheet is, the one that fits the logs."""
+    motor, n = robot.motor, robot.n
+    loose = UNKNOWN_TOLERANCE
+    if motor.inertia is None:
+        inertia, damping, load = inverse_dynamics_model(logs, period)
+        return Nominal(inertia, damping, load, loose * inertia, loose * (damping + inertia),
+                       loose * (np.abs(load) + inertia))
+    rotor = ratio * stated_or(motor.inertia, n, 0.0)
+    inertia = rotor + chain.diagonal / ratio
+    drag = ratio * stated_or(motor.viscous_friction, n, 0.0)
+    damping = drag + chain.bearing_damping / ratio
+    tolerance = loose if motor.inertia_tolerance is None else motor.inertia_tolerance
+    drag_tolerance = (loose if motor.viscous_friction_tolerance is None
+                      else motor.viscous_friction_tolerance)
+    offset = motor.torque_offset_tolerance
+    return Nominal(
+        inertia=inertia, damping=damping, load=np.zeros(n),
+        inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
+        damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
+        load_tolerance=np.full(n, loose) if offset is None else np.array(offset, float))

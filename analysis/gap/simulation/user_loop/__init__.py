@@ -1,0 +1,1 @@
+"""The simulation of any python-control loop with causes at its ports."""
