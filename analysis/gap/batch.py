@@ -1,39 +1,39 @@
-"""Many trials: found in folders, diagnosed side by side, each result kept on disk at once.
+"""Many robots: found in folders, diagnosed side by side, each result stored at once.
 
 A killed run continues where it stopped: a result is read back if logs, robot file, options and
-version are the ones it was made from.
+version are those that it was made from.
 """
+
+from __future__ import annotations
 
 import contextlib
 import dataclasses
 import hashlib
 import json
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from clie_blocks import __version__
 from clie_blocks.errors import ClieError, MissingExtraError, RecordError
-from clie_blocks.output import progress, to_json, write
+from clie_blocks.output import progress, to_json
 
-PARTS = ".parts"  # ending of a folder that only keeps results for a later run, without reports
+if TYPE_CHECKING:
+    from clie_blocks.analysis.gap.diagnosis import Diagnosis
+    from clie_blocks.analysis.gap.problem.problem import Problem
+    from clie_blocks.analysis.records import Record, Robot
+
+PARTS = ".parts"  # ending of a folder that only stores results for a later run, without reports
 
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """One robot and its logs, as paths.
-
-    Parameters
-    ----------
-    name : str
-        Name in the results.
-    paths : tuple of str
-        A folder with ``robot.toml``, or log files.
-    robot : str or None
-        Robot file, where it is not in the folder.
-
-    """
+    """One robot and its logs, as paths: a folder with ``robot.toml``, or log files and `robot`."""
 
     name: str
-    paths: tuple
+    paths: tuple[str, ...]
     robot: str | None = None
 
 
@@ -44,25 +44,23 @@ class Options:
     Parameters
     ----------
     holdout : str or None
-        Log that only judges, by name or number; by default the last.
+        Hold-out log, used for validation only, by name or number; by default the last.
     effects, exclude : tuple of str
         Effects to look for (all when empty), and effects to leave out.
-    report : bool
-        Write a page beside each result that is kept.
     simulated : tuple of str
         Logs of the user's own simulator in the same experiments.
 
     """
 
     holdout: str | None = None
-    effects: tuple = ()
-    exclude: tuple = ()
-    report: bool = False
-    simulated: tuple = ()
+    effects: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    simulated: tuple[str, ...] = ()
 
 
-def find_tasks(paths, robot=None):
-    """Return the trials that some paths name.
+def find_tasks(paths: Sequence[str | os.PathLike[str]],
+               robot: str | os.PathLike[str] | None = None) -> list[Task]:
+    """Return the tasks that some paths name.
 
     Parameters
     ----------
@@ -78,78 +76,87 @@ def find_tasks(paths, robot=None):
         If a path holds nothing that can be diagnosed.
 
     """
-    paths = [Path(path) for path in paths]
-    for path in paths:
+    places = [Path(path) for path in paths]
+    robot = None if robot is None else str(robot)
+    for path in places:
         if not path.exists():
             raise RecordError(f"{path} does not exist; give a log, or a folder with robot.toml "
                               "and logs")
-    if all(path.is_file() for path in paths):
-        return [Task(paths[0].stem.partition(".")[0], tuple(map(str, paths)),
-                      None if robot is None else str(robot))]
-    found = []
-    for path in paths:
-        inside = [path] if (path / "robot.toml").is_file() or robot else sorted(
-            folder for folder in path.iterdir() if (folder / "robot.toml").is_file())
-        found += [Task(folder.name, (str(folder),), None if robot is None else str(robot))
-                  for folder in inside or [path]]
-    return found
+    if all(path.is_file() for path in places):
+        return [Task(places[0].stem.partition(".")[0], tuple(map(str, places)), robot)]
+    return [Task(folder.name, (str(folder),), robot)
+            for path in places for folder in _robot_folders(path, robot)]
 
 
-def diagnose_trial(trial, options=None):
-    """Diagnose one trial and return its JSON object.
+def _robot_folders(path: Path, robot: str | None) -> list[Path]:
+    """The folder itself if it holds one robot, otherwise the folders of robots inside it."""
+    if robot or (path / "robot.toml").is_file():
+        return [path]
+    return sorted(folder for folder in path.iterdir()
+                  if (folder / "robot.toml").is_file()) or [path]
+
+
+def diagnose_trial(task: Task, options: Options = Options()) -> dict[str, Any]:
+    """Diagnose one task and return its JSON object."""
+    from clie_blocks.analysis.gap.report.answer import answer
+
+    return json.loads(to_json(answer(_diagnose(task, options))))
+
+
+def _diagnose(task: Task, options: Options) -> Diagnosis:
+    from clie_blocks.analysis.gap.diagnosis import diagnose
+
+    return diagnose(state(task, options), effects=options.effects, exclude=options.exclude)
+
+
+def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None) -> Problem:
+    """State the problem of a folder with ``robot.toml`` and logs, or of log files of one robot.
 
     Parameters
     ----------
-    trial : Trial
-        Where it is.
-    options : Options, optional
-        The user's choices.
+    *paths : path-like
+        A folder, or log files.
+    robot : path-like, optional
+        Robot file of log files.
+
+    Raises
+    ------
+    RecordError
+        If a path holds nothing that can be diagnosed, or the paths are of several robots.
 
     """
-    from clie_blocks.analysis.gap.report.answer import answer
-
-    return json.loads(to_json(answer(*_diagnose(trial, options or Options()))))
-
-
-def _diagnose(trial, options):
-    from clie_blocks.analysis.gap.diagnosis import diagnose
-
-    robot, records, simulated = read_with_simulated(trial, options.simulated)
-    held_out = _held_out(options.holdout, records, trial.paths)
-    return diagnose(robot, records, held_out=held_out, effects=options.effects,
-                    exclude=options.exclude, simulated=simulated), records
+    tasks = find_tasks(paths, robot)
+    if len(tasks) != 1:
+        raise RecordError(f"{', '.join(map(str, paths))}: {len(tasks)} robots, and a problem is "
+                          f"of one; name one of {', '.join(task.name for task in tasks)}")
+    return state(tasks[0])
 
 
-def read(trial):
-    """Robot and records of a trial, in the form of eq. (11)."""
-    return read_with_simulated(trial, ())[:2]
-
-
-def read_with_simulated(trial, simulated):
-    """Robot, records and logs of a simulator, in the form of eq. (11)."""
-    from clie_blocks.analysis.gap.problem.preparation import prepare
-    from clie_blocks.analysis.gap.simulator_comparison.logs import complete
+def state(task: Task, options: Options = Options()) -> Problem:
+    """Problem of a task, with the hold-out log and the simulator's logs that the user named."""
+    from clie_blocks.analysis.gap.problem.problem import Problem
     from clie_blocks.analysis.records import read_record
 
-    robot, records = _read_logs(trial)
-    also = [complete(read_record(path, robot), j, records) for j, path in enumerate(simulated)]
-    robot, every = prepare(robot, [*records, *also])
-    return robot, every[:len(records)], every[len(records):]
+    robot, records = _read_logs(task)
+    problem = Problem.from_logs(robot, records, _held_out(options.holdout, records))
+    if not options.simulated:
+        return problem
+    return problem.beside([read_record(path, robot) for path in options.simulated])
 
 
-def _read_logs(trial):
+def _read_logs(task: Task) -> tuple[Robot, list[Record]]:
     from clie_blocks.analysis.records import read_record, read_robot, read_trial
 
-    if len(trial.paths) == 1 and Path(trial.paths[0]).is_dir() and trial.robot is None:
-        return read_trial(trial.paths[0])
-    if trial.robot is None:
-        raise RecordError(f"{trial.paths[0]}: no robot file; give --robot robot.toml with what is "
+    if len(task.paths) == 1 and Path(task.paths[0]).is_dir() and task.robot is None:
+        return read_trial(task.paths[0])
+    if task.robot is None:
+        raise RecordError(f"{task.paths[0]}: no robot file; give --robot robot.toml with what is "
                           "known of robot and controller")
-    robot = read_robot(trial.robot)
-    return robot, [read_record(path, robot) for path in trial.paths]
+    robot = read_robot(task.robot)
+    return robot, [read_record(path, robot) for path in task.paths]
 
 
-def _held_out(holdout, records, paths):
+def _held_out(holdout: str | None, records: Sequence[Record]) -> list[int] | None:
     if holdout is None:
         return None
     names = [str(Path(record.source).name) for record in records]
@@ -159,46 +166,50 @@ def _held_out(holdout, records, paths):
     raise RecordError(f"--holdout {holdout}: no such log; there are {', '.join(names)}")
 
 
-def diagnose_all(trials, options=None, jobs=1, folder=None, executor=None):
-    """Diagnose trials side by side.
+def diagnose_all(tasks: Sequence[Task], options: Options = Options(), jobs: int = 1,
+                 folder: str | os.PathLike[str] | None = None,
+                 executor: Executor | None = None) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Diagnose tasks side by side; yield the name and the JSON object of each.
 
     Parameters
     ----------
-    trials : list of Trial
+    tasks : list of Task
         What to diagnose.
     options : Options, optional
         The user's choices.
     jobs : int
         Processes.
     folder : path-like, optional
-        Where each result is kept, and found again by a later run.
+        Where each result is stored with its report, and read back by a later run; a name that
+        ends in ``.parts`` stores the results alone.
     executor : concurrent.futures.Executor, optional
-        Any PEP 3148 executor in the place of processes.
+        Any PEP 3148 executor instead of processes.
 
     Yields
     ------
     name : str
-        Of the trial.
+        Of the task.
     answer : dict
-        Its JSON object; ``{"error": text}`` where it could not be diagnosed.
+        Its JSON object; ``{"error": text, "exit_code": int}`` where it could not be diagnosed.
 
     """
-    options = options or Options()
     waiting = []
-    for trial in trials:
-        kept = _stored(trial, options, folder)
-        if kept is None:
-            waiting.append(trial)
+    for task in tasks:
+        stored = _stored(task, options, folder)
+        if stored is None:
+            waiting.append(task)
         else:
-            yield trial.name, kept
+            yield task.name, stored
     if jobs == 1 and executor is None:
-        for trial in waiting:
-            yield trial.name, _finish(trial, options, folder)
+        for task in waiting:
+            yield task.name, _finish(task, options, folder)
         return
     yield from _spread(waiting, options, jobs, folder, executor)
 
 
-def _spread(waiting, options, jobs, folder, executor):
+def _spread(waiting: Sequence[Task], options: Options, jobs: int,
+            folder: str | os.PathLike[str] | None, executor: Executor | None
+            ) -> Iterator[tuple[str, dict[str, Any]]]:
     from concurrent.futures import as_completed
     from concurrent.futures.process import BrokenProcessPool
 
@@ -206,56 +217,63 @@ def _spread(waiting, options, jobs, folder, executor):
 
     pool = executor or workers(jobs)
     try:
-        running = {pool.submit(_finish, trial, options, folder): trial for trial in waiting}
+        running = {pool.submit(_finish, task, options, folder): task for task in waiting}
         with progress("diagnosing", len(waiting)) as advance:
             for future in as_completed(running):
                 yield running[future].name, future.result()
                 advance(1)
     except BrokenProcessPool:
-        raise ClieError(f"one of {jobs} processes was killed, maybe for lack of memory; what is "
-                        "done is kept: run the same command again, with fewer --jobs") from None
+        raise ClieError(f"one of {jobs} processes was killed, possibly out of memory; finished "
+                        "results are saved: run the same command again, with fewer --jobs"
+                        ) from None
     finally:
         if executor is None:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _finish(trial, options, folder):
+def _finish(task: Task, options: Options, folder: str | os.PathLike[str] | None
+            ) -> dict[str, Any]:
+    """Diagnose a task and store its result; an error of the user becomes the result."""
     from clie_blocks.analysis.gap.report.answer import answer
+    from clie_blocks.analysis.gap.report.files import write_answer, write_report
 
     try:
-        diagnosis, records = _diagnose(trial, options)
+        diagnosis = _diagnose(task, options)
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
-    found = json.loads(to_json(answer(diagnosis, records)))
-    if folder is not None:
-        from clie_blocks.analysis.gap.report import write_report
-
-        if Path(folder).suffix != PARTS:
-            files = write_report(diagnosis, records, folder, trial.name)
-            if any(file.endswith(".next.csv") for file in files):
-                found["next_experiment"]["set_points"] = f"{trial.name}.next.csv"
-        write(_place(trial, folder), to_json({"made_from": digest_of_inputs(trial, options), **found}))
-    return found
-
-
-def _place(trial, folder):
-    return Path(folder) / f"{trial.name}.json"
+    result = answer(diagnosis)
+    if folder is None:
+        return json.loads(to_json(result))
+    result = {"made_from": digest_of_inputs(task, options), **result}
+    if Path(folder).suffix == PARTS:
+        write_answer(result, folder, task.name)
+    else:
+        write_report(diagnosis, result, folder, task.name)
+    return _read_stored(task, folder)
 
 
-def _stored(trial, options, folder):
-    if folder is None or not _place(trial, folder).is_file():
+def _stored(task: Task, options: Options, folder: str | os.PathLike[str] | None
+            ) -> dict[str, Any] | None:
+    """Result of an earlier run from the same inputs; None where there is none."""
+    if folder is None:
         return None
     try:
-        kept = json.loads(_place(trial, folder).read_text())
+        return _read_stored(task, folder, digest_of_inputs(task, options))
     except (OSError, ValueError):
         return None
-    return kept if kept.pop("made_from", None) == digest_of_inputs(trial, options) else None
 
 
-def digest_of_inputs(trial, options):
+def _read_stored(task: Task, folder: str | os.PathLike[str], digest: str = "") -> dict[str, Any]:
+    result = json.loads((Path(folder) / f"{task.name}.json").read_text())
+    if result.pop("made_from", None) != digest and digest:
+        raise ValueError(f"the result of {task.name} was made from other inputs")
+    return result
+
+
+def digest_of_inputs(task: Task, options: Options) -> str:
     """Digest of everything that a result depends on."""
     digest = hashlib.sha256(f"{__version__} {options}".encode())
-    files = [Path(path) for path in (*trial.paths, *([trial.robot] if trial.robot else []),
+    files = [Path(path) for path in (*task.paths, *([task.robot] if task.robot else []),
                                      *options.simulated)]
     for path in files:
         for file in sorted(path.iterdir()) if path.is_dir() else [path]:
@@ -265,13 +283,8 @@ def digest_of_inputs(trial, options):
 
 
 @contextlib.contextmanager
-def cluster(address):
-    """Executor of a Dask cluster, closed at the end.
-
-    Parameters
-    ----------
-    address : str
-        Of its scheduler.
+def cluster(address: str) -> Iterator[Executor]:
+    """Executor of the Dask cluster whose scheduler is at an address, closed at the end.
 
     Raises
     ------

@@ -1,82 +1,86 @@
 """``clie diagnose``: where a model is wrong, which effect causes it, how far the gap shrinks."""
 
+from __future__ import annotations
+
 import argparse
-import shutil
 import sys
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
-from clie_blocks.analysis.gap.report.summary import summary_line
 from clie_blocks.errors import ClieError
-from clie_blocks.output import run_main, to_json, write
+from clie_blocks.output import command_parser, run_main, to_json, write
+
+ALL = "answers.json"  # all answers by name, in the folder of the results
 
 
-def main(argv=None):
-    """Run the command and return its exit code.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        0 when every trial was diagnosed; the code of the first error otherwise.
-
-    """
-    asked = _parser().parse_args(argv)
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; return 0 if every robot was diagnosed, else the code of the first error."""
+    args = _parser().parse_args(argv)
     from clie_blocks.analysis.gap import batch
 
-    found = batch.find_tasks(asked.paths, asked.robot)
-    options = batch.Options(asked.holdout, _names(asked.effects), _names(asked.exclude),
-                             simulated=tuple(map(str, asked.simulated)))
-    if asked.simulated and len(found) > 1:
-        raise ClieError(f"--simulated is for the logs of one robot, and there are {len(found)}: "
-                        "name one trial")
-    folder = asked.output
-    if folder is None and asked.json and len(found) > 1:
-        folder = f"{asked.json}{batch.PARTS}"
-    answers = {}
-    with batch.cluster(asked.cluster) if asked.cluster else nullcontext() as executor:
-        for name, answer in batch.diagnose_all(found, options, asked.jobs, folder, executor):
-            answers[name] = answer
-            if not asked.quiet:
-                print(summary_line(name, answer), flush=True)
-    single = len(found) == 1
-    if asked.json:
-        content = next(iter(answers.values())) if single and not asked.all else dict(
-            sorted(answers.items()))
-        write(asked.json, to_json(content))
+    tasks = batch.find_tasks(args.paths, args.robot)
+    options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
+                            simulated=tuple(map(str, args.simulated)))
+    if args.simulated and len(tasks) > 1:
+        raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
+                        "name one folder")
+    answers = dict(sorted(_diagnose(tasks, options, args).items()))
+    content = to_json(answers if len(tasks) > 1 else next(iter(answers.values())))
+    if args.output and len(tasks) > 1:
+        write(Path(args.output) / ALL, content)
+    if args.json:
+        print(content)
     failed = [answer for answer in answers.values() if "error" in answer]
-    if folder and Path(folder).suffix == batch.PARTS and not failed:
-        shutil.rmtree(folder, ignore_errors=True)
     for answer in failed:
         print(f"error: {answer['error']}", file=sys.stderr)
     return failed[0]["exit_code"] if failed else 0
 
 
-def _names(text):
+def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
+              ) -> dict[str, dict[str, Any]]:
+    """Answers by name; each verdict is printed when it is there, next to JSON on stderr."""
+    from clie_blocks.analysis.gap import batch
+    from clie_blocks.analysis.gap.report.summary import summary_line
+
+    answers = {}
+    with batch.cluster(args.cluster) if args.cluster else nullcontext() as executor:
+        for name, answer in batch.diagnose_all(tasks, options, args.jobs, args.output, executor):
+            answers[name] = answer
+            if not args.quiet:
+                print(summary_line(name, answer), flush=True,
+                      file=sys.stderr if args.json else sys.stdout)
+    return answers
+
+
+def _names(text: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
 
 
-def _parser():
-    parser = argparse.ArgumentParser(prog="clie diagnose", description=__doc__)
+def _parser() -> argparse.ArgumentParser:
+    parser = command_parser(
+        "clie diagnose",
+        "Say where a model is wrong, which effect causes it, and how far the gap shrinks.",
+        output_help="folder for the reports and results; the same command continues there after "
+                    "an interruption; results of several robots also as answers.json, by name",
+        epilog="Exit: 0 diagnosed, 2 usage, 3 bad data, 4 not identifiable, 5 diverged. With "
+               "--json, data goes to stdout (one robot: its answer; several: by name) and "
+               "verdicts go to stderr.")
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH",
                         help="folder with robot.toml and logs, folder of such folders, or logs")
-    parser.add_argument("--robot", type=Path, help="robot.toml of the logs")
-    parser.add_argument("--holdout", help="log that only judges, by name or number (the last)")
-    parser.add_argument("--effects", help="look for these effects only, separated by commas")
-    parser.add_argument("--exclude", help="leave these effects out")
+    parser.add_argument("--robot", metavar="FILE", type=Path, help="robot.toml of the logs")
+    parser.add_argument("--holdout", metavar="LOG",
+                        help="hold-out log, used for validation only, by name or number; the last "
+                             "by default")
+    parser.add_argument("--effects", metavar="NAMES",
+                        help="search for these effects only, separated by commas")
+    parser.add_argument("--exclude", metavar="NAMES", help="do not search for these effects")
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
-                        help="logs of your own simulator in the same experiments: what differs?")
-    parser.add_argument("--jobs", type=int, default=1, help="trials side by side")
+                        help="logs of your own simulator in the same experiments: find what it is "
+                             "missing")
+    parser.add_argument("--jobs", type=int, default=1, help="robots diagnosed in parallel")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
-    parser.add_argument("--json", type=Path, help="write the answer; of many trials by name")
-    parser.add_argument("--all", action="store_true", help="JSON by trial name, even of one trial")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR",
-                        help="keep each result there, with its report; a later run continues")
     return parser
 
 

@@ -69,6 +69,8 @@ class Section:
         Tables.
     pictures : sequence of Picture
         Pictures.
+    collapsed : bool
+        Show the title alone until a reader opens the section.
 
     """
 
@@ -77,6 +79,7 @@ class Section:
     points: tuple = ()
     tables: tuple = ()
     pictures: tuple = ()
+    collapsed: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,139 +1,171 @@
 """The diagnosis as plain JSON types, in the form that is documented for users."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
+from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
+from clie_blocks.analysis.gap.report.wording import Row, Units, local_unit, units_of
 from clie_blocks.analysis.gap.verdict import evidence
 from clie_blocks.analysis.gap.verdict.confounders import confounder
 from clie_blocks.analysis.gap.verdict.posterior import (
     NONE,
     PARAMETRIC,
     UNKNOWN,
+    RankedCause,
     credible_set,
     marginals,
 )
-from clie_blocks.analysis.gap.verdict.signal_findings import established_names
+from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
 from clie_blocks.effects import LIBRARY
 
 SCHEMA_VERSION = 1
 LEAST = 1e-4  # probabilities below are left out
-DOUBTED = 0.02  # of its probability is left to what an established cause speaks against
+CONTRADICTED = 0.02  # factor on the probability of what an established cause speaks against
+NORMAL_95 = 1.96  # standard deviations
 
 
-def answer(diagnosis, records=()):
-    """Return the JSON object of one diagnosis.
+def answer(result: Result) -> dict[str, Any]:
+    """Return the JSON object of one diagnosis, in the units of its logs.
 
     Parameters
     ----------
-    diagnosis : Diagnosis
+    result : Result
         From `diagnose`.
-    records : sequence of Record, optional
-        The logs, whose own decisions are told, too.
 
     """
-    shrunk, given = diagnosis.shrinkage, established_findings(diagnosis)
-    advice = diagnosis.next_experiment
-    return {
+    reduction, findings = result.reduction, established_findings(result)
+    experiment, records = result.next_experiment, result.problem.records
+    return _with_units({
         "schema_version": SCHEMA_VERSION,
-        "verdict": diagnosis.verdict,
-        "effects": given + _effects(diagnosis, given),
-        "set_90": list(dict.fromkeys([*(row["effect"] for row in given), *(
-            name for name in credible_set(diagnosis.ranking) if not (given and name == NONE))])),
-        "families": _families(diagnosis.ranking, given),
-        "unexplained": diagnosis.verdict == "unexplained",
-        "gap_before": shrunk.before, "gap_after": shrunk.after, "gap_floor": shrunk.floor,
-        "closed_percent": {"value": shrunk.percent, "interval": shrunk.interval,
-                           "unseen_data": shrunk.unseen, "judged_on": shrunk.judged_on},
-        "theorem_2": _theorem_2(diagnosis),
-        "joint_model": _joint_model(diagnosis),
-        "simulator": _simulator(diagnosis),
-        "repeatable": diagnosis.repeatable and diagnosis.repeatable.as_dict(),
-        "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in diagnosis.bench.noises],
-        "where": {**diagnosis.where, "block": block_shares(diagnosis)},
-        "next_experiment": advice and advice.as_dict(),
-        "controller_as_stated": not diagnosis.check.misdescribed,
-        "decisions": list(diagnosis.check.decisions),
+        "verdict": result.verdict,
+        "effects": findings + _effects(result, findings),
+        "set_90": list(dict.fromkeys([*(row["effect"] for row in findings), *(
+            name for name in credible_set(result.ranking)
+            if not (findings and name == NONE))])),
+        "families": _families(result.ranking, findings),
+        "unexplained": result.verdict == "unexplained",
+        "gap_before": reduction.before, "gap_after": reduction.after,
+        "gap_floor": reduction.floor,
+        "closed_percent": {"value": reduction.percent, "interval": reduction.interval,
+                           "unseen_data": reduction.unseen, "judged_on": reduction.judged_on},
+        "theorem_2": _theorem_2(result),
+        "joint_model": _joint_model(result),
+        "simulator": _simulator(result),
+        "repeatable": result.torque_map and result.torque_map.as_dict(),
+        "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in result.residuals.noises],
+        "where": {**result.where, "block": block_shares(result)},
+        "next_experiment": experiment and experiment.as_dict(),
+        "controller_as_stated": not result.controller.misdescribed,
+        "decisions": list(result.controller.decisions),
         "log_decisions": list(dict.fromkeys(
-            said for record in records for said in record.decisions)),
-        "evidence": evidence.to_json(diagnosis.evidence),
-        "seconds": diagnosis.seconds,
-    }
+            sentence for record in records for sentence in record.decisions)),
+        "evidence": evidence.to_json(result.evidence),
+        "seconds": result.seconds,
+    }, units_of(records))
 
 
-def _theorem_2(diagnosis):
+def _with_units(content: Any, units: Units) -> Any:
+    """Plain data with every ``unit`` in terms of the logs: an axis in m under a voltage, say."""
+    if isinstance(content, dict):
+        return {key: _local(value, units) if key == "unit" else _with_units(value, units)
+                for key, value in content.items()}
+    if isinstance(content, list):
+        return [_with_units(value, units) for value in content]
+    return content
+
+
+def _local(unit: Any, units: Units) -> Any:
+    if isinstance(unit, dict):
+        return {key: local_unit(value, units) for key, value in unit.items()}
+    return local_unit(unit, units)
+
+
+def _theorem_2(result: Result) -> dict[str, Any]:
     """What (A.5) predicts of the estimation error, before and after."""
-    before, after = (ultimate_bound(without_observer(fit.hypothesis, diagnosis.problem))
-                     for fit in (diagnosis.base, diagnosis.model))
+    before, after = (ultimate_bound(without_observer(fit.hypothesis, result.problem),
+                                    result.method.assessment)
+                     for fit in (result.nominal, result.model))
     return {"modelling_error": {"before": before[0], "after": after[0], "unit": "rad/s^2"},
             "mu_1": {"before": before[1], "after": after[1]}}
 
 
-def established_findings(diagnosis):
-    """Causes that the way of a command shows, and those that the controller check establishes."""
-    by_check = established_names(diagnosis.check, diagnosis.left_out)
-    return [cause.as_dict() for cause in (*diagnosis.paths, *by_check)]
+def established_findings(result: Result) -> list[Row]:
+    """Causes found on the command path, and those that the controller check establishes."""
+    by_check = controller_findings(result.controller, result.method.verdict, result.excluded)
+    return [finding.as_dict() for finding in (*result.findings, *by_check)]
 
 
-def _families(ranking, given):
-    """Probability that an effect of a family is at work, whichever it is; likeliest first."""
-    found = {}
-    for standing in ranking:
-        for family in {LIBRARY[name].family for name in standing.names if name in LIBRARY}:
-            found[family] = found.get(family, 0.0) + standing.probability
-    for row in given:
+def _families(ranking: Sequence[RankedCause], findings: Sequence[Row]) -> dict[str, float]:
+    """Probability that any effect of a family is present, by family, largest first."""
+    families: dict[str, float] = {}
+    for ranked in ranking:
+        for family in {LIBRARY[name].family for name in ranked.names if name in LIBRARY}:
+            families[family] = families.get(family, 0.0) + ranked.probability
+    for row in findings:
         family = LIBRARY[row["effect"]].family
-        found[family] = max(found.get(family, 0.0), row["probability"])
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+        families[family] = max(families.get(family, 0.0), row["probability"])
+    return dict(sorted(families.items(), key=lambda item: -item[1]))
 
 
-def _effects(diagnosis, given):
-    first = {}
-    for standing in diagnosis.ranking:
-        for name in standing.names:
-            first.setdefault(name, standing.fit)
-    named, rows = {row["effect"] for row in given}, []
-    for name, probability in marginals(diagnosis.ranking).items():
-        if name in _lowered(diagnosis):
-            probability *= DOUBTED
+def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
+    """Rows of the names in the ranking that are no findings, with their most probable fit."""
+    first: dict[str, Fit | None] = {}
+    for ranked in result.ranking:
+        for name in ranked.names:
+            first.setdefault(name, ranked.fit)
+    named = {row["effect"] for row in findings}
+    rows: list[Row] = []
+    for name, probability in marginals(result.ranking).items():
+        if name in _contradicted(result):
+            probability *= CONTRADICTED
         if name in named or (probability < LEAST and name not in (NONE, UNKNOWN)):
             continue
-        row = {"effect": name, "joint": None, "probability": probability}
-        if name not in (NONE, UNKNOWN, PARAMETRIC):
-            row.update(_numbers(name, first[name]), rival=confounder(first[name]))
+        row: dict[str, Any] = {"effect": name, "joint": None, "probability": probability}
+        fit = first[name]
+        if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
+            row.update(_parameters(name, fit), rival=confounder(fit, result.method.verdict))
         rows.append(row)
     return rows
 
 
-def _lowered(diagnosis):
-    """Names that what is established speaks against.
+def _contradicted(result: Result) -> tuple[str, ...]:
+    """Names that an established cause speaks against.
 
-    A wrong controller may be all that is unknown; a late goal or torque does not say so.
+    A wrong controller may be all that is unknown; a delayed set-point or torque is not evidence
+    of that.
     """
-    if established_names(diagnosis.check, diagnosis.left_out):
+    if controller_findings(result.controller, result.method.verdict, result.excluded):
         return NONE, UNKNOWN
-    return (NONE,) if diagnosis.paths else ()
+    return (NONE,) if result.findings else ()
 
 
-def _simulator(diagnosis):
-    """Effects that the user's own simulator holds: the robot's numbers beside the simulator's."""
+def _simulator(result: Result) -> list[dict[str, Any]]:
+    """Effects that the user's own simulator holds: the robot's parameters, and the simulator's."""
     rows = []
-    for member in diagnosis.bench.problem.inside:
-        row = {"effect": member.cause.name, **_of_member(member, diagnosis.model)}
+    for member in held_members(result.residuals.problem):
+        row = {"effect": member.cause.name, **_of_member(member, result.model)}
         for name, entry in row["parameters"].items():
             entry["simulated"] = member.values[name][..., list(member.joints)]
         rows.append(row)
     return rows
 
 
-def _numbers(name, fit):
+def _parameters(name: str, fit: Fit) -> dict[str, Any]:
     return _of_member(next(m for m in fit.hypothesis.members if m.cause.name == name), fit)
 
 
-def _of_member(member, fit):
-    spread = intervals(fit)
-    at, found = list(member.joints), {}
+def _of_member(member: Member, fit: Fit) -> dict[str, Any]:
+    spread, at = intervals(fit), list(member.joints)
+    parameters = {}
     for number in member.cause.numbers:
         if number.switch:
             continue
@@ -145,23 +177,23 @@ def _of_member(member, fit):
         if number.scope == "robot":
             value = value[0]
             low_high = None if half is None else [bound[0] for bound in low_high]
-        found[number.name] = {"value": value, "unit": number.unit, "interval": low_high}
-    return {"joint": [k + 1 for k in at], "parameters": found}
+        parameters[number.name] = {"value": value, "unit": number.unit, "interval": low_high}
+    return {"joint": [k + 1 for k in at], "parameters": parameters}
 
 
-def intervals(fit):
-    """Half widths of 95 % intervals of the fitted numbers, by key."""
-    found = {}
-    for entry, spread in zip(fit.hypothesis.open, fit.spread):
-        half = found.setdefault(entry.key, np.full_like(fit.hypothesis.values[entry.key], np.nan))
+def intervals(fit: Fit) -> dict[str, np.ndarray]:
+    """Half widths of 95 % intervals of the fitted parameters, by key."""
+    widths: dict[str, np.ndarray] = {}
+    for entry, spread in zip(fit.hypothesis.free_parameters, fit.spread):
+        half = widths.setdefault(entry.key, np.full_like(fit.hypothesis.values[entry.key], np.nan))
         where = slice(None) if entry.joint is None else entry.joint
-        half[where if entry.log is None else (entry.log, where)] = 1.96 * spread
-    return found
+        half[where if entry.log is None else (entry.log, where)] = NORMAL_95 * spread
+    return widths
 
 
-def _joint_model(diagnosis):
-    """Refitted inertia, damping and offset beside what is stated."""
-    nominal, fit = diagnosis.problem.nominal, diagnosis.model
+def _joint_model(result: Result) -> dict[str, Any]:
+    """Refitted inertia, damping and offset, and what is stated of them."""
+    nominal, fit = result.problem.nominal, result.model
     spread, units = intervals(fit), {"inertia": "kg m^2", "damping": "N m s/rad", "load": "N m"}
     return {name: {"value": fit.hypothesis.values[name], "stated": getattr(nominal, name),
                    "tolerance": getattr(nominal, f"{name}_tolerance"),

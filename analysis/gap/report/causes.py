@@ -1,9 +1,16 @@
-"""Which effect: ranked causes, and those that this log cannot tell apart."""
+"""Which effect: ranked causes, and those that these logs cannot tell apart."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.plots import probabilities, residuals
+from clie_blocks.analysis.gap.report.summary import confounded, joint_names
 from clie_blocks.analysis.gap.report.wording import (
-    FOREIGN,
-    confounded,
+    CONFOUNDERS,
+    Answer,
+    Units,
     effect_title,
     join_words,
     number,
@@ -14,100 +21,106 @@ from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
 SHOWN = 8
-NO_RUN = " No run that was tried in simulation would tell them apart: with these numbers their "  \
+NO_RUN = " No experiment that was simulated would separate them: with these parameters their "  \
     "models move alike."
 MARKS = ((0.5, "good"), (0.05, "unsure"))
-SURE = 0.9  # a cause that is there, whatever else is: it stands for no other
-TOLD_APART = {
-    CONTACT: "it is met at a place where the robot is at no other time, and a torque from then on "
-             "moves it alike. A run that comes back to the place, and leaves it again, tells",
-    SOFT_STOP: "over this travel they, and any other torque that bends with the pose, move the "
-               "robot alike. A run over a longer travel tells"}
-TELLS = 1.0  # chi^2 between two causes, below which a run tells nothing
+SURE = 0.9  # probability of a cause that is established, whatever the others are
+SEPARATED_BY = {
+    CONTACT: "the effect sets in at a position that the robot passes at no other time, so contact "
+             "with an obstacle moves it alike. A run that returns to that position and leaves it "
+             "again separates them",
+    SOFT_STOP: "over this range of motion they, and any other torque that depends on the "
+               "position, move the robot alike. A run over a wider range separates them"}
+LEAST_DISTANCE = 1.0  # chi^2 between two causes, below which a run separates nothing
 
 
-def causes_section(diagnosis, answer, units):
-    """Ranked causes with their probabilities; what is left, where nothing explains it."""
+def causes_section(result: Result, answer: Answer, units: Units) -> Section:
+    """Ranked causes with their probabilities; the residuals, where nothing explains them."""
     rows = answer["effects"][:SHOWN]
-    names = diagnosis.problem.joints
+    names = joint_names(answer)
     table = Table(
-        ("cause", "joint", "probability", "looks like"),
-        tuple((effect_title(row["effect"]), join_words(names[k - 1] for k in row["joint"] or ()) or "-",
+        ("cause", "joint", "probability", "how it shows"),
+        tuple((effect_title(row["effect"]),
+               join_words(names[k - 1] for k in row["joint"] or ()) or "-",
                percent(row["probability"]), _signature(row["effect"])) for row in rows),
         marks=tuple(_mark(row["probability"]) for row in rows))
-    text = ("Probabilities of several causes at once add up over all combinations in which they "
-            "occur. A shrunken gap alone does not prove a cause.")
+    text = ("Probability that a cause is present, summed over all combinations of causes that "
+            "contain it; the probabilities of several causes can therefore add up to more than "
+            "100 %. A smaller gap alone does not prove a cause.")
     pictures = [Picture("causes", probabilities(rows), "Probability of each cause.")]
     if answer["verdict"] == "unexplained":
-        pictures.append(Picture("left", residuals(diagnosis, units),
-                                "What the best model leaves at the worst joint, against what "
-                                "could cause it; a shape in one panel is a clue."))
+        pictures.append(Picture("left", residuals(result, units),
+                                "Residual of the best model at the joint with the largest error, "
+                                "against velocity, position, command, time and frequency. A "
+                                "pattern in one panel hints at the cause."))
     return Section("Which effect causes it", (text,), tables=(table,), pictures=tuple(pictures))
 
 
-def _mark(probability):
+def _mark(probability: float) -> str:
     return next((mark for least, mark in MARKS if probability >= least), "")
 
 
-def _signature(name):
+def _signature(name: str) -> str:
     return LIBRARY[name].signature if name in LIBRARY else "-"
 
 
-def confusion_section(answer):
-    """What this log cannot tell apart, and the run that could."""
+def alternatives_section(answer: Answer) -> Section:
+    """Causes that these logs cannot tell apart, and the experiment that could."""
     sure = {row["effect"] for row in answer["effects"] if row["probability"] >= SURE}
     remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
     pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
     rows = tuple((f"{effect_title(one)} or {effect_title(other)}", _experiment(one, other))
                  for one, other in pairs)
-    foreign = tuple(_foreign(answer))
+    confounders = tuple(_confounders(answer))
     if not rows:
-        return Section("Causes that look alike", (_single(answer),),
-                       points=(*foreign, *_look_alikes(answer)))
+        return Section("Alternative causes", (_single(answer),),
+                       points=(*confounders, *_confusions(answer)))
     menu = tuple(_menu(answer))
-    text = (f"This log cannot tell {join_words(map(effect_title, remaining))} apart: nine tenths of the "
-            "probability are shared among them and what is sure.")
-    return Section("Causes that look alike", (text if menu else text + NO_RUN,),
-                   tables=(Table(("which", "what separates them"), rows), *menu),
-                   points=foreign)
+    certain = join_words(effect_title(name) for name in answer["set_90"] if name in sure)
+    given = f", given {certain}" if certain else ""
+    text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
+            f"they hold 90 % of the probability{given}.")
+    return Section("Alternative causes", (text if menu else text + NO_RUN,),
+                   tables=(Table(("causes", "what separates them"), rows), *menu),
+                   points=confounders)
 
 
-def _single(answer):
+def _single(answer: Answer) -> str:
     if answer["verdict"] != "effect":
         return "No two causes of the library compete for this gap."
-    return ("One answer holds more than nine tenths of the probability. These causes look alike "
-            "in general; the experiments below rule them out for good.")
+    return ("One answer holds more than 90 % of the probability. The following causes look "
+            "similar in general; the experiments named here rule them out for good.")
 
 
-def _foreign(answer):
-    """What outside the library moves the robot just as a cause that is named."""
+def _confounders(answer: Answer) -> Iterator[str]:
+    """What outside the library would move the robot just as a cause in the answer does."""
     for row in confounded(answer):
-        foreign = row["rival"]
-        yield f"{effect_title(row['effect'])} or {FOREIGN[foreign]}: {TOLD_APART[foreign]}."
+        name = row["rival"]
+        yield f"{effect_title(row['effect'])} or {CONFOUNDERS[name]}: {SEPARATED_BY[name]}."
 
 
-def _look_alikes(answer):
+def _confusions(answer: Answer) -> Iterator[str]:
     for name in answer["set_90"]:
         if name in LIBRARY:
             for other, experiment in LIBRARY[name].confused_with.items():
                 yield f"{effect_title(name)} or {effect_title(other)}: {experiment}."
 
 
-def _experiment(one, other):
+def _experiment(one: str, other: str) -> str:
     return (LIBRARY[one].confused_with.get(other) or LIBRARY[other].confused_with.get(one)
-            or "the run recommended below")
+            or "the experiment recommended below")
 
 
-def _menu(answer):
+def _menu(answer: Answer) -> Iterator[Table]:
     """Table of the experiments that were simulated with every remaining cause."""
-    advice = answer["next_experiment"]
-    if not advice or max((row["least_distance"] for row in advice.get("menu") or ()),
-                         default=0.0) < TELLS:
+    plan = answer["next_experiment"]
+    if not plan or max((row["least_distance"] for row in plan.get("menu") or ()),
+                       default=0.0) < LEAST_DISTANCE:
         return
-    best = advice["best"]["experiment"]
+    best = plan["best"]["experiment"]
     yield Table(
-        ("next run", "causes left after it, expected", "evidence between the nearest two, chi^2"),
+        ("next experiment", "expected size of the 90 % set", "chi^2 between the closest two"),
         tuple((row["experiment"], number(row["expected_set_size"]),
-               number(row["least_distance"])) for row in advice["menu"]),
-        "Simulated with each remaining cause; the marked run separates them best.",
-        tuple("good" if row["experiment"] == best else "" for row in advice["menu"]))
+               number(row["least_distance"])) for row in plan["menu"]),
+        "Simulated with each remaining cause; the marked experiment separates them best.",
+        tuple("good" if row["experiment"] == best else "" for row in plan["menu"]))

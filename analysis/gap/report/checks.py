@@ -1,73 +1,99 @@
-"""What the diagnosis stands on: checks of the log, and every decision that was taken."""
+"""What the diagnosis rests on: checks of the logs, and every assumption that was made."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.gap_reduction import HELD_OUT
-from clie_blocks.analysis.gap.report.wording import join_words, number, percent, with_prefix
+from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.report.wording import (
+    Answer,
+    Units,
+    join_words,
+    number,
+    percent,
+    with_prefix,
+)
 from clie_blocks.analysis.report.document import Section, Table
 
 AT_LIMIT = 0.999
 MUCH = 0.01  # share of samples at the limit from which it matters
 
 
-def saturated_share(diagnosis):
-    """Share of the samples in which the command stands at its stated limit, per joint."""
-    problem = diagnosis.problem
+def saturated_share(result: Result) -> np.ndarray:
+    """Share of the samples in which the command is at its stated limit, shape (n,)."""
+    problem = result.problem
     u = np.concatenate([log.u for log in problem.logs])
     return np.mean(np.abs(u) >= AT_LIMIT * problem.law.saturation, axis=0)
 
 
-def checks_section(diagnosis, units):
+def checks_section(result: Result, units: Units) -> Section:
     """Controller replay, limits, encoder steps, noise."""
-    check, problem = diagnosis.check, diagnosis.problem
-    limited = saturated_share(diagnosis)
+    check, problem = result.controller, result.problem
+    limited = saturated_share(result)
     rows, marks = [], []
     for k, joint in enumerate(problem.joints):
         replayed = check.replay_error[k] <= check.limit[k]
         rows.append((
             joint, f"{with_prefix(check.replay_error[k], units['u'])} "
-            f"({'rounding alone' if replayed else 'more than rounding'})",
+            f"({'within rounding' if replayed else 'more than rounding'})",
             percent(limited[k]), with_prefix(check.step[k], units["q"]),
-            with_prefix(diagnosis.bench.noises[k].sigma, units["q"])))
+            with_prefix(result.residuals.noises[k].sigma, units["q"])))
         marks.append("good" if replayed and limited[k] < MUCH else "unsure")
-    table = Table(("joint", "stated law against logged command", "samples at the limit",
-                   "smallest step of the position", "sensor noise"),
-                  tuple(rows), marks=tuple(marks))
-    return Section("Checks", points=tuple(_remarks(diagnosis, limited)), tables=(table,))
+    table = Table(("joint", "logged command less that of the stated law, RMS",
+                   "samples at the command limit", "smallest step of the position",
+                   "sensor noise"), tuple(rows), marks=tuple(marks))
+    return Section("Checks", points=tuple(_remarks(result, limited)), tables=(table,))
 
 
-def _remarks(diagnosis, limited):
-    check, joints = diagnosis.check, diagnosis.problem.joints
+def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:
+    check, joints = result.controller, result.problem.joints
     much = [joints[k] for k in np.flatnonzero(limited > MUCH)]
     if much:
-        yield (f"The command of {join_words(much)} stands at its limit for up to "
-               f"{percent(limited.max())} of the time: there the loop is open, and small errors "
-               "of the model grow.")
+        yield (f"The command of {join_words(much)} is at its limit for up to "
+               f"{percent(limited.max())} of the time: the loop is open there, and small model "
+               "errors grow.")
     if check.wrong:
         wrong = join_words(joints[k] for k in check.wrong)
-        yield (f"The stated velocity filter did not run at {wrong}: mend the robot file first.")
+        yield (f"The velocity filter that ran at {wrong} is not the stated one: correct the robot "
+               "file first.")
     if check.gains:
         gains = join_words(joints[k] for k in check.gains)
-        yield f"The stated gains did not run at {gains}: mend the robot file first."
+        yield (f"The gains that ran at {gains} are not the stated ones: correct the robot file "
+               "first.")
     if any(check.integral):
-        drawn = join_words(joints[k] for k in np.flatnonzero(check.integral))
-        yield f"The law of {drawn} has an integral part: say so, or switch it off for the logs."
+        integral = join_words(joints[k] for k in np.flatnonzero(check.integral))
+        yield (f"The control law of {integral} has an integral part: state it in the robot file, "
+               "or switch it off while logging.")
     if check.late:
-        yield "The command is sent one period after it was worked out: say so in the robot file."
+        yield ("The command is sent one period after it was computed: state this in the robot "
+               "file.")
     if check.coarse:
         coarse = join_words(joints[k] for k in check.coarse)
-        yield f"The encoder of {coarse} is coarser than stated."
-    unseen = ", ".join(Path(log.name).name for log in diagnosis.problem.held_out)
-    judged = diagnosis.shrinkage.judged_on
-    yield f"Judged on {unseen if judged == HELD_OUT else judged}."
-    yield f"The diagnosis took {number(diagnosis.seconds)} s."
+        yield f"The encoder of {coarse} has a coarser resolution than stated."
+    held_out = ", ".join(Path(log.name).name for log in result.problem.held_out)
+    judged = result.reduction.judged_on
+    yield f"Validated on {held_out if judged == HELD_OUT else judged}."
+    yield f"The diagnosis took {number(result.seconds)} s."
 
 
-def decisions_section(diagnosis, records):
-    """Everything that was decided on the way, by the reader of the logs and by the diagnosis."""
-    said = dict.fromkeys([*(sentence for record in records for sentence in record.decisions),
-                          *diagnosis.check.decisions])
-    return Section("Decisions", ("Every guess that was taken on the way.",) if said
-                   else ("No guess had to be taken.",), points=tuple(said))
+def assumptions_section(answer: Answer) -> Section:
+    """Everything that was assumed by the reader of the logs and by the diagnosis."""
+    assumptions = tuple(dict.fromkeys([*answer["log_decisions"], *answer["decisions"]]))
+    return Section("Assumptions", (
+        "Assumptions made while reading and diagnosing." if assumptions
+        else "No assumptions were needed.",), points=assumptions)
+
+
+def thresholds_section(result: Result) -> Section:
+    """Every threshold of the method, for whoever wants to know why the verdict is what it is."""
+    rows = tuple((one.name, f"{one.value:.6g}" if isinstance(one.value, float)
+                  else str(one.value), one.unit, one.reason)
+                 for one in result.method.thresholds())
+    return Section("Thresholds of the method", (
+        "The verdict follows from the logs and from these values. They were set on other robots "
+        "than those of the published blind trials.",),
+        tables=(Table(("name", "value", "unit", "reason"), rows),), collapsed=True)

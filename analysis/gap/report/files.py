@@ -1,26 +1,35 @@
 """The files of a report."""
 
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.gap.assessment.localisation import block_shares
-from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.document import document
 from clie_blocks.analysis.gap.report.exports import corrected_model, force_per_command
+from clie_blocks.analysis.gap.report.wording import Answer
 from clie_blocks.analysis.report.render import drawings, html
 from clie_blocks.output import to_json, write
 
+if TYPE_CHECKING:
+    from clie_blocks.analysis.records import Record
 
-def write_report(diagnosis, records, folder, name="diagnosis"):
-    """Write the report of a diagnosis.
+
+def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
+                 name: str = "diagnosis") -> list[str]:
+    """Write the report of a diagnosis and return the paths of its files.
 
     Parameters
     ----------
-    diagnosis : Diagnosis
+    result : Result
         From `clie_blocks.analysis.gap.diagnose`.
-    records : sequence of Record
-        The logs that it was made from; their units and decisions are shown.
+    answer : dict
+        Its JSON answer, from `clie_blocks.analysis.gap.answer`.
     folder : path-like
         Where to.
     name : str
@@ -34,20 +43,26 @@ def write_report(diagnosis, records, folder, name="diagnosis"):
         there is one that the controller of the logs can follow.
 
     """
-    found, advice = answer(diagnosis, records), diagnosis.next_experiment
-    found["where"] = {**found["where"], "block": block_shares(diagnosis)}
-    extra = {}
-    if advice and can_follow(records):
-        found["next_experiment"]["set_points"] = f"{name}.next.csv"
-        extra["next.csv"] = advice.set_points()
-    page = document(diagnosis, found, records, name)
-    texts = {"html": html(page, drawings(page)), "json": to_json(found),
-             "xml": corrected_model(diagnosis, force_per_command(diagnosis, records)), **extra}
-    return [str(write(Path(folder) / f"{name}.{ending}", text))
-            for ending, text in texts.items()]
+    experiment, set_points = result.next_experiment, {}
+    if experiment and can_follow(result.problem.records):
+        set_points["next.csv"] = experiment.set_points()
+        answer = {**answer, "next_experiment": {**answer["next_experiment"],
+                                                "set_points": f"{name}.next.csv"}}
+    page = document(result, answer, name)
+    texts = {"html": html(page, drawings(page)),
+             "xml": corrected_model(result, force_per_command(result)),
+             **set_points}
+    paths = [str(write(Path(folder) / f"{name}.{ending}", text))
+             for ending, text in texts.items()]
+    return [paths[0], str(write_answer(answer, folder, name)), *paths[1:]]
 
 
-def can_follow(records):
+def write_answer(answer: Answer, folder: str | os.PathLike[str], name: str) -> Path:
+    """Write ``NAME.json``, last of all files: it marks the report as complete."""
+    return write(Path(folder) / f"{name}.json", to_json(answer))
+
+
+def can_follow(records: Sequence[Record]) -> bool:
     """Whether set-points mean to the robot what they mean here: its logs are as they were read.
 
     Logs of servos and of machines without a known law are in angles and torques of the diagnosis.

@@ -1,20 +1,28 @@
-"""The gap by block of the loop, and the loop drawn with each block coloured by its share."""
+"""Where the gap lies: by block, joint, time, frequency and operating range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from clie_blocks.analysis.gap.report.plots import where_map
-from clie_blocks.analysis.gap.report.wording import number, percent, with_prefix
+from clie_blocks.analysis.gap.report.wording import Row, Units, number, percent, with_prefix
 from clie_blocks.analysis.report.document import Picture, Section, Table
 
+if TYPE_CHECKING:
+    import control as ct
+    from matplotlib.figure import Figure
 
-def loop_picture(shares):
-    """Draw the loop of Fig. 1, the joint opened into its parts, coloured by share of the gap.
+TITLE = "Where in the loop"
+RANKED = 12
+LEAST = 0.1  # of the gap that has a block
+EVEN = 0.25  # share of a quarter if the gap were spread evenly
 
-    What no hypothesis removes is drawn as a torque from elsewhere, so that the colours add up.
 
-    Parameters
-    ----------
-    shares : list of dict
-        From `block_shares`.
+def loop_picture(shares: Sequence[Row]) -> Figure:
+    """Draw the loop of Fig. 1, the joint opened into its parts, coloured by `block_shares`.
 
+    What no hypothesis removes is drawn as an unassigned torque, so that the colours add up.
     """
     from clie_blocks.diagrams.picture import draw
 
@@ -22,7 +30,7 @@ def loop_picture(shares):
     return draw(_loop(), values=values, value_label="share of the gap [%]")
 
 
-def _loop():
+def _loop() -> ct.InterconnectedSystem:
     from clie_blocks.signals import interconnect
 
     blocks = [_block("controller", ("q_d", "pe", "q_seen"), "u"), _block("drive", ("u",), "tau"),
@@ -40,7 +48,7 @@ def _loop():
                         outputs={"q": "encoder.q_seen"})
 
 
-def _block(name, inputs, output):
+def _block(name: str, inputs: tuple[str, ...], output: str) -> ct.NonlinearIOSystem:
     """Block of the drawing: it shows where signals go, and is never run."""
     import control as ct
 
@@ -50,62 +58,60 @@ def _block(name, inputs, output):
                     inputs=signals(*inputs, n=1), outputs=signals(output, n=1))
 
 
-TITLE = "Where in the diagram"
-RANKED = 12
-LEAST = 0.1  # of the gap that has a block
-EVEN = 0.25  # share of a quarter if the gap were spread evenly
-
-
-def block_section(blocks):
+def block_section(blocks: Sequence[Row]) -> Section:
     """The loop, each block coloured by its share of the gap."""
     if sum(row["share"] for row in blocks) < LEAST:
-        return Section(TITLE, ("There is no gap to be shared out: the model agrees with the robot "
-                               "down to the noise.",))
+        return Section(TITLE, ("There is no gap to assign: the model agrees with the robot down "
+                               "to the sensor noise.",))
     table = Table(("share of the gap", "block"),
                   tuple((percent(row["share"]), row["block"]) for row in blocks))
     picture = Picture("diagram", loop_picture(blocks),
                       "The loop of one joint, coloured by the share of the gap that each block "
                       "is expected to cause.")
     return Section(TITLE, (
-        "Each cause gives the share of the gap that it removes to its block, weighted with its "
-        "probability; wrong numbers are the joint's.",), tables=(table,), pictures=(picture,))
+        "The share of the gap that a cause removes is assigned to its block, weighted with the "
+        "probability of the cause; parameter errors are attributed to the joint.",),
+        tables=(table,), pictures=(picture,))
 
 
-def map_section(where, joints, units):
-    """The map by joint, time, frequency and region of operation."""
+def map_section(where: Mapping[str, Any], joints: Sequence[str], units: Units) -> Section:
+    """The map by joint, time, frequency and operating range."""
     per_joint = Table(
         ("joint", "share", "RMS error", "noise floor", "chi^2 per sample (1 is noise)"),
         tuple((row["name"], percent(row["share"]), with_prefix(row["rms"], units["q"]),
                with_prefix(row["floor"], units["q"]), number(row["chi2_per_sample"]))
-              for row in where["joint"]), "By joint, all logs, refitted model without a cause.")
+              for row in where["joint"]),
+        "By joint, over all logs, for the refitted nominal model.")
     ranked = Table(("share", "where"), tuple(
         (percent(share), name) for name, share in ranked_shares(where, joints, units)[:RANKED]),
-        "Where most of it lies, one kind of place at a time.")
+        "Where most of the squared error lies; each kind of range adds up to 100 %.")
     picture = Picture("where", where_map(where, joints, units),
                       "Share of the squared error by joint, by time in each log, by frequency, "
                       "and by quarter of position, velocity, speed and torque (an even spread "
                       f"gives {percent(EVEN)} to each quarter).")
-    return Section("Where in joint, time, frequency and operation", (),
+    return Section("Where by joint, time, frequency and operating range", (),
                    tables=(per_joint, ranked), pictures=(picture,))
 
 
-def ranked_shares(where, joints, units):
-    """Return (place, share) pairs, largest share first."""
-    found = [(f"all of {row['name']}", row["share"]) for row in where["joint"]]
+def ranked_shares(where: Mapping[str, Any], joints: Sequence[str], units: Units
+                  ) -> list[tuple[str, float]]:
+    """Return (range, share) pairs, largest share first."""
+    shares = [(f"all of {row['name']}", row["share"]) for row in where["joint"]]
     for log in where["time"]:
         step = log["seconds_per_part"]
-        found += [(f"log {log['log']}, {i * step:.3g} to {(i + 1) * step:.3g} s", share)
-                  for i, share in enumerate(log["share"])]
-    found += [(f"{row['band_hz'][0]:g} to {row['band_hz'][1]:g} Hz", row["share"])
+        shares += [(f"log {log['log']}, {i * step:.3g} to {(i + 1) * step:.3g} s", share)
+                   for i, share in enumerate(log["share"])]
+    shares += [(f"{row['band_hz'][0]:g} to {row['band_hz'][1]:g} Hz", row["share"])
               for row in where["frequency"]]
     for row in where["region"]:
         for kind in ("position", "velocity", "speed", "torque"):
-            found += [(f"{joints[row['joint'] - 1]}, {_quarter(kind, row[kind], i, units)}", share)
-                      for i, share in enumerate(row[kind]["share"])]
-    return sorted(found, key=lambda pair: -pair[1])
+            name = joints[row["joint"] - 1]
+            shares += [(f"{name}, {_quarter(kind, row[kind], i, units)}", share)
+                       for i, share in enumerate(row[kind]["share"])]
+    return sorted(shares, key=lambda pair: -pair[1])
 
 
-def _quarter(kind, quarters, i, units):
+def _quarter(kind: str, quarters: Mapping[str, Any], i: int, units: Units) -> str:
     unit = {"position": units["q"], "torque": units["u"]}.get(kind, f"{units['q']}/s")
     edges = [number(edge) for edge in quarters["edges"]]
     if i == 0:

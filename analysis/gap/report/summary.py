@@ -1,69 +1,265 @@
-"""``clie diagnose``: where a model is wrong, which effect causes it, how far the gap shrinks."""
+"""The verdict in words: one sentence for a line or a headline, and a summary of a few lines.
+
+Everything is read from the JSON answer, so that a stored result reads like a fresh one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from clie_blocks.analysis.gap.report.wording import (
+    CONFOUNDERS,
+    Answer,
+    Row,
+    effect_title,
+    join_words,
+    number,
+    percent,
+    with_prefix,
+)
+from clie_blocks.analysis.gap.verdict.posterior import LIKELY, NONE, PARAMETRIC, UNKNOWN
+from clie_blocks.effects import LIBRARY
+
+SURE = 0.9  # probability from which on the family of an effect adds nothing
+MENTIONED = 0.02  # probability of a cause whose confounder is reported
+SHOWN_DEVIATIONS = 3  # parameters in a sentence
+SHOWN_BLOCKS = 3
+SMALL_SHARE = 0.01  # of the gap: blocks and joints below are left out
+OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
+             "environment": "an external disturbance"}
+VALIDATED_ON = {"held-out logs": "on logs that were not fitted",
+                "blocks left out of the fit": "by cross-validation"}
 
 
-
-
-def summary_line(name, answer):
-    """One line for a reader: verdict, joints, probability, and what it buys."""
-    from clie_blocks.analysis.gap.report.wording import parameter_deviations
-    from clie_blocks.analysis.gap.verdict.posterior import LIKELY
-
+def summary_line(name: str, answer: Answer) -> str:
+    """Return one line for a terminal: verdict, joints, probabilities, and what it removes."""
     if "error" in answer:
         return f"{name}: not diagnosed"
-    likely = [row for row in answer["effects"] if row["probability"] >= LIKELY]
-    causes = [_stated(answer, row) for row in likely if row["effect"] != "unknown"]
-    if answer["verdict"] == "not_identifiable":
-        causes = [_undecided(answer, LIKELY)]
-    if answer["verdict"] == "unexplained":
-        causes = [*_confounder(answer), *causes]
-    closed, unseen = (answer["closed_percent"][key] for key in ("value", "unseen_data"))
-    if answer["verdict"] == "parametric":
-        causes = parameter_deviations(answer, _numbered(answer)) or causes
-    closes = "the nearest closes" if answer["verdict"] == "unexplained" else "closes"
-    bought = "" if closed is None or answer["verdict"] in ("none", "parametric") else (
-        f"; {closes} {round(closed)} % of the reducible gap on "
-        + ("unseen data" if unseen else "the data that it was fitted to"))
-    table = answer.get("repeatable")
-    rest = "" if table is None else (
-        "; a torque table over place and speed beside "
-        f"{' and '.join(table['beside']) or 'the refitted model'} removes "
-        f"{table['percent']:.0f} % of what that leaves")
-    return (f"{name}: {answer['verdict']}" + (f": {', '.join(causes)}" if causes else "") + bought
-            + rest)
+    return " ".join([f"{name}: {headline(answer)}", *_torque_map(answer)])
 
 
-def _confounder(answer):
-    """Something outside the library that has a name, beside the cause that moves alike."""
-    from clie_blocks.analysis.gap.report.wording import FOREIGN, confounded
-
-    return [f"{FOREIGN[row['rival']]} or {_stated(answer, row)}" for row in confounded(answer)[:1]]
+def headline(answer: Answer) -> str:
+    """Return the verdict and what the corrected model removes, as a sentence or two."""
+    return " ".join([verdict_sentence(answer), *_reduction(answer)])
 
 
-def _numbered(answer):
-    return [f"joint {k + 1}" for k in range(len(answer.get("noise", ())))]
+def summary_lines(answer: Answer) -> list[str]:
+    """Return at most eight lines: which cause, where, how far, what is left, what next.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+
+    """
+    return [verdict_sentence(answer), *_where(answer), _how_far(answer),
+            f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
+            *_torque_map(answer), *_next_experiment(answer), _assumptions(answer)]
 
 
-def _stated(answer, row):
-    """An effect with joints and probability, and that of its family where only this is sure."""
-    from clie_blocks.analysis.gap.report.wording import family_probability
+def joint_names(answer: Answer) -> list[str]:
+    """Names of the joints; 'joint 1' and so on where the answer holds none."""
+    rows = answer.get("where", {}).get("joint", ())
+    return [row["name"] for row in rows] or [
+        f"joint {k + 1}" for k in range(max(_joint_count(answer), 1))]
 
+
+def _joint_count(answer: Answer) -> int:
+    named = [k for row in answer.get("effects", ()) for k in row["joint"] or ()]
+    return max([len(answer.get("noise", ())), *named], default=0)
+
+
+def verdict_sentence(answer: Answer) -> str:
+    """Return the verdict in one sentence: causes, joints, probabilities."""
+    verdict = answer["verdict"]
+    if verdict == "none":
+        return "The model agrees with the robot down to the sensor noise."
+    if verdict == "parametric":
+        deviations = parameter_deviations(answer)
+        return ("The model structure is right, but parameters are outside their tolerance"
+                + (f": {'; '.join(deviations)}." if deviations else "."))
+    if verdict == "not_identifiable":
+        return f"These logs do not identify the cause: {_candidates(answer)}."
+    if verdict == "unexplained":
+        return _unexplained(answer)
+    return f"The model is missing {_list(leading_rows(answer), answer)}."
+
+
+def _unexplained(answer: Answer) -> str:
+    for row in confounded(answer)[:1]:
+        return (f"These logs cannot distinguish {CONFOUNDERS[row['rival']]} from "
+                f"{_list([row], answer)}.")
+    law = "" if answer.get("controller_as_stated", True) else (
+        ", and the stated control law is not the one that ran")
+    sure = [row for row in answer["effects"]
+            if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
+    also = f" The model is also missing {_list(sure, answer)}." if sure else ""
+    return f"No effect in the library explains the gap{law}.{also}"
+
+
+def leading_rows(answer: Answer) -> list[Row]:
+    """Rows of the causes that are likely, or of the most likely one alone."""
+    rows = [row for row in answer["effects"] if row["effect"] not in (NONE, UNKNOWN)]
+    return [row for row in rows if row["probability"] >= LIKELY] or rows[:1]
+
+
+def _list(rows: Iterable[Row], answer: Answer) -> str:
+    return join_words(f"{_at_joints(row, answer)} ({percent(row['probability'])}"
+                      f"{_family_clause(answer, row)})" for row in rows)
+
+
+def _at_joints(row: Row, answer: Answer) -> str:
+    """An effect and its joints; without joints where it is one of the whole robot."""
+    names = joint_names(answer)
+    joints = join_words(names[k - 1] for k in row["joint"] or ())
+    return effect_title(row["effect"]) + (f" at {joints}" if joints else "")
+
+
+def _family_clause(answer: Answer, row: Row) -> str:
+    """How sure the family of an effect is, where the effect itself is not."""
     family = family_probability(answer, row)
-    kind = f"; {family[0]} {family[1]:.0%}" if family else ""
-    return f"{row['effect']}{_at_joints(row['joint'])} ({row['probability']:.0%}{kind})"
+    return f"; {family[0]} {percent(family[1])}" if family else ""
 
 
-def _undecided(answer, least):
-    """What is left where no name is likely: the family that is, or all names."""
-    from clie_blocks.analysis.gap.report.wording import family_of, likely_family
-
-    likely = likely_family(answer, least)
-    if likely:
-        family, probability, row = likely
-        return (f"{family_of(family)} ({probability:.0%}), most likely {row['effect']}"
-                f"{_at_joints(row['joint'])} ({row['probability']:.0%})")
-    return " or ".join("something unknown" if name == "unknown" else name
-                       for name in answer["set_90"])
+def _candidates(answer: Answer) -> str:
+    """What is left where no effect is likely: the family that is, or all names."""
+    likely = likely_family(answer, LIKELY)
+    if not likely:
+        return join_words(map(effect_title, answer["set_90"]), "or")
+    family, probability, row = likely
+    return (f"{family_title(family)} ({percent(probability)}), most likely "
+            f"{_at_joints(row, answer)} ({percent(row['probability'])})")
 
 
-def _at_joints(joints):
-    return "" if not joints else " at joint " + " and ".join(map(str, joints))
+def confounded(answer: Answer) -> list[Row]:
+    """Rows of the causes that a confounder outside the library would explain as well."""
+    return [row for row in answer["effects"]
+            if row.get("rival") and row["probability"] >= MENTIONED]
+
+
+def family_title(family: str) -> str:
+    """A family of effects for a reader, where it is not known which of them it is."""
+    return OF_FAMILY.get(family, f"a {family} effect")
+
+
+def likely_family(answer: Answer, least: float) -> tuple[str, float, Row] | None:
+    """Most likely family, its probability and the row of its most likely effect.
+
+    None where no family has the probability `least`, or an effect of another family is as likely.
+    """
+    first, rows = _first_family(answer, least), _of_library(answer)
+    return first if first and first[2] is rows[0] else None
+
+
+def _first_family(answer: Answer, least: float) -> tuple[str, float, Row] | None:
+    family, probability = next(iter(answer.get("families", {}).items()), ("", 0.0))
+    if probability < least:
+        return None
+    return family, probability, next(row for row in _of_library(answer)
+                                     if LIBRARY[row["effect"]].family == family)
+
+
+def _of_library(answer: Answer) -> list[Row]:
+    return [row for row in answer["effects"] if row["effect"] in LIBRARY]
+
+
+def family_probability(answer: Answer, row: Row) -> tuple[str, float] | None:
+    """Title and probability of an effect's family, where that is sure and the effect is not."""
+    likely = _first_family(answer, SURE)
+    if likely is None or likely[2] is not row or row["probability"] >= SURE:
+        return None
+    return family_title(likely[0]), likely[1]
+
+
+def parameter_deviations(answer: Answer) -> list[str]:
+    """Joint parameters beyond what the datasheet allows, in words, worst first."""
+    deviations, joints = [], joint_names(answer)
+    for name, entry in answer.get("joint_model", {}).items():
+        rows = zip(joints, *(entry[key] for key in ("value", "stated", "tolerance")))
+        deviations += [
+            (abs(value - stated) / tolerance,
+             f"{name} at {joint} {number(value)} {entry['unit']}, stated {number(stated)}")
+            for joint, value, stated, tolerance in rows if abs(value - stated) > tolerance > 0.0]
+    worst = [text for _, text in sorted(deviations, reverse=True)]
+    return worst[:SHOWN_DEVIATIONS] + (
+        [f"{len(worst) - SHOWN_DEVIATIONS} more"] if len(worst) > SHOWN_DEVIATIONS else [])
+
+
+def _reduction(answer: Answer) -> list[str]:
+    """What the corrected model removes, where a cause was added; as a list of one or none."""
+    closed = answer["closed_percent"]
+    if closed["value"] is None or answer["verdict"] in (NONE, PARAMETRIC):
+        return []
+    data = "unseen data" if closed["unseen_data"] else "the data used for the fit"
+    share = f"{abs(closed['value']):.0f} %"
+    if closed["value"] < 0.0:
+        return [f"{_correction(answer)} enlarges the reducible gap by {share} on {data}."]
+    return [f"{_correction(answer)} removes {share} of the reducible gap on {data}."]
+
+
+def _correction(answer: Answer) -> str:
+    """What is added to the model, as the subject of a sentence."""
+    if answer["verdict"] == "not_identifiable":
+        return "Adding the most likely cause"
+    if answer["verdict"] == "unexplained":
+        return ("Adding the closest effect" if answer.get("controller_as_stated", True)
+                else "Replacing the control law by the one that ran")
+    return "Adding it" if len(leading_rows(answer)) == 1 else "Adding them"
+
+
+def _where(answer: Answer) -> list[str]:
+    """Shares by block and by joint, largest first; as a list of one or none."""
+    where = answer.get("where", {})
+    blocks = _shares((row["share"], row["block"]) for row in where.get("block", ()))
+    joints = _shares((row["share"], row["name"]) for row in where.get("joint", ()))
+    parts = [f"by block {blocks}" if blocks else "", f"by joint {joints}" if joints else ""]
+    text = "; ".join(filter(None, parts))
+    return [f"Where the gap lies: {text}."] if text else []
+
+
+def _shares(pairs: Iterable[tuple[float, str]]) -> str:
+    ranked = sorted(pairs, key=lambda pair: -pair[0])[:SHOWN_BLOCKS]
+    return ", ".join(f"{name} {percent(share)}" for share, name in ranked if share > SMALL_SHARE)
+
+
+def _how_far(answer: Answer) -> str:
+    """Prediction error before and after, its floor, and the share that is removed."""
+    noise: Sequence[Row] = answer.get("noise", ())
+    unit = noise[0]["unit"] if noise else "rad"
+    before, after, floor = (with_prefix(answer[key], unit)
+                            for key in ("gap_before", "gap_after", "gap_floor"))
+    closed = answer["closed_percent"]
+    removed = "no reducible gap"
+    if closed["value"] is not None:
+        interval = closed["interval"]
+        span = f" ({number(interval[0])} to {number(interval[1])} %)" if interval else ""
+        removed = f"{number(closed['value'])} %{span} of the reducible gap removed"
+    data = VALIDATED_ON.get(closed["judged_on"], "on the fitted log itself")
+    return (f"RMS prediction error: {before} before, {after} after, {floor} from sensor noise "
+            f"alone; {removed}, {data}.")
+
+
+def _torque_map(answer: Answer) -> list[str]:
+    """What a torque map removes beyond the causes; as a list of one or none."""
+    table = answer.get("repeatable")
+    if table is None:
+        return []
+    causes = join_words(map(effect_title, table["beside"])) or "the refitted nominal model"
+    return [f"A torque map over position and velocity, added to {causes}, removes "
+            f"{table['percent']:.0f} % of the remaining reducible gap."]
+
+
+def _next_experiment(answer: Answer) -> list[str]:
+    experiment = answer.get("next_experiment")
+    if not experiment:
+        return []
+    causes = join_words((" with ".join(map(effect_title, names))
+                         for names in experiment["separates"]), "from")
+    return [f"Next experiment: {experiment['best']['experiment']}; separates {causes}."]
+
+
+def _assumptions(answer: Answer) -> str:
+    count = len(set(answer.get("decisions", ())) | set(answer.get("log_decisions", ())))
+    return "No assumptions were needed." if not count else (
+        f"{count} assumption{'s' if count > 1 else ''} made while reading and diagnosing; the "
+        "report lists them.")
