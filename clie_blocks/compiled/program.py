@@ -22,7 +22,7 @@ from clie_blocks.compiled.ir.layout import Layout, layout
 from clie_blocks.compiled.runtime.api import Studies
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.runtime.events import Bounds, StopBounds
-from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind
+from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind_inputs
 from clie_blocks.compiled.runtime.simulate import Plan, simulate
 from clie_blocks.compiled.verification import POINTS, check
 from clie_blocks.errors import ClieError, nearest
@@ -41,7 +41,7 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
     engine : str
         ``'llvm'``, or ``'python'`` for plain Python, slower, without llvmlite.
     opaque : iterable of str
-        Names of blocks that are called back where they cannot be traced, slowly; a warning says
+        Names of blocks that are called back where they cannot be traced, slowly; a warning reports
         what that costs.  Without such a call they are traced like the others.
 
     Returns
@@ -183,12 +183,12 @@ class Program(Studies):
             All states in the diagram's order, or values by block (``{'plant': [...]}``); zero
             by default.
         params : dict, optional
-            Values by key, in the place of the diagram's; no new compilation.
+            Values by key, instead of the diagram's; no new compilation.
         log : str or list of str, optional
             What the response holds as outputs: names (``'q'``, ``'update.theta_hat'``) or
             patterns (``'pd*.u'``) among `signals`; by default the diagram's outputs.
         every : int
-            Every so many steps one row is kept.
+            One row is kept every so many steps.
         stop : dict, optional
             Bounds ``(low, high)`` by name or pattern among `signals`, None for an open side:
             ``{'q': (-2.0, 2.0), 'pd.u[0]': (None, 30.0)}``.  The run ends at the first step at
@@ -199,7 +199,7 @@ class Program(Studies):
         -------
         control.TimeResponseData
             With ``.time``, ``.outputs``, ``.states``, ``.inputs`` and ``.plot()``; its
-            attribute ``stopped`` is None, or a `Stop` that says when, where and why.
+            attribute ``stopped`` is None, or a `Stop` that names time, signal and reason.
 
         Raises
         ------
@@ -275,7 +275,7 @@ class Program(Studies):
                           self._method("ode5"), memory)
 
     def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
-        rows, driven = bind(self._trace.graph, self.inputs, inputs, steps, step)
+        rows, driven = bind_inputs(self._trace.graph, self.inputs, inputs, steps, step)
         return rows, layout(self._trace, driven) if driven else self._layout
 
     def _step_of(self, step: float | None) -> float:

@@ -1,4 +1,4 @@
-"""What is kept of a run that is too long to keep: means, squared errors, extrema, one's own.
+"""Reductions of runs that are too long to store: mean, squared error, extremum, your own.
 
 A reduction sees the rows of a batch chunk by chunk, while they are computed, and forgets them.
 """
@@ -128,7 +128,7 @@ def final(signal: str, minus: str | None = None, end: float = np.inf) -> Reducti
 
 def integral(signal: str, minus: str | None = None, start: float = 0.0,
              end: float = np.inf) -> Reduction:
-    """Integral over time in the window, by trapezia between the rows.
+    """Integral over time in the window, by the trapezoidal rule.
 
     Parameters
     ----------
@@ -140,12 +140,12 @@ def integral(signal: str, minus: str | None = None, start: float = 0.0,
         The window [s], both ends included.
 
     """
-    return Reduction(signal, minus, start, end, _trapezia, lambda state: state[0])
+    return Reduction(signal, minus, start, end, _trapezoids, lambda state: state[0])
 
 
 def fold(signal: str, function: Fold, finish: Callable[[Any], np.ndarray] | None = None,
          minus: str | None = None, start: float = 0.0, end: float = np.inf) -> Reduction:
-    """A reduction of one's own.
+    """Your own reduction.
 
     Parameters
     ----------
@@ -177,17 +177,17 @@ def _average(state: Any) -> np.ndarray:
 
 def _extremum(pick: np.ufunc) -> Fold:
     def extremum(state: Any, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-        found = pick.reduce(values)
-        return found if state is None else pick(state, found)
+        value = pick.reduce(values)
+        return value if state is None else pick(state, value)
     return extremum
 
 
-def _trapezia(state: Any, time: np.ndarray, values: np.ndarray) -> tuple:
+def _trapezoids(state: Any, time: np.ndarray, values: np.ndarray) -> tuple:
     if state is not None:
         time = np.concatenate([[state[1]], time])
         values = np.concatenate([state[2][None], values])
-    trapezia = np.diff(time)[:, None, None] * (values[1:] + values[:-1]) / 2
-    area = trapezia.sum(axis=0) + (0.0 if state is None else state[0])
+    trapezoids = np.diff(time)[:, None, None] * (values[1:] + values[:-1]) / 2
+    area = trapezoids.sum(axis=0) + (0.0 if state is None else state[0])
     return area, time[-1], values[-1].copy()
 
 

@@ -38,7 +38,7 @@ def check(program: Program, diagram: ct.NonlinearIOSystem, points: int = POINTS)
     for k in range(points):
         t, x = generator.uniform(0.0, 10.0), generator.standard_normal(diagram.nstates)
         u = generator.standard_normal(diagram.ninputs)
-        params = varied(program, diagram, generator) if k % 2 else {}
+        params = vary_parameters(program, diagram, generator) if k % 2 else {}
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             for name, labels in (("dynamics", [f"{b}.{s}" for b, s in program.states]),
@@ -52,10 +52,10 @@ def check(program: Program, diagram: ct.NonlinearIOSystem, points: int = POINTS)
             f"{diagram.name}: python-control could evaluate the diagram at none of {points} "
             "random points, so the compiled program cannot be checked. It calls NaN an algebraic "
             "loop, and a path through more outputs than it has blocks as well; call "
-            "diagram.output(0, x, u) to see what it says")
+            "diagram.output(0, x, u) to see its answer")
 
 
-def varied(program: Program, diagram: ct.NonlinearIOSystem,
+def vary_parameters(program: Program, diagram: ct.NonlinearIOSystem,
            generator: np.random.Generator) -> dict[str, np.ndarray]:
     """Return the parameters of a diagram, each changed by up to a tenth."""
     return {key: np.asarray(value) * (1 + 0.1 * generator.uniform(-1, 1))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import compile_diagram
-from clie_blocks.compiled.cache.cached_program import Recalled, recalled, sources
-from clie_blocks.compiled.cache.signature import described
+from clie_blocks.compiled.cache.cached_program import CachedProgram, cached_program, source_digest
+from clie_blocks.compiled.cache.signature import parse_description
 
 SETS = {"map.gain": np.array([0.5, 0.6, 0.7]), "map.offset": np.array([[1.0, 2.0]])}
 ROWS = np.random.default_rng(0).standard_normal((40, 2))
@@ -39,46 +39,46 @@ def ran(program, **options):
 
 def test_the_next_process_needs_no_diagram(difference, folder):
     expected = ran(compile_diagram(difference), log=["y[1]"], every=4)
-    first = ran(recalled("one", lambda: difference), log=["y[1]"], every=4)
-    again = ran(recalled("one", nowhere), log=["y[1]"], every=4)
+    first = ran(cached_program("one", lambda: difference), log=["y[1]"], every=4)
+    again = ran(cached_program("one", nowhere), log=["y[1]"], every=4)
     for found in (first, again):
         np.testing.assert_array_equal(found.outputs, expected.outputs)
         np.testing.assert_array_equal(found.final_state, expected.final_state)
 
 
 def test_what_was_not_asked_before_is_compiled_from_the_diagram(difference, folder):
-    ran(recalled("one", lambda: difference), log=["y[1]"])
+    ran(cached_program("one", lambda: difference), log=["y[1]"])
     asked = []
-    later = ran(recalled("one", lambda: asked.append(1) or difference), log=["y"])
+    later = ran(cached_program("one", lambda: asked.append(1) or difference), log=["y"])
     assert asked
     np.testing.assert_array_equal(later.outputs, ran(compile_diagram(difference)).outputs)
 
 
 def test_another_identity_is_another_program(difference, folder):
-    recalled("one", lambda: difference)
+    cached_program("one", lambda: difference)
     with pytest.raises(AssertionError, match="not needed"):
-        recalled("two", nowhere)
+        cached_program("two", nowhere)
 
 
 def test_damaged_files_are_made_again(difference, folder):
-    expected = ran(recalled("one", lambda: difference))
+    expected = ran(cached_program("one", lambda: difference))
     for file in folder.glob("*.bin"):
         file.write_bytes(file.read_bytes()[:-1])
-    found = ran(recalled("one", lambda: difference))
+    found = ran(cached_program("one", lambda: difference))
     np.testing.assert_array_equal(found.outputs, expected.outputs)
 
 
 def test_without_a_cache_it_runs_all_the_same(difference, folder, monkeypatch):
     expected = ran(compile_diagram(difference))
     monkeypatch.setenv("CLIE_BLOCKS_CACHE", "off")
-    np.testing.assert_array_equal(ran(recalled("one", lambda: difference)).outputs,
+    np.testing.assert_array_equal(ran(cached_program("one", lambda: difference)).outputs,
                                   expected.outputs)
 
 
 def test_without_machine_code_it_is_the_program_itself(difference, folder, monkeypatch):
     monkeypatch.setattr("clie_blocks.compiled.program.available_engine", lambda name: "python")
-    program = recalled("slow", lambda: difference)
-    assert not isinstance(program, Recalled)
+    program = cached_program("slow", lambda: difference)
+    assert not isinstance(program, CachedProgram)
     assert ran(program).outputs.shape == (3, 2, 41)
 
 
@@ -89,14 +89,14 @@ def test_changed_sources_are_other_programs(tmp_path, monkeypatch):
     found = set()
     for text in ("gain = 1", "gain = 2"):
         file.write_text(text)
-        sources.cache_clear()
-        found.add(sources("some_blocks"))
+        source_digest.cache_clear()
+        found.add(source_digest("some_blocks"))
     assert len(found) == 2
 
 
 def test_a_description_says_all_that_the_program_says(difference):
     program = compile_diagram(difference)
-    told = described(program.description.text())
+    told = parse_description(program.description.text())
     for name in ("name", "inputs", "outputs", "states", "period"):
         assert getattr(told, name) == getattr(program, name)
     np.testing.assert_array_equal(told.parameters.vector({"map.gain": 0.1}, "map"),
@@ -104,8 +104,8 @@ def test_a_description_says_all_that_the_program_says(difference):
 
 
 def test_sources_tell_packages_apart():
-    one, two = sources("clie_blocks.compiled"), sources("clie_blocks.effects")
-    assert one == sources("clie_blocks.compiled") and one != two
+    one, two = source_digest("clie_blocks.compiled"), source_digest("clie_blocks.effects")
+    assert one == source_digest("clie_blocks.compiled") and one != two
 
 
 def test_inputs_may_be_one_table(difference, folder):

@@ -1,8 +1,8 @@
 """Programs on disk: what an earlier process has compiled runs without its diagram.
 
 Building a diagram, tracing it, comparing it and writing its text takes ten times as long as
-reading all of it.  A program is found by its identity, which has to tell all that decides it: its
-structure, and the sources that it comes from, see `sources`.
+reading the result.  A program is found by its identity, which must cover everything that the
+program depends on: its structure, and the sources that it comes from, see `source_digest`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clie_blocks.compiled.cache import store
-from clie_blocks.compiled.cache.signature import Description, described
+from clie_blocks.compiled.cache.signature import Description, parse_description
 from clie_blocks.compiled.codegen.engine import Engine
 from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
 from clie_blocks.compiled.codegen.methods import SAMPLED
@@ -23,7 +23,7 @@ from clie_blocks.compiled.codegen.vector_math import callable_here
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.compiled.runtime.api import Batches
-from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind
+from clie_blocks.compiled.runtime.inputs import Inputs, Rows, bind_inputs
 
 if TYPE_CHECKING:
     import control as ct
@@ -31,20 +31,35 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.program import Program
 
 
-def recalled(identity: str, make: Callable[[], ct.NonlinearIOSystem]) -> Recalled | Program:
-    """Return a program in discrete time from the disk, or compile it and keep it for others."""
-    made = functools.cache(lambda: _compiled(make()))
+def cached_program(identity: str,
+                   make: Callable[[], ct.NonlinearIOSystem]) -> CachedProgram | Program:
+    """Return a program in discrete time from the disk, or compile it and store it for others.
+
+    Parameters
+    ----------
+    identity : str
+        Distinguishes this program from all others.
+    make : callable
+        Returns the block or diagram in discrete time, where it has to be compiled.
+
+    Returns
+    -------
+    CachedProgram or Program
+        The latter where there is no machine code, or a block is called back.
+
+    """
+    compiled = functools.cache(lambda: _compile(make()))
     stored = store.load(store.key(identity))
     if stored is None or importlib.util.find_spec("llvmlite") is None:
-        program = made()
+        program = compiled()
         if program.lanes == 1:
             return program
         stored = program.description.text().encode()
         store.save(store.key(identity), stored)
-    return Recalled(identity, described(stored), made)
+    return CachedProgram(identity, parse_description(stored), compiled)
 
 
-def _compiled(diagram: ct.NonlinearIOSystem) -> Program:
+def _compile(diagram: ct.NonlinearIOSystem) -> Program:
     """Program of a diagram; python-control is imported here."""
     from clie_blocks.compiled.program import compile_diagram
 
@@ -52,8 +67,8 @@ def _compiled(diagram: ct.NonlinearIOSystem) -> Program:
 
 
 @functools.cache
-def sources(*packages: str) -> str:
-    """Return one text for the present state of all sources of some packages."""
+def source_digest(*packages: str) -> str:
+    """Return a digest of all source files of some packages, subfolders included."""
     specs = [importlib.util.find_spec(name) for name in packages]
     files = [file for spec in specs if spec
              for folder in spec.submodule_search_locations or ()
@@ -61,28 +76,27 @@ def sources(*packages: str) -> str:
     return store.key(*(file.read_text(encoding="utf-8") for file in files))
 
 
-class Recalled(Batches):
-    """A program that is known by name and run in batches; made by `recalled`.
+class CachedProgram(Batches):
+    """A program that is known by its description and runs in batches; see `cached_program`.
 
-    Its layout holds places instead of expressions: these are in the text that was kept.
+    Its layout holds indices instead of expressions: these are in the text on disk.
 
     Parameters
     ----------
     identity : str
-        Under which it is kept.
+        Under which it is stored.
     description : Description
-        What it tells of itself.
-    made : callable
-        Gives the program itself, for a text that is not there yet.
+        Its labels and sizes.
+    compiled : callable
+        Returns the program itself, for a text that is not stored yet.
 
     """
 
     _engine = "llvm"
 
     def __init__(self, identity: str, description: Description,
-                 made: Callable[[], Program]) -> None:
-        self._identity, self.description = identity, description
-        self._made = made
+                 compiled: Callable[[], Program]) -> None:
+        self._identity, self.description, self._compiled = identity, description, compiled
         self._engines: dict[tuple, Engine] = {}
         self.name, self.period = description.name, description.period
         self.inputs, self.outputs = description.inputs, description.outputs
@@ -92,7 +106,7 @@ class Recalled(Batches):
                               description.slots, len(self.inputs))
 
     def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
-        return bind(Graph(), self.inputs, inputs, steps, step)[0], self._layout
+        return bind_inputs(Graph(), self.inputs, inputs, steps, step)[0], self._layout
 
     def _step_of(self, step: float | None) -> float:
         return self.period or 1.0
@@ -102,7 +116,8 @@ class Recalled(Batches):
 
         key = tuple(arranged.record), memory.key
         if key not in self._engines:
-            text = self._text([int(k) for k in arranged.record], memory)
+            entries = [k for k in arranged.record if isinstance(k, int)]
+            text = self._text(entries, memory)
             self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text)
         return self._engines[key]
 
@@ -111,6 +126,6 @@ class Recalled(Batches):
         stored = store.load(name)
         if stored is not None:
             return zlib.decompress(stored).decode()
-        text = self._made().machine_text(record, memory)
+        text = self._compiled().machine_text(record, memory)
         store.save(name, zlib.compress(text.encode(), 1))
         return text

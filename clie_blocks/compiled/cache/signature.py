@@ -10,7 +10,7 @@ from clie_blocks.compiled.frontend.parameters import Parameters
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """All that a program tells of itself, in plain types; without what it computes.
+    """The labels and sizes of a program, in plain types; not what it computes.
 
     Parameters
     ----------
@@ -32,28 +32,28 @@ class Description:
     """
 
     name: str
-    inputs: list
-    outputs: list
-    states: list
-    slots: dict
+    inputs: list[str]
+    outputs: list[str]
+    states: list[tuple[str, str]]
+    slots: dict[str, int]
     record: int
     parameters: Parameters
     period: float | None
 
     def text(self) -> str:
         """Return the description as text, exact in every bit."""
-        numbers = self.parameters
+        parameters = self.parameters
         return json.dumps({
             **{name: value for name, value in vars(self).items() if name != "parameters"},
-            "parameters": [numbers.offset, numbers.shape, numbers.defaults.tolist(),
-                           sorted(numbers.frozen)]})
+            "parameters": [parameters.offset, parameters.shape, parameters.defaults.tolist(),
+                           sorted(parameters.frozen)]})
 
 
-def described(text: bytes) -> Description:
+def parse_description(text: bytes) -> Description:
     """Return the description that a text holds."""
-    told = json.loads(text)
-    offset, shape, defaults, frozen = told["parameters"]
+    fields = json.loads(text)
+    offset, shape, defaults, frozen = fields["parameters"]
     shape = {key: tuple(sides) for key, sides in shape.items()}
-    return Description(**{**told, "states": [tuple(state) for state in told["states"]],
-                          "parameters": Parameters(offset, shape, np.array(defaults),
-                                                   set(frozen))})
+    return Description(**{
+        **fields, "states": [tuple(state) for state in fields["states"]],
+        "parameters": Parameters(offset, shape, np.array(defaults), set(frozen))})

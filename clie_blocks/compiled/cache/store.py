@@ -8,7 +8,7 @@ from pathlib import Path
 from clie_blocks.errors import ClieError
 from clie_blocks.output import write
 
-KEPT = 12000  # a study of random robots asks for some 120 files of each structure
+KEPT = 12000  # files; a study of random robots needs some 120 of each structure
 
 
 def folder() -> Path | None:
@@ -24,17 +24,17 @@ def folder() -> Path | None:
 
 
 def key(*parts: str) -> str:
-    """Return the name under which content that depends on these texts is kept."""
+    """Return the name under which content that depends on these texts is stored."""
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def load(name: str) -> bytes | None:
     """Return the stored bytes, or None if there are none or they are damaged."""
-    place = folder()
-    if place is None:
+    path = folder()
+    if path is None:
         return None
     try:
-        stored = (place / f"{name}.bin").read_bytes()
+        stored = (path / f"{name}.bin").read_bytes()
     except OSError:
         return None
     digest, content = stored[:32], stored[32:]
@@ -43,18 +43,18 @@ def load(name: str) -> bytes | None:
 
 def save(name: str, content: bytes) -> None:
     """Store bytes; a cache that cannot be written is no reason to stop."""
-    place = folder()
-    if place is None:
+    path = folder()
+    if path is None:
         return
     with contextlib.suppress(ClieError, OSError):
-        write(place / f"{name}.bin", hashlib.sha256(content).digest() + content)
-        _forget_oldest(place)
+        write(path / f"{name}.bin", hashlib.sha256(content).digest() + content)
+        _forget_oldest(path)
 
 
-def _forget_oldest(place: Path) -> None:
-    """Forget a tenth at once where there are too many: each look at all of them takes a while."""
-    names = [name for name in os.listdir(place) if name.endswith(".bin")]
+def _forget_oldest(path: Path) -> None:
+    """Delete a tenth at once where there are too many: listing all of them takes a while."""
+    names = [name for name in os.listdir(path) if name.endswith(".bin")]
     if len(names) > KEPT:
-        files = sorted(map(place.joinpath, names), key=lambda file: file.stat().st_mtime)
+        files = sorted(map(path.joinpath, names), key=lambda file: file.stat().st_mtime)
         for file in files[:len(files) - KEPT + KEPT // 10]:
             file.unlink(missing_ok=True)

@@ -81,12 +81,12 @@ def _identifier(text: str) -> str:
 
 def _fields(parameters: Parameters) -> list[str]:
     """C expression of every parameter slot, in the order of the slots."""
-    found = [""] * parameters.defaults.size
+    fields = [""] * parameters.defaults.size
     for key, start in parameters.offset.items():
         shape = parameters.shape[key]
         for k in range(math.prod(shape)):
-            found[start + k] = f"p->{_identifier(key)}" + (f"[{k}]" if shape else "")
-    return found
+            fields[start + k] = f"p->{_identifier(key)}" + (f"[{k}]" if shape else "")
+    return fields
 
 
 def _declarations(parameters: Parameters) -> str:
@@ -127,7 +127,7 @@ def _number(value: float) -> str:
 
 def _step(prefix: str, nx: int, method: Method) -> str:
     if nx == 0:
-            return f"    (void)h;\n    {prefix}_derivative(t, x, u, p, x);"
+        return f"    (void)h;\n    {prefix}_derivative(t, x, u, p, x);"
     lines = [f"    double k[{len(method.b)}][{nx}], y[{nx}];"]
     for i, (weights, c) in enumerate(zip(method.a, method.c)):
         if any(weights):

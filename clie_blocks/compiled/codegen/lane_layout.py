@@ -24,11 +24,11 @@ class Memory:
     """
 
     width: int = 1
-    varying: dict = field(default_factory=dict)
+    varying: dict[str, tuple[bool, ...]] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple:
-        """What tells this memory from others."""
+        """What distinguishes this memory from others."""
         return self.width, tuple(sorted((name, tuple(flags))
                                         for name, flags in self.varying.items()))
 

@@ -96,8 +96,9 @@ class Builder:
         operands = [self._operand(a, varying) for a in args]
         if self._scalar(varying):
             return Value(self._call(name, "double", operands), varying)
-        found = vector_function(name, self.width, len(args))
-        result = self._in_parts(*found, operands) if found else self._by_lane(name, operands)
+        vectors = vector_function(name, self.width, len(args))
+        result = (self._in_parts(*vectors, operands) if vectors
+                  else self._by_lane(name, operands))
         return Value(result, varying)
 
     def _in_parts(self, symbol: str, length: int, operands: Sequence[str]) -> str:
@@ -142,12 +143,12 @@ class Builder:
         return Value(memory[1], False)
 
     def load(self, pointer: str, offset: int, varying: bool) -> Value:
-        """Write a load from so many numbers behind a pointer."""
+        """Write a load from so many floats behind a pointer."""
         return Value(self.put(f"load {self.type(varying)}, ptr "
                               f"{self._address(pointer, offset)}, align 8"), varying)
 
     def store(self, value: Operand, pointer: str, offset: int, varying: bool) -> None:
-        """Write a store to so many numbers behind a pointer."""
+        """Write a store to so many floats behind a pointer."""
         text = self._operand(value, varying)
         self.lines.append(f"  store {self.type(varying)} {text}, ptr "
                           f"{self._address(pointer, offset)}, align 8")

@@ -26,7 +26,7 @@ class Machine:
     names : list of str
         Functions that are called from Python.
     imported : dict, optional
-        Address by name of the functions that the code calls, beside those of the C library.
+        Address by name of the functions that the code calls, but for those of the C library.
 
     """
 

@@ -27,9 +27,9 @@ class Method:
     name: str
     title: str
     order: int
-    a: tuple
-    b: tuple
-    c: tuple
+    a: tuple[tuple[float, ...], ...]
+    b: tuple[float, ...]
+    c: tuple[float, ...]
     is_map: bool = False
 
 

@@ -113,13 +113,13 @@ class Switchboard:
 
     def _answer(self, index: int, operands: int, results: int) -> None:
         callback = self._callbacks[index]
-        found = _numbers_at(results, callback.size)
+        values = _numbers_at(results, callback.size)
         try:
-            found[:] = np.nan if self._failures else callback(
+            values[:] = np.nan if self._failures else callback(
                 _numbers_at(operands, callback.width).copy())
         except BaseException as error:  # nothing may escape into machine code
             self._failures.append(error)
-            found[:] = np.nan
+            values[:] = np.nan
 
     def raise_failure(self) -> None:
         """Raise what went wrong since the last time, if anything did."""

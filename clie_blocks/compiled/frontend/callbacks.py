@@ -58,13 +58,13 @@ def warn_of_callbacks(program: Program) -> None:
 
 
 def _seconds(callback: Callback) -> float:
-    """Median time of a call, at numbers that a block is likely to take."""
-    numbers, times = np.full(callback.width, 0.5), []
+    """Median time of a call [s], at operands that a block is likely to accept."""
+    operands, times = np.full(callback.width, 0.5), []
     for _ in range(CALLS):
         begun = time.perf_counter()
         try:
-            callback(numbers)
-        except Exception:  # such numbers may be none of the block's
+            callback(operands)
+        except Exception:  # the block may refuse such operands
             break
         times.append(time.perf_counter() - begun)
     return np.median(times) if times else np.nan

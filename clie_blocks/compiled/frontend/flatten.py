@@ -1,7 +1,8 @@
 """From nested diagrams to leaf blocks and wire sums."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
@@ -15,7 +16,7 @@ Wire = dict[tuple[str, int], float]  # gain by source, see `Flat`
 
 @dataclass(frozen=True)
 class Leaf:
-    """One block that is not a diagram, at its place in the flat vectors.
+    """One block that is not a diagram, at its position in the flat vectors.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ class Leaf:
     x: int
     u: int
     y: int
-    params: dict
+    params: dict[str, Any]
 
 
 @dataclass
@@ -58,10 +59,10 @@ class Flat:
 
     """
 
-    leaves: list
-    wires: list
-    outputs: list
-    signals: dict
+    leaves: list[Leaf]
+    wires: list[Wire]
+    outputs: list[Wire]
+    signals: dict[str, Wire]
 
 
 def flatten(diagram: ct.NonlinearIOSystem, held: Iterable[int] = ()) -> Flat:
@@ -73,49 +74,57 @@ def flatten(diagram: ct.NonlinearIOSystem, held: Iterable[int] = ()) -> Flat:
         If wires of nested diagrams close a loop without any block in it.
 
     """
-    flat = Flat([], [], [], {})
-    top = [{("u", k): 1.0} for k in range(diagram.ninputs)]
-    show = _Visit(flat, diagram, lambda k: top[k], "", dict(diagram.params or {}),
+    parts = _Parts()
+    top: list[Wire] = [{("u", k): 1.0} for k in range(diagram.ninputs)]
+    show = _Visit(parts, diagram, lambda k: top[k], "", dict(diagram.params or {}),
                   frozenset(held)).show
-    flat.wires = [wire() for wire in flat.wires]
-    flat.outputs = [show(k) for k in range(diagram.noutputs)]
-    flat.signals = {name: wire() for name, wire in flat.signals.items()}
-    return flat
+    return Flat(parts.leaves, [wire() for wire in parts.wires],
+                [show(k) for k in range(diagram.noutputs)],
+                {name: wire() for name, wire in parts.signals.items()})
+
+
+@dataclass
+class _Parts:
+    """Leaves seen so far, and their wires, which are followed once all leaves are known."""
+
+    leaves: list[Leaf] = field(default_factory=list)
+    wires: list[Callable[[], Wire]] = field(default_factory=list)
+    signals: dict[str, Callable[[], Wire]] = field(default_factory=dict)
 
 
 class _Visit:
-    """One system at its place; `drive(k)` gives the wire sum of its input k."""
+    """One system in the tree of diagrams; `drive(k)` returns the wire sum of its input k."""
 
-    def __init__(self, flat: Flat, system: ct.NonlinearIOSystem, drive: Callable[[int], Wire],
+    def __init__(self, parts: _Parts, system: ct.NonlinearIOSystem, drive: Callable[[int], Wire],
                  path: str, params: dict[str, Any], held: frozenset[int] = frozenset()) -> None:
         self.system, self.drive, self.path, self.held = system, drive, path, held
         self.busy: set[int] = set()
         if isinstance(system, ct.InterconnectedSystem):
             self.parts = [
-                _Visit(flat, part, self._driver(k), f"{path}.{part.name}" if path else part.name,
+                _Visit(parts, part, self._driver(k), f"{path}.{part.name}" if path else part.name,
                        {**(part.params or {}), **params})
                 for k, part in enumerate(system.syslist)]
             self.show = self._show_diagram
         else:
-            self._add_leaf(flat, params)
+            self._add_leaf(parts, params)
         if path:
-            self._name_ports(flat)
+            self._name_ports(parts)
 
-    def _add_leaf(self, flat: Flat, params: dict[str, Any]) -> None:
+    def _add_leaf(self, parts: _Parts, params: dict[str, Any]) -> None:
         x = u = y = 0
-        if flat.leaves:
-            last = flat.leaves[-1]
+        if parts.leaves:
+            last = parts.leaves[-1]
             x, u, y = (last.x + last.system.nstates, last.u + last.system.ninputs,
                        last.y + last.system.noutputs)
-        flat.leaves.append(Leaf(self.system, self.path or self.system.name, x, u, y, params))
-        flat.wires += [lambda k=k: self.drive(k) for k in range(self.system.ninputs)]
+        parts.leaves.append(Leaf(self.system, self.path or self.system.name, x, u, y, params))
+        parts.wires += [partial(self.drive, k) for k in range(self.system.ninputs)]
         self.show = lambda k: {("y", y + k): 1.0}
 
-    def _name_ports(self, flat: Flat) -> None:
+    def _name_ports(self, parts: _Parts) -> None:
         for k, label in enumerate(self.system.input_labels):
-            flat.signals[f"{self.path}.{label}"] = lambda k=k: self.drive(k)
+            parts.signals[f"{self.path}.{label}"] = partial(self.drive, k)
         for k, label in enumerate(self.system.output_labels):
-            flat.signals[f"{self.path}.{label}"] = lambda k=k: self.show(k)
+            parts.signals[f"{self.path}.{label}"] = partial(self.show, k)
 
     def _driver(self, part: int) -> Callable[[int], Wire]:
         return lambda k: self._input(self.system.input_offset[part] + k)

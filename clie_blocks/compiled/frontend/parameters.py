@@ -28,10 +28,10 @@ class Parameters:
 
     """
 
-    offset: dict = field(default_factory=dict)
-    shape: dict = field(default_factory=dict)
+    offset: dict[str, int] = field(default_factory=dict)
+    shape: dict[str, tuple[int, ...]] = field(default_factory=dict)
     defaults: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    frozen: set = field(default_factory=set)
+    frozen: set[str] = field(default_factory=set)
 
     def add(self, key: str, value: ArrayLike) -> None:
         """Give a parameter its slots, unless it has them."""
@@ -43,15 +43,15 @@ class Parameters:
         """Return the parameter as a block sees it: a symbol or an array of symbols."""
         shape = self.shape[key]
         slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
-        found = symbol_array([graph.variable("p", k) for k in slots])
-        return found[0] if shape == () else found.reshape(shape)
+        symbols = symbol_array([graph.variable("p", k) for k in slots])
+        return symbols[0] if shape == () else symbols.reshape(shape)
 
     def key_of(self, slot: int) -> str:
         """Return the key of the parameter that owns a slot."""
         return max((offset, key) for key, offset in self.offset.items() if offset <= slot)[1]
 
     def vector(self, params: Mapping[str, ArrayLike] | None, owner: str) -> np.ndarray:
-        """Return the values of all slots, some of them changed.
+        """Return the values of all slots; one number serves all entries of a changed array.
 
         Raises
         ------

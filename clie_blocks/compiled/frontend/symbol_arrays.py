@@ -129,7 +129,7 @@ def _objects(value: Any) -> np.ndarray:
     return np.asarray(_plain(value), dtype=object)
 
 
-def _wrapped(result: Any) -> Any:
+def _wrap(result: Any) -> Any:
     if isinstance(result, np.ndarray) and result.dtype == object:
         return result.view(SymbolArray) if result.ndim else result.item()
     return result
@@ -152,7 +152,7 @@ def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
         raise TraceError(f"np.{ufunc.__name__} cannot be traced on a signal; "
                          f"{nearest(ufunc.__name__, known)}")
     if target is None:
-        return _wrapped(result)
+        return _wrap(result)
     if target.dtype != object:
         raise TraceError("a signal is written into an array of constants; build the array with "
                          "np.zeros or np.array([...]) inside the block")
@@ -163,18 +163,18 @@ def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
 def _call_function(function: Callable[..., Any], args: Sequence[Any],
                    kwargs: Mapping[str, Any]) -> Any:
     if function in _ARRAY_FUNCTIONS:
-        return _wrapped(_ARRAY_FUNCTIONS[function](*args, **kwargs))
-    lifted = [_lifted(value) for value in args]
-    named = {key: _lifted(value) for key, value in kwargs.items() if key != "dtype"}
-    return _wrapped(np.ndarray.__array_function__(
+        return _wrap(_ARRAY_FUNCTIONS[function](*args, **kwargs))
+    lifted = [_lift(value) for value in args]
+    named = {key: _lift(value) for key, value in kwargs.items() if key != "dtype"}
+    return _wrap(np.ndarray.__array_function__(
         np.empty(0, object).view(SymbolArray), function, (SymbolArray,), tuple(lifted), named))
 
 
-def _lifted(value: Any) -> Any:
+def _lift(value: Any) -> Any:
     if isinstance(value, Symbol):
         return np.array(value, dtype=object).view(SymbolArray)
     if isinstance(value, (list, tuple)):
-        return type(value)(_lifted(item) for item in value)
+        return type(value)(_lift(item) for item in value)
     return value
 
 

@@ -1,4 +1,4 @@
-"""Twins of plain Python functions that see symbolic numpy and math in the place of the real ones.
+"""Twins of plain Python functions that see symbolic numpy and math instead of the real ones.
 
 A block's function is not changed: its code object runs once more with other globals.  Functions
 that it reaches through globals, closures, defaults, partials or bound methods get twins as well,
@@ -88,11 +88,11 @@ class _ModuleTwin:
 
 
 def _names(code: types.CodeType) -> set[str]:
-    found = set(code.co_names)
+    names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
-            found |= _names(constant)
-    return found
+            names |= _names(constant)
+    return names
 
 
 class _Numpy:
@@ -107,10 +107,10 @@ class _Numpy:
             return _REPLACED[id(value)][1]
         if isinstance(value, (type, types.ModuleType)) or not callable(value):
             return value
-        return _lifting(value)
+        return _with_symbol_arrays(value)
 
 
-def _lifting(function: Callable[..., Any]) -> Callable[..., Any]:
+def _with_symbol_arrays(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*args: Any, **kwargs: Any) -> Any:
         return function(*(_lift(value) for value in args),
                         **{key: _lift(value) for key, value in kwargs.items()})

@@ -57,14 +57,14 @@ class Trace:
     """
 
     graph: Graph
-    derivatives: list
-    signals: dict
-    outputs: list
-    inputs: list
-    states: list
+    derivatives: list[Expression]
+    signals: dict[str, Expression]
+    outputs: list[str]
+    inputs: list[str]
+    states: list[tuple[str, str]]
     parameters: Parameters
-    maps: list = field(default_factory=list)
-    opaque: list = field(default_factory=list)
+    maps: list[dict[int, Expression]] = field(default_factory=list)
+    opaque: list[Callback] = field(default_factory=list)
 
     def names(self) -> dict[Expression, str]:
         """Return the signal names by expression, for the comments of a listing."""
@@ -74,7 +74,7 @@ class Trace:
         return names
 
     def ports(self) -> list[str]:
-        """Return lines that say what the entries of x, u and y are."""
+        """Return lines that name the entries of x, u and y."""
         return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
                 *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
                 *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
@@ -113,12 +113,12 @@ def trace(diagram: ct.NonlinearIOSystem, held: Iterable[int] = (),
 def _opaque_leaves(diagram: ct.NonlinearIOSystem, flat: Flat, opaque: Iterable[str]) -> set[str]:
     hidden = {leaf.name for leaf in flat.leaves if getattr(leaf.system, "opaque", False)}
     for name in opaque:
-        found = {leaf.name for leaf in flat.leaves if f"{leaf.name}.".startswith(f"{name}.")}
-        if not found:
+        named = {leaf.name for leaf in flat.leaves if f"{leaf.name}.".startswith(f"{name}.")}
+        if not named:
             known = [leaf.name for leaf in flat.leaves]
             raise DiagramError(f"{diagram.name}: no block {name!r} to be opaque; "
                                f"{nearest(name, known)}")
-        hidden |= found
+        hidden |= named
     return hidden
 
 

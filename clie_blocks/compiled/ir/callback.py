@@ -9,7 +9,7 @@ from clie_blocks.errors import ClieError
 
 
 class Callback:
-    """A block function of numbers in a row: t, states, inputs, parameters.
+    """A block function of one flat vector: t, states, inputs, parameters.
 
     Parameters
     ----------
@@ -20,14 +20,14 @@ class Callback:
     nx, nu, size : int
         Number of states and inputs, and of values that it returns.
     shapes : dict
-        Shape of every parameter that is among the numbers.
+        Shape of every parameter that is part of the vector.
     constants : dict
         The other parameters.
 
     Attributes
     ----------
     width : int
-        How many numbers.
+        Length of the vector.
 
     """
 
@@ -39,13 +39,13 @@ class Callback:
         self._x, self._u, *values = map(slice, ends, ends[1:])
         self._params = [(key, part, shape) for (key, shape), part in zip(shapes.items(), values)]
 
-    def __call__(self, numbers: np.ndarray) -> np.ndarray:
+    def __call__(self, operands: np.ndarray) -> np.ndarray:
         """Return the values of the function."""
-        x, u = numbers[self._x], numbers[self._u]
-        params = {**self._constants, **{key: numbers[part].reshape(shape)[()]
+        x, u = operands[self._x], operands[self._u]
+        params = {**self._constants, **{key: operands[part].reshape(shape)[()]
                                     for key, part, shape in self._params}}
         try:
-            result = np.asarray(self.function(float(numbers[0]), x, u, params), float).reshape(-1)
+            result = np.asarray(self.function(float(operands[0]), x, u, params), float).reshape(-1)
         except Exception as error:
             raise ClieError(f"{self.name}: it failed when called back with x = {x}, u = {u}: "
                             f"{type(error).__name__}: {error}") from error

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
@@ -36,13 +37,13 @@ class Layout:
 
     """
 
-    derivatives: list
-    record: list
-    slots: dict
+    derivatives: list[Expression]
+    record: list[Expression]
+    slots: dict[str, int]
     nu: int
-    maps: list = field(default_factory=list)
-    watch: list = field(default_factory=list)
-    opaque: list = field(default_factory=list)
+    maps: list[dict[int, Expression]] = field(default_factory=list)
+    watch: list[Expression] = field(default_factory=list)
+    opaque: list[Callback] = field(default_factory=list)
 
     @property
     def nx(self) -> int:

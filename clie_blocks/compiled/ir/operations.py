@@ -43,13 +43,13 @@ class Operation:
 
     name: str
     arity: int
-    numpy: Callable
+    numpy: Callable[..., Any]
     python: str
     c: str
-    llvm: Callable
-    partials: Callable
+    llvm: Callable[..., Any]
+    partials: Callable[..., Any]
     boolean: bool = False
-    tangent: Callable | None = None
+    tangent: Callable[..., Any] | None = None
 
 
 def _infix(name: str, sign: str, function: Callable[..., Any], instruction: str,

@@ -1,4 +1,4 @@
-"""Arithmetic on symbols, with constants folded on the way.
+"""Arithmetic on symbols, folding constants.
 
 A factor that is the constant zero removes its term at once (``0.0 * x`` is 0, also where x would
 be infinite or NaN): block-diagonal regressors would otherwise cost their zeros at every step.

@@ -1,4 +1,4 @@
-"""What is asked of a program beyond one run: many runs, and derivatives."""
+"""What a program offers beyond one run: many runs at once, and derivatives."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class Batches:
               reduce: Mapping[str, Reduction] | None = None, threads: int | None = None) -> Batch:
         """Simulate many parameter sets at once: side by side in each processor, on all of them.
 
-        Every run is the one that `run` gives for its parameters, to round-off.  A run that
-        leaves the numbers ends as NaN, is marked in ``diverged`` and disturbs no other.
+        Every run equals that of `run` with the same parameters, to round-off.  A run that
+        diverges ends as NaN, is marked in ``diverged`` and disturbs no other.
 
         Parameters
         ----------
@@ -77,9 +77,9 @@ class Batches:
             Signals of which every row is kept; by default the diagram's outputs, or none where
             `reduce` is given.
         reduce : dict, optional
-            By a name of one's choice, a reduction of `clie_blocks.compiled.reduce`: mean, mean
-            square of a signal or of a difference, extremum, integral, final value, one's own.
-            It is taken while the runs go on, so that nothing long is kept.
+            By a name of your choice, a reduction of `clie_blocks.compiled.reduce`: mean, mean
+            square of a signal or of a difference, extremum, integral, final value, or your own.
+            It is computed during the runs, so that no long record is stored.
         threads : int, optional
             By default one per processor.
 
@@ -107,7 +107,7 @@ class Batches:
         """
         from clie_blocks.compiled.runtime.batch import lanes_and_threads, run_batch
         from clie_blocks.compiled.runtime.parameter_sets import parameter_sets
-        from clie_blocks.compiled.runtime.recorder import Keeper, Schedule
+        from clie_blocks.compiled.runtime.recorder import Recorder, Schedule
         step = self._step_of(step)
         steps = count_steps(duration, step, every)
         rows, arranged = self._drive(inputs, steps, step)
@@ -117,11 +117,11 @@ class Batches:
         if log is None:
             log = [] if reduce else self.outputs
         schedule = Schedule(steps, int(every), float(step))
-        keeper = Keeper(self.signals, select(self.signals, log, self.name), reduce or {},
+        recorder = Recorder(self.signals, select(self.signals, log, self.name), reduce or {},
                         schedule, len(sets), self.name)
         width, threads = lanes_and_threads(len(sets), threads, self.lanes)
         done = run_batch(lambda arranged, memory: self._build(arranged, method, memory),
-                         arranged, schedule, sets, rows, keeper, width, threads,
+                         arranged, schedule, sets, rows, recorder, width, threads,
                          f"running {self.name} {len(sets)} times")
         return replace(done, final_state=done.final_state[:, self._shown()])
 
@@ -198,12 +198,11 @@ class Studies(Batches):
             raise ClieError(f"{self.name}: {kind} is not differentiated; take central "
                             "differences of batch() with the parameter a little up and down")
         chosen = self.outputs if log is None else select(self.signals, log, self.name)
-        found = sensitivities.columns(self._parameters, names,
-                                      [".".join(state) for state in self.states], states,
-                                      self.name)
+        columns = sensitivities.find_columns(
+            self._parameters, names, [".".join(state) for state in self.states], states, self.name)
         twin = sensitivities.Differentiated(
             arranged, self._trace.graph, [arranged.slots[name] for name in chosen],
-            self._parameters.defaults.size, list(found.values()), self._columns(found))
+            self._parameters.defaults.size, list(columns.values()), self._columns(len(columns)))
         engine = self._build(twin.layout, method, twin.memory)
         p = self._parameters.vector(params, self.name)
         x = state_vector(self.states, initial_state, self.name)
@@ -213,17 +212,18 @@ class Studies(Batches):
             return simulate(engine, plan, twin.start(x, places), twin.parameters(p, places),
                             self._drive(inputs, steps, step)[0], f"differentiating {self.name}")
 
-        done, derivatives = sensitivities.run_passes(twin, found, run_pass)
+        done, derivatives = sensitivities.run_passes(twin, columns, run_pass)
         response = self._response(done, chosen)
         if done.divergence is not None:
             raise self._diverged(done.divergence, response)
         return response, derivatives
 
-    def _columns(self, found: Mapping[str, Place]) -> int:
+    def _columns(self, count: int) -> int:
+        """How many of so many columns go side by side."""
         if self._engine == "python":
             return 1
         from clie_blocks.compiled.runtime.sensitivities import WIDEST
-        return min(WIDEST, 1 << (len(found) - 1).bit_length())
+        return min(WIDEST, 1 << (count - 1).bit_length())
 
     def _response(self, done: Log, chosen: list[str]) -> ct.TimeResponseData:
         import control as ct

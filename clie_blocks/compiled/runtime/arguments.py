@@ -1,4 +1,4 @@
-"""What a caller of a program gives, turned into numbers, with every mistake named."""
+"""Arguments of a run, turned into arrays, with every mistake named."""
 
 import fnmatch
 import re
@@ -71,7 +71,7 @@ def block_states(states: Sequence[tuple[str, str]], block: str, owner: str) -> l
 
 def select(signals: Sequence[str], log: str | Sequence[str], owner: str,
            kind: str = "signal") -> list[str]:
-    """Return the signals that a log asks for, each once, in the order asked for.
+    """Return the signals that a log selects, each once, in the order of the log.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def select(signals: Sequence[str], log: str | Sequence[str], owner: str,
     groups: dict[str, list[int]] = ports(signals)
     chosen: dict[str, None] = {}
     for name in [log] if isinstance(log, str) else log:
-        found = [name] if name in signals else [signals[k] for k in groups.get(name, [])]
-        if not found and ("*" in name or "?" in name):
-            found = _matching(name, signals)
-        if not found:
+        labels = [name] if name in signals else [signals[k] for k in groups.get(name, [])]
+        if not labels and ("*" in name or "?" in name):
+            labels = _matching(name, signals)
+        if not labels:
             raise DiagramError(f"{owner}: no {kind} {name!r}; {nearest(name, groups)}")
-        chosen |= dict.fromkeys(found)
+        chosen |= dict.fromkeys(labels)
     return list(chosen)
 
 

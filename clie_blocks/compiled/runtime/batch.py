@@ -18,8 +18,8 @@ from clie_blocks.compiled.codegen.engine import Engine
 from clie_blocks.compiled.codegen.lane_layout import Memory, lanes
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.runtime.inputs import Rows
-from clie_blocks.compiled.runtime.parameter_sets import Sets
-from clie_blocks.compiled.runtime.recorder import Keeper, Schedule
+from clie_blocks.compiled.runtime.parameter_sets import ParameterSets
+from clie_blocks.compiled.runtime.recorder import Recorder, Schedule
 from clie_blocks.compiled.runtime.simulate import CHUNK, patient_progress
 from clie_blocks.errors import ClieError, nearest
 
@@ -47,9 +47,9 @@ class Batch:
 
     time: np.ndarray
     outputs: np.ndarray
-    output_labels: list
+    output_labels: list[str]
     final_state: np.ndarray
-    reduced: dict
+    reduced: dict[str, np.ndarray]
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self.reduced:
@@ -70,7 +70,7 @@ class Group:
 
     Parameters
     ----------
-    sets : Sets
+    sets : ParameterSets
         All runs.
     memory : Memory
         What differs between lanes.
@@ -81,26 +81,27 @@ class Group:
 
     """
 
-    def __init__(self, sets: Sets, memory: Memory, first: int, entries: int) -> None:
+    def __init__(self, sets: ParameterSets, memory: Memory, first: int, entries: int) -> None:
         self.runs = slice(first, min(first + memory.width, len(sets)))
         lane = np.minimum(first + np.arange(memory.width), len(sets) - 1)
         self.p = memory.pack("p", sets.p[lane].T)
         self.x = memory.pack("x", sets.x[lane].T)
         self.width = memory.width
-        self.remembered: dict[str, Any] = {}  # by every reduction
+        self.remembered: dict[str, Any] = {}  # state of every reduction
         self.slots = np.arange(memory.size("record", entries))
 
     def advance(self, engine: Engine, schedule: Schedule, first: int, inputs: np.ndarray,
-                keeper: Keeper) -> None:
+                recorder: Recorder) -> None:
         """Take the steps of one chunk."""
         begin = -(-first // schedule.every)
         rows = -(-(first + len(inputs)) // schedule.every) - begin
-        self._keep(keeper, begin, self._run(engine, schedule, first, self.x, inputs, rows))
+        self._keep(recorder, begin, self._run(engine, schedule, first, self.x, inputs, rows))
 
-    def end(self, engine: Engine, schedule: Schedule, inputs: np.ndarray, keeper: Keeper) -> None:
+    def end(self, engine: Engine, schedule: Schedule, inputs: np.ndarray,
+            recorder: Recorder) -> None:
         """Take the row at the end: the first row of one step more, taken on a copy."""
         rows = self._run(engine, schedule, schedule.steps, self.x.copy(), inputs, 1)
-        self._keep(keeper, schedule.steps // schedule.every, rows)
+        self._keep(recorder, schedule.steps // schedule.every, rows)
 
     def _run(self, engine: Engine, schedule: Schedule, first: int, x: np.ndarray,
              inputs: np.ndarray, rows: int) -> np.ndarray:
@@ -113,32 +114,32 @@ class Group:
         """Return the states, runs first."""
         return self.x.reshape(-1, self.width).T[:self.runs.stop - self.runs.start]
 
-    def results(self, keeper: Keeper) -> dict[str, np.ndarray]:
+    def results(self, recorder: Recorder) -> dict[str, np.ndarray]:
         """Return every reduction, runs first."""
         count = self.runs.stop - self.runs.start
-        return {name: keeper.result(name, self.remembered, self.width)[:count]
-                for name in keeper.reduce}
+        return {name: recorder.result(name, self.remembered, self.width)[:count]
+                for name in recorder.reduce}
 
-    def _keep(self, keeper: Keeper, first: int, values: np.ndarray) -> None:
-        with np.errstate(all="ignore"):  # a run that has left the numbers goes on as NaN
-            shaped = values.reshape(len(values), len(keeper.entries), self.width)
-            keeper.keep(self.runs, first, shaped, self.remembered)
+    def _keep(self, recorder: Recorder, first: int, values: np.ndarray) -> None:
+        with np.errstate(all="ignore"):  # a run that has diverged goes on as NaN
+            shaped = values.reshape(len(values), len(recorder.entries), self.width)
+            recorder.keep(self.runs, first, shaped, self.remembered)
 
 
 def run_batch(build: Callable[[Layout, Memory], Engine], arranged: Layout, schedule: Schedule,
-              sets: Sets, rows: Rows, keeper: Keeper, width: int, threads: int,
+              sets: ParameterSets, rows: Rows, recorder: Recorder, width: int, threads: int,
               label: str) -> Batch:
-    """Run all sets."""
-    record = [arranged.record[arranged.slots[name]] for name in keeper.entries]
+    """Run all parameter sets on the same inputs, `width` side by side in each thread."""
+    record = [arranged.record[arranged.slots[name]] for name in recorder.entries]
     memory = lanes(width, arranged.nx, len(record), sets.own)
     engine = build(replace(arranged, record=record, slots={}), memory)
     groups = [Group(sets, memory, first, len(record)) for first in range(0, len(sets), width)]
-    _march(engine, schedule, groups, rows, keeper, threads, label)
-    reduced = [group.results(keeper) for group in groups]
-    return Batch(schedule.time, keeper.outputs, keeper.log,
+    _advance_all(engine, schedule, groups, rows, recorder, threads, label)
+    reduced = [group.results(recorder) for group in groups]
+    return Batch(schedule.time, recorder.outputs, recorder.log,
                  np.concatenate([group.final_state() for group in groups]),
                  {name: np.concatenate([each[name] for each in reduced])
-                  for name in keeper.reduce})
+                  for name in recorder.reduce})
 
 
 def lanes_and_threads(runs: int, threads: int | None, widest: int) -> tuple[int, int]:
@@ -159,9 +160,9 @@ def lanes_and_threads(runs: int, threads: int | None, widest: int) -> tuple[int,
     return width, min(threads, -(-runs // width))
 
 
-def _march(engine: Engine, schedule: Schedule, groups: list[Group], rows: Rows, keeper: Keeper,
-           threads: int, label: str) -> None:
-    room = 8 * max(1, groups[0].width * len(keeper.entries))
+def _advance_all(engine: Engine, schedule: Schedule, groups: list[Group], rows: Rows,
+                 recorder: Recorder, threads: int, label: str) -> None:
+    room = 8 * max(1, groups[0].width * len(recorder.entries))
     chunk = min(CHUNK, max(1, BUFFER // room) * schedule.every)
     with contextlib.ExitStack() as stack:
         side_by_side = (map if threads == 1
@@ -170,10 +171,10 @@ def _march(engine: Engine, schedule: Schedule, groups: list[Group], rows: Rows, 
         for first in range(0, schedule.steps, chunk):
             inputs = np.ascontiguousarray(rows(min(chunk, schedule.steps - first)))
             advance = partial(Group.advance, engine=engine, schedule=schedule, first=first,
-                              inputs=inputs, keeper=keeper)
+                              inputs=inputs, recorder=recorder)
             list(side_by_side(advance, groups))
             progress(first + len(inputs))
     if schedule.steps % schedule.every == 0:
         inputs = np.ascontiguousarray(rows(1))
         for group in groups:
-            group.end(engine, schedule, inputs, keeper)
+            group.end(engine, schedule, inputs, recorder)

@@ -15,14 +15,14 @@ StopBounds = Mapping[str, tuple[float | None, float | None]]  # (low, high) by s
 
 @dataclass(frozen=True)
 class Stop:
-    """When, where and why a run stopped; its text says it in words.
+    """When, where and why a run stopped; ``str`` puts it in words.
 
     Parameters
     ----------
     time : float
         Time of the step [s].
     signal : str
-        The signal; the first in the order asked for, if several leave at once.
+        The signal; the first in the order of the bounds, if several leave them at once.
     value, bound : float
         Its value there, and the bound that it has passed.
 
@@ -67,7 +67,7 @@ class Bounds:
 
     @property
     def values(self) -> np.ndarray:
-        """The numbers that a program with these bounds reads behind its parameters."""
+        """What a program with these bounds reads behind its parameters: low, then high."""
         return np.concatenate([self.low, self.high])
 
     def watch(self, graph: Graph, expressions: Sequence[Expression],

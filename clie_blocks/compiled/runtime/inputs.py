@@ -40,14 +40,14 @@ class HeldNormal:
                              f"step {step:g} s; choose one that is")
         scale = np.sqrt(np.broadcast_to(np.asarray(self.variance, float), (width,)))
         generator = np.random.default_rng(self.seed)
-        left = np.zeros((0, width))
+        spare = np.zeros((0, width))
 
         def next_rows(count: int) -> np.ndarray:
-            nonlocal left
-            draws = max(0, -(-(count - len(left)) // hold))
+            nonlocal spare
+            draws = max(0, -(-(count - len(spare)) // hold))
             fresh = generator.standard_normal((draws, width)) * scale
-            left = np.concatenate([left, np.repeat(fresh, hold, axis=0)])
-            rows, left = left[:count], left[count:]
+            spare = np.concatenate([spare, np.repeat(fresh, hold, axis=0)])
+            rows, spare = spare[:count], spare[count:]
             return rows
         return next_rows
 
@@ -60,7 +60,7 @@ def held_normal(variance: ArrayLike, seed: int, period: float | None = None) -> 
     variance : float or array_like, shape (n,)
         Variance of each draw, in the square of the unit of the input.
     seed : int
-        Same seed, same numbers, whatever the length of the run.
+        The same seed draws the same noise, whatever the length of the run.
     period : float, optional
         Time between draws [s], a multiple of the step; by default the step.
 
@@ -82,9 +82,9 @@ def held_normal(variance: ArrayLike, seed: int, period: float | None = None) -> 
     return HeldNormal(variance, seed, period)
 
 
-def bind(graph: Graph, labels: Sequence[str], inputs: Inputs, steps: int,
-         step: float) -> tuple[Rows, dict[int, Expression]]:
-    """Resolve the inputs of a run.
+def bind_inputs(graph: Graph, labels: Sequence[str], inputs: Inputs, steps: int,
+                step: float) -> tuple[Rows, dict[int, Expression]]:
+    """Return the rows of a run, and an expression by index for inputs that are functions of time.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from clie_blocks.labels import DiagramError
 
 
 @dataclass(frozen=True)
-class Sets:
+class ParameterSets:
     """The parameters and initial states of every run.
 
     Parameters
@@ -37,7 +37,8 @@ class Sets:
 
 def parameter_sets(parameters: Parameters, params: Mapping[str, ArrayLike] | None,
                    states: Sequence[tuple[str, str]],
-                   initial_state: ArrayLike | Mapping[str, ArrayLike] | None, owner: str) -> Sets:
+                   initial_state: ArrayLike | Mapping[str, ArrayLike] | None,
+                   owner: str) -> ParameterSets:
     """Arrange the parameters and initial states of every run.
 
     Raises
@@ -59,7 +60,7 @@ def parameter_sets(parameters: Parameters, params: Mapping[str, ArrayLike] | Non
         slots = parameters.slots(key, owner)
         p[:, slots] = _per_run(key, value, parameters.shape[key], runs, owner)
         own[slots] = value.ndim > 0
-    return Sets(p, own, _initial_states(states, starts, runs, owner))
+    return ParameterSets(p, own, _initial_states(states, starts, runs, owner))
 
 
 def _numbers(value: ArrayLike, what: str) -> np.ndarray:

@@ -16,7 +16,7 @@ ROOM = 8 << 30  # bytes of rows that a batch may keep
 
 @dataclass(frozen=True)
 class Schedule:
-    """The numbers that all runs of a batch share.
+    """The length of all runs of a batch, and when rows are kept.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Schedule:
         return np.arange(self.steps // self.every + 1) * self.every * self.step
 
 
-class Keeper:
+class Recorder:
     """What a batch keeps: some signals row by row, and reductions of some signals.
 
     Parameters
@@ -60,7 +60,8 @@ class Keeper:
     def __init__(self, signals: Sequence[str], log: list[str], reduce: Mapping[str, Reduction],
                  schedule: Schedule, runs: int, owner: str) -> None:
         self.time, self.log, self.reduce = schedule.time, log, reduce
-        self.entries, self._parts = list(log), {}
+        self.entries = list(log)
+        self._parts: dict[str, tuple[list[int], list[int], bool]] = {}
         for name, one in reduce.items():
             if not isinstance(one, Reduction):
                 raise ClieError(f"reduction {name!r} must come from clie_blocks.compiled.reduce, "
@@ -81,7 +82,11 @@ class Keeper:
         self.outputs = np.empty((runs, len(log), self.time.size))
 
     def keep(self, runs: slice, first: int, values: np.ndarray, states: dict[str, Any]) -> None:
-        """Take rows of some runs."""
+        """Take rows of some runs, from row `first` on.
+
+        `values` has the shape (rows, entries, width), with lanes behind the last run ignored;
+        `states` is what the reductions of these runs remember, changed in place.
+        """
         rows = slice(first, first + len(values))
         logged = values[:, :len(self.log), :runs.stop - runs.start]
         self.outputs[runs, :, rows] = logged.transpose(2, 1, 0)
@@ -95,13 +100,13 @@ class Keeper:
 
     def result(self, name: str, states: Mapping[str, Any], width: int) -> np.ndarray:
         """Return a reduction of runs side by side, runs first, of what it remembers."""
-        found = np.asarray(self.reduce[name].finish(states[name]))
-        if found.shape[-1:] != (width,):
-            raise ClieError(f"reduction {name!r} gives the shape {found.shape}; its last axis "
+        values = np.asarray(self.reduce[name].finish(states[name]))
+        if values.shape[-1:] != (width,):
+            raise ClieError(f"reduction {name!r} gives the shape {values.shape}; its last axis "
                             f"must be the {width} runs side by side")
-        found = np.moveaxis(found, -1, 0)
+        values = np.moveaxis(values, -1, 0)
         is_label = self._parts[name][2]
-        return found[:, 0] if is_label and found.shape[1:] == (1,) else found
+        return values[:, 0] if is_label and values.shape[1:] == (1,) else values
 
     def _columns(self, labels: list[str]) -> list[int]:
         self.entries += [label for label in labels if label not in self.entries]

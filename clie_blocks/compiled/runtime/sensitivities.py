@@ -1,7 +1,7 @@
 """Derivatives of a run with respect to parameters and initial states, one lane for each.
 
 The program is differentiated forward, operation by operation, with the last column of the
-operation table; the derivatives of the states are further states beside the states themselves.
+operation table; the derivatives of the states are further states behind the states themselves.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -39,7 +39,7 @@ class Derivatives:
 
     """
 
-    columns: list
+    columns: list[str]
     outputs: np.ndarray
     states: np.ndarray
 
@@ -52,13 +52,13 @@ class Derivatives:
 
 def tangents(roots: Iterable[Expression], seeds: Mapping[Symbol, Expression]) -> list[Expression]:
     """Return the forward derivatives of expressions."""
-    found = dict(seeds)
+    derivative = dict(seeds)
     for node in topological(roots):
-        if node not in found:
+        if node not in derivative:
             inner = () if node.op == "variable" else [
-                found[a] if isinstance(a, Symbol) else 0.0 for a in node.args]
-            found[node] = _tangent(node, inner) if any(map(_is_some, inner)) else 0.0
-    return [found[root] if isinstance(root, Symbol) else 0.0 for root in roots]
+                derivative[a] if isinstance(a, Symbol) else 0.0 for a in node.args]
+            derivative[node] = _tangent(node, inner) if any(map(_is_some, inner)) else 0.0
+    return [derivative[root] if isinstance(root, Symbol) else 0.0 for root in roots]
 
 
 def _tangent(node: Symbol, inner: Sequence[Expression]) -> Expression:
@@ -76,7 +76,7 @@ def _is_some(value: Expression) -> bool:
     return isinstance(value, Symbol) or value != 0.0
 
 
-def columns(parameters: Parameters, names: str | Sequence[str], state_labels: list[str],
+def find_columns(parameters: Parameters, names: str | Sequence[str], state_labels: list[str],
             states: str | Sequence[str], owner: str) -> dict[str, Place]:
     """Find parameters and initial states by name.
 
@@ -94,16 +94,16 @@ def columns(parameters: Parameters, names: str | Sequence[str], state_labels: li
         places |= {label: ("p", slots.start + k) for k, label in enumerate(entries)}
     for name in parameters.frozen.intersection([names] if isinstance(names, str) else names):
         parameters.slots(name, owner)
-    found = {label: places[label] for label in select(list(places), names, owner, "parameter")}
-    found |= {label: ("x", state_labels.index(label))
+    chosen = {label: places[label] for label in select(list(places), names, owner, "parameter")}
+    chosen |= {label: ("x", state_labels.index(label))
               for label in select(state_labels, states, owner, "state")}
-    if not found:
+    if not chosen:
         raise ClieError(f"{owner}: name at least one parameter or initial state")
-    return found
+    return chosen
 
 
 class Differentiated:
-    """A program beside its derivatives: states, parameters and record, each followed by them.
+    """A program with its derivatives, which follow its states, parameters and record.
 
     Parameters
     ----------
@@ -168,27 +168,27 @@ class Differentiated:
         return replace(log, values=log.values[:, :self.shown]), derived.transpose(1, 2, 0)
 
 
-def run_passes(twin: Differentiated, found: Mapping[str, Place],
+def run_passes(twin: Differentiated, chosen: Mapping[str, Place],
                run_pass: Callable[[list[Place]], Log]) -> tuple[Log, Derivatives]:
     """Run so many columns at a time.
 
     Raises
     ------
     DivergedError
-        If a derivative leaves the numbers where the states do not.
+        If a derivative becomes infinite or NaN while the states stay finite.
 
     """
-    labels, parts = list(found), []
+    labels, parts = list(chosen), []
     for first in range(0, len(labels), twin.width):
-        chosen = labels[first:first + twin.width]
-        log = run_pass([found[label] for label in chosen])
-        done, derived = twin.split(log, len(chosen))
+        part = labels[first:first + twin.width]
+        log = run_pass([chosen[label] for label in part])
+        done, derived = twin.split(log, len(part))
         end = log.divergence
         if end is not None and end.state >= twin.nx:
             lane = (end.state - twin.nx) % twin.width
             raise DivergedError(
                 f"at t = {end.time:.6g} s a derivative with respect to "
-                f"{chosen[min(lane, len(chosen) - 1)]} is no longer finite, while the states "
+                f"{part[min(lane, len(part) - 1)]} is no longer finite, while the states "
                 "are; a function has no derivative there, such as the square root of zero")
         parts.append(derived)
         if end is not None:

@@ -1,4 +1,4 @@
-"""The run itself: chunks of steps, decimated log, a stop where the state leaves the numbers."""
+"""The run itself: chunks of steps, decimated log, a stop where a state diverges."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Stopper = Callable[[float, np.ndarray], Stop | None]  # of time and record
 
 @dataclass(frozen=True)
 class Plan:
-    """The numbers of a run.
+    """The length of a run, and what it logs.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Divergence:
-    """Where a run left the numbers.
+    """Where a run diverged.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class DivergedRunError(DivergedError):
 
 @dataclass
 class Log:
-    """What a run leaves: rows at every so many steps.
+    """The rows of a run, and why it ended early.
 
     Parameters
     ----------
@@ -97,7 +97,11 @@ class Log:
 
 def simulate(engine: Engine, plan: Plan, x: np.ndarray, p: np.ndarray, rows: Rows,
              label: str = "simulating", stopper: Stopper = lambda time, record: None) -> Log:
-    """Run a program from time 0."""
+    """Run a program from time 0; `x` changes in place.
+
+    The log is complete, or ends at the step that gave a state which is not finite, or at the step
+    that the program itself refused, as the last row.
+    """
     log = np.empty((plan.steps // plan.every + 2, plan.slots.size))
     with contextlib.ExitStack() as stack:
         advance = patient_progress(stack, label, plan.steps)

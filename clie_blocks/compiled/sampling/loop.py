@@ -52,7 +52,7 @@ def sampled(plant: ct.NonlinearIOSystem,
         without a wire is an input under its own name, or as ``'block_port'`` where two blocks
         have the port.
     jitter : iterable of str
-        Parts whose ticks come late by the loop input ``'<part>.jitter'`` [s], read when the tick
+        Parts whose ticks are delayed by the loop input ``'<part>.jitter'`` [s], read when the tick
         is due, rounded to whole steps and limited to less than a period.
     name : str
         Name of the loop.
@@ -158,7 +158,7 @@ class SampledProgram(Program):
     def tick(
             self, t: float, states: Sequence[ArrayLike], held: Sequence[ArrayLike], u: ArrayLike,
             params: Mapping[str, ArrayLike] | None = None) -> Answer:
-        """Return what one tick of all parts makes of the loop, as python-control counts it.
+        """Return states and outputs after one tick of all parts, as python-control counts them.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class SampledProgram(Program):
         states, held : list of array_like
             States and held outputs of plant and parts, block by block; the plant holds none.
         u : array_like
-            Loop inputs, without those for late ticks.
+            Loop inputs, without those that delay ticks.
         params : dict, optional
             Values by key.
 

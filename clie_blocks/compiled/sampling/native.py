@@ -45,7 +45,7 @@ _COUNT = """\
   %between{k} = fptosi double %round{k} to i64
   %last{k} = fsub double %round{k}, {one}"""
 
-_LATE = """\
+_DELAY = """\
   %nominal{k} = icmp eq i64 %phase{k}, 0
   %wait{k}.at = getelementptr double, ptr %x, i64 {wait}
   br i1 %nominal{k}, label %late{k}, label %waited{k}
@@ -68,7 +68,7 @@ _MAP = """\
   br label %part{k}
 part{k}:
   %phase{k} = urem i64 %count, %between{k}
-{late}
+{delay}
   %due{k} = icmp eq i64 %phase{k}, {wait}
   br i1 %due{k}, label %tick{k}, label %after{k}
 tick{k}:
@@ -91,9 +91,9 @@ def _loop(layout: Layout, memory: Memory, sampling: Sampling) -> str:
     counts, maps = [], []
     for k, tick in enumerate(sampling.ticks):
         counts.append(_COUNT.format(k=k, period=constant(tick.period), one=constant(1.0)))
-        late = "" if tick.jitter is None else _LATE.format(
+        delay = "" if tick.jitter is None or tick.wait is None else _DELAY.format(
             k=k, wait=memory.offset("x", tick.wait), jitter=tick.jitter, zero=constant(0.0))
-        maps.append(_MAP.format(k=k, late=late, wait=f"%wait{k}" if late else "0"))
+        maps.append(_MAP.format(k=k, delay=delay, wait=f"%wait{k}" if delay else "0"))
     return _LOOP.format(counts="\n".join(counts), maps="\n".join(maps), nu=layout.nu)
 
 

@@ -21,14 +21,14 @@ class Part:
         Name of the block or diagram.
     period : float
         Time between ticks [s].
-    late : bool
-        Its ticks come late by an input of the loop.
+    delayed : bool
+        Its ticks are delayed by an input of the loop.
 
     """
 
     name: str
     period: float
-    late: bool
+    delayed: bool
 
 
 def join(plant: ct.NonlinearIOSystem, controllers: Sequence[ct.NonlinearIOSystem],
@@ -47,7 +47,7 @@ def join(plant: ct.NonlinearIOSystem, controllers: Sequence[ct.NonlinearIOSystem
             raise DiagramError(f"{name}: no sampled part {key!r}; {nearest(key, names)}")
     parts = [Part(part.name, _period(part, period, name), part.name in jitter)
              for part in controllers]
-    blocks = [_timeless(part) for part in (plant, *controllers)]
+    blocks = [_without_time_base(part) for part in (plant, *controllers)]
     inputs = _free_ports(blocks, {wire[0] for wire in wires}) if inputs is None else inputs
     shown = _by_name([(block.name, base) for block in blocks
                       for base in ports(block.output_labels)])
@@ -73,7 +73,7 @@ def _period(part: ct.NonlinearIOSystem, period: float | Mapping[str, float] | No
     return value
 
 
-def _timeless(part: ct.NonlinearIOSystem) -> ct.NonlinearIOSystem:
+def _without_time_base(part: ct.NonlinearIOSystem) -> ct.NonlinearIOSystem:
     """Return a part without its time base, which python-control would not join."""
     part = copy.copy(part)
     part.dt = None
@@ -91,8 +91,8 @@ def _free_ports(blocks: Sequence[ct.NonlinearIOSystem], driven: set[str]) -> dic
     return _by_name(free)
 
 
-def _by_name(found: Sequence[tuple[str, str]]) -> dict[str, str]:
+def _by_name(free: Sequence[tuple[str, str]]) -> dict[str, str]:
     """Return 'block.port' by port name, or by 'block_port' where two blocks have the port."""
-    names = [port for _, port in found]
+    names = [port for _, port in free]
     return {port if names.count(port) == 1 else f"{block}_{port}": f"{block}.{port}"
-            for block, port in found}
+            for block, port in free}

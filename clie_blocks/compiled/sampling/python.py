@@ -13,8 +13,8 @@ def steps_per_tick(period: float, step: float) -> int:
     return max(1, round(period / step))
 
 
-def steps_late(jitter: float, step: float, between: int) -> int:
-    """Return by how many steps a tick comes late, before the next one is due."""
+def steps_delayed(jitter: float, step: float, between: int) -> int:
+    """Return by how many steps a tick is delayed, at most to the one before the next tick."""
     return int(np.clip(np.rint(np.nan_to_num(jitter / step)), 0, between - 1))
 
 
@@ -60,5 +60,5 @@ def _is_due(tick: Tick, count: int, h: float, x: np.ndarray, u: np.ndarray) -> b
     if tick.jitter is None:
         return phase == 0
     if phase == 0:
-        x[tick.wait] = steps_late(u[tick.jitter], h, between)
+        x[tick.wait] = steps_delayed(u[tick.jitter], h, between)
     return phase == x[tick.wait]

@@ -5,7 +5,7 @@ its ticks.  So no part needs another at the same instant, and there is no algebr
 them.  The states of the trace, in memory::
 
     plant | holds that the plant reads | other holds | states of the parts | the same, next
-          | other signals of the parts, held for the log | waits of late ticks
+          | other signals of the parts, held for the log | waits of delayed ticks
 
 A map stores the states that it computed at its last tick, computes from them and from the plant
 what the part puts out now, and its states at the next tick.
@@ -29,7 +29,7 @@ class Tick:
     period : float
         Time between ticks [s].
     jitter : int or None
-        The input by which a tick comes late [s].
+        The input that delays a tick [s].
     wait : int or None
         The state that keeps by how many steps this one does.
 
@@ -58,9 +58,9 @@ class Sampling:
     """
 
     moving: int
-    shown: list
-    next: list
-    ticks: list
+    shown: list[int]
+    next: list[int]
+    ticks: list[Tick]
 
 
 def sampled_trace(joined: Diagram, parts: list[Part]) -> tuple[Trace, Sampling]:
@@ -86,16 +86,16 @@ class _Sampler:
                        *(("next", f"{block}.{label}") for block, label in own)]
 
     def trace(self) -> tuple[Trace, Sampling]:
-        base, late = self.base, [part.name for part in self.parts if part.late]
+        base, delayed = self.base, [part.name for part in self.parts if part.delayed]
         held: dict[Symbol, Expression] = {
             self.graph.variable("h", c): self._x(k) for c, k in self.hold.items()}
         signals = dict(zip(base.signals, substitute(base.signals.values(), held)))
         flow = substitute(base.derivatives[:self.nx], held)
         maps = [self._map(block, held, signals) for block in range(1, len(self.parts) + 1)]
-        ticks = [self._tick(part, late) for part in self.parts]
+        ticks = [self._tick(part, delayed) for part in self.parts]
         traced = replace(
             base, derivatives=[*flow, *[0.0] * (len(self.states) - self.nx)], signals=signals,
-            inputs=[*base.inputs, *(f"{name}.jitter" for name in late)], states=self.states,
+            inputs=[*base.inputs, *(f"{name}.jitter" for name in delayed)], states=self.states,
             maps=maps)
         plant, own = range(self.nx), range(self.first, self.first + self.nd)
         return traced, Sampling(self.moving, [*plant, *own],
@@ -125,10 +125,10 @@ class _Sampler:
         fresh = dict(zip(stored, substitute(stored.values(), awake)))
         return {**{slot: self._x(slot + self.nd) for slot in now.values()}, **fresh}
 
-    def _tick(self, part: Part, late: list[str]) -> Tick:
-        if not part.late:
+    def _tick(self, part: Part, delayed: list[str]) -> Tick:
+        if not part.delayed:
             return Tick(part.period)
-        return Tick(part.period, len(self.base.inputs) + late.index(part.name),
+        return Tick(part.period, len(self.base.inputs) + delayed.index(part.name),
                     self._new_state("wait", part.name))
 
     def _new_state(self, block: str, label: str) -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.compiled.verification import compare, reference, varied
+from clie_blocks.compiled.verification import compare, reference, vary_parameters
 from clie_blocks.signals import Diagram
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def check_sampled(program: SampledProgram, joined: Diagram) -> None:
         t, u = generator.uniform(0.0, 10.0), generator.standard_normal((joined.ninputs,))
         states = [generator.standard_normal(block.nstates) for block in joined.syslist]
         held = [generator.standard_normal(block.noutputs) for block in joined.syslist]
-        params = varied(program, joined, generator) if point % 2 else {}
+        params = vary_parameters(program, joined, generator) if point % 2 else {}
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             expected = _tick(joined, t, u, states, held, params)
