@@ -40,7 +40,7 @@ def pd_controller(kp: ArrayLike, kd: ArrayLike, *, name: str = "pd") -> ct.Nonli
     Notes
     -----
     The reference is taken as constant: there is no term ``Kd dq_d``.  With a moving reference the
-    law stays (11), and damping acts against the motion that is asked for.
+    law stays (11), and damping opposes the commanded motion.
 
     """
     gains = _gains(kp, kd, name)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 
 class ClieError(Exception):
-    """A fault that the user can mend; its text says what, where, why and how."""
+    """A fault that the user can fix; its text says what, where, why and how to fix it."""
 
     exit_code = 2
 
@@ -17,13 +17,13 @@ class RecordError(ClieError):
 
 
 class NotIdentifiableError(ClieError):
-    """The data cannot answer the question asked of them."""
+    """The data do not identify what is to be estimated."""
 
     exit_code = 4
 
 
 class DivergedError(ClieError):
-    """A simulation or an estimate left every bound."""
+    """A simulation or an estimate diverges."""
 
     exit_code = 5
 

@@ -1,4 +1,4 @@
-"""Decoupled joints, eqs. (4)-(10), and the estimated model that runs beside them, eq. (19)."""
+"""Decoupled joints, eqs. (4)-(10), and the estimated model that runs in parallel, eq. (19)."""
 
 from collections.abc import Callable, Mapping
 

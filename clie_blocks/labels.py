@@ -1,4 +1,4 @@
-"""Port labels and numbers per joint, checked; they need no python-control.
+"""Port labels and checked parameters per joint, without python-control.
 
 What only runs a compiled program starts without python-control, which takes a third of a second.
 """

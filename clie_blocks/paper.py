@@ -1,4 +1,4 @@
-"""The paper's numbers: as printed, and as they follow where it contradicts its own definitions.
+"""The paper's values: as printed, and as they follow where it contradicts its own definitions.
 
 Source: "Stable Robot Manipulator Parameter Identification: A Closed-Loop Input Error Approach".
 Parameter vectors are ordered ``[a1, a2, b1, b2, d1, d2]``.

@@ -17,7 +17,7 @@ from clie_blocks.signals import Diagram, interconnect
 if TYPE_CHECKING:
     import control as ct
 
-# The identification error (37), (38) and the composite law (40): the same beside a recorded robot.
+# The identification error (37), (38) and the composite law (40): the same for a recorded robot.
 IDENTIFIER = (
     ("filtered_regressor.dq_f", "lowpass_dq.dq_f"),
     ("filtered_regressor.u_f", "lowpass_u.u_f"),

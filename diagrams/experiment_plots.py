@@ -20,25 +20,7 @@ if TYPE_CHECKING:
 
 def save_plots(diagram: Diagram, case: int, response: ct.TimeResponseData,
                folder: str | PathLike) -> list[str]:
-    """Save all plots of a run as PNG and SVG.
-
-    Parameters
-    ----------
-    diagram : clie_blocks.signals.Diagram
-        Fig. 2 as it was run.
-    case : int
-        CASE of Table 1.
-    response : control.TimeResponseData
-        The run.
-    folder : path-like
-        Where to.
-
-    Returns
-    -------
-    list of str
-        The paths.
-
-    """
+    """Save all plots of a run as PNG and SVG, and return their paths."""
     time = response.time
     figures = {
         "diagram": draw(diagram),

@@ -1,4 +1,4 @@
-"""The paper's identification experiment: its options, its table beside Table 2, its plots."""
+"""The paper's identification experiment: its options, its table against Table 2, its plots."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Experiment:
                      velocity=self.velocity)
 
     def inputs(self, diagram: Diagram) -> dict[str, Any]:
-        """Return the inputs of a run; noise only where the diagram has a place for it."""
+        """Return the inputs of a run; noise only where the diagram has an input for it."""
         inputs = {"q_d": np.array(self.set_point), "pe": paper_excitation}
         if "noise[0]" in diagram.input_labels:
             inputs["noise"] = held_normal(self.noise_variance, self.seed,
@@ -103,7 +103,7 @@ def mean_estimate(response: ct.TimeResponseData, window: float = MEAN_WINDOW) ->
 
 def result(experiment: Experiment, response: ct.TimeResponseData, seconds: float,
            files: Sequence[str]) -> dict[str, Any]:
-    """Collect the numbers of a run, with Table 2 beside them, for print and JSON."""
+    """Collect the results of a run with those of Table 2, for print and JSON."""
     theta_hat = mean_estimate(response)
     return {
         "schema_version": 1, "case": experiment.case, "names": paper.THETA_NAMES,
@@ -113,11 +113,11 @@ def result(experiment: Experiment, response: ct.TimeResponseData, seconds: float
         "seconds": seconds, "files": files}
 
 
-def table(numbers: Mapping[str, Any]) -> str:
-    """Return the estimates beside Table 2 as text."""
+def table(results: Mapping[str, Any]) -> str:
+    """Return the estimates against Table 2 as text."""
     lines = [f"{'':4}{'true':>9}{'estimate':>11}{'error':>9}{'paper':>10}   unit"]
-    rows = zip(numbers["names"], numbers["theta_true"], numbers["theta_hat"],
-               numbers["error_percent"], numbers["paper"], paper.THETA_UNITS)
+    rows = zip(results["names"], results["theta_true"], results["theta_hat"],
+               results["error_percent"], results["paper"], paper.THETA_UNITS)
     lines += [f"{name:4}{true:9.4f}{hat:11.4f}{error:8.2f}%{printed:10.4f}   {unit}"
               for name, true, hat, error, printed, unit in rows]
     return "\n".join(lines)
@@ -125,20 +125,20 @@ def table(numbers: Mapping[str, Any]) -> str:
 
 def remarks(experiment: Experiment) -> list[str]:
     """Sentences on what the paper leaves open and what the run therefore shows."""
-    said = [f"velocity reading '{experiment.velocity}': {READINGS[experiment.velocity]}"]
+    notes = [f"velocity reading '{experiment.velocity}': {READINGS[experiment.velocity]}"]
     if experiment.case == 1 and experiment.velocity == "exact":
-        said.append("in CASE 1 with exact velocities no block sees the measurement noise")
+        notes.append("in CASE 1 with exact velocities no block sees the measurement noise")
     if experiment.plant == "arm":
-        said.append("'true' is the paper's approximate real value; the coupled arm has no exact "
+        notes.append("'true' is the paper's approximate real value; the coupled arm has no exact "
                     "A, B, D, its estimates converge to 0.4 % below in A")
     if experiment.velocity in ("measured", "input-error"):
-        said.append("G1 in only one of the two loops biases A by 16 % through its delay alone")
+        notes.append("G1 in only one of the two loops biases A by 16 % through its delay alone")
     elif experiment.velocity == "exact" and experiment.gamma == paper.GAMMA:
         enough = "has" if experiment.duration > 300 else "has not"
-        said.append(f"the printed Gamma = 20 needs more than 300 s, which this run {enough}: at "
+        notes.append(f"the printed Gamma = 20 needs more than 300 s, which this run {enough}: at "
                     f"the paper's {paper.DURATION_PRINTED:g} s A is 6.5 % short; an effective "
                     "gain of 70 to 80 converges within 100 s")
-    return said
+    return notes
 
 
 def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
@@ -170,18 +170,7 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
 def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None) -> int:
     """Run the experiment of one case, print its table and save its plots.
 
-    Parameters
-    ----------
-    builders : mapping of int to callable
-        The diagram of each case of Table 1 that can be chosen; the first is the default.
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        0.
-
+    The case is one of `builders`, of which the first is the default.
     """
     options = vars(parser(tuple(builders)).parse_args(argv))
     as_json, folder = options.pop("json"), options.pop("output")
@@ -193,12 +182,12 @@ def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None
     response = experiment.run()
     seconds = time.perf_counter() - start
     files = save_plots(experiment.diagram(), experiment.case, response, folder)
-    numbers = result(experiment, response, seconds, files)
+    results = result(experiment, response, seconds, files)
     if as_json:
-        print(to_json(numbers))
+        print(to_json(results))
         return 0
     print(f"CLIE, CASE {experiment.case}, mean of the last {MEAN_WINDOW:g} s beside Table 2")
-    print(table(numbers))
+    print(table(results))
     for sentence in remarks(experiment):
         print(f"- {sentence}")
     print(f"simulated {experiment.duration:g} s in {seconds:.1f} s, compiling included; "

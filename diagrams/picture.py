@@ -62,9 +62,9 @@ def draw(diagram: ct.InterconnectedSystem, *, expand: bool | Collection[str] = F
 
 
 def _shades(values: Mapping[str, float]) -> Shades:
-    numbers = [float(value) for value in values.values()]
-    low, high = min(0.0, *numbers), max(numbers)
-    return Shades(dict(zip(values, numbers)), low, high if high > low else low + 1.0)
+    plain = {key: float(value) for key, value in values.items()}
+    low, high = min(0.0, *plain.values()), max(plain.values())
+    return Shades(plain, low, high if high > low else low + 1.0)
 
 
 def _inner_keys(diagram: ct.InterconnectedSystem, path: str = "") -> list[str]:

@@ -13,7 +13,7 @@ from clie_blocks.signals import Diagram, interconnect
 def recorded_composite(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, alpha: float,
                        velocity: ct.StateSpace, *, omega_f: float = 300.0,
                        name: str = "recorded_composite") -> Diagram:
-    """Model half of Fig. 2 beside a recorded robot, with the composite law (40).
+    """Model half of Fig. 2 against a recorded robot, with the composite law (40).
 
     Inputs: u, pe [N m], q_d, q [rad], one recorded row per sample.
     Outputs: as `clie_blocks.diagrams.recorded_loop.recorded_loop`, and e_f [rad/s^2].

@@ -1,8 +1,8 @@
-"""Fig. 2 with a recorded robot in the place of plant and PD: CLIE on a log of a real machine.
+"""Fig. 2 with a recorded robot in place of plant and PD: CLIE on a log of a real machine.
 
 A recorded controller is sampled: it computes its command from samples and holds it.  The model's
 half of the figure is therefore sampled at the same period, with the same velocity estimate.  (A
-continuous PD law beside held samples sees a sawtooth of ``Kp dq period``, on the EMPS machine
+continuous PD law on held samples sees a sawtooth of ``Kp dq period``, on the EMPS machine
 three times the signal itself.)
 """
 
@@ -30,7 +30,7 @@ NAMES = {"pd_model": "PD controller", "model": "estimated model", "update": "upd
 
 def recorded_loop(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, velocity: ct.StateSpace, *,
                   name: str = "recorded_loop") -> Diagram:
-    """Model half of Fig. 2 beside a recorded robot, with the update law (27).
+    """Model half of Fig. 2 against a recorded robot, with the update law (27).
 
     Inputs: u, pe [N m], q_d [rad], one recorded row per sample.
     Outputs: q_model [rad], dq_model [rad/s], u_model, e_u [N m], theta_hat.
@@ -71,18 +71,7 @@ def recorded_loop(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, velocity: ct.S
 def model_half(kp: ArrayLike, kd: ArrayLike, velocity: ct.StateSpace) -> dict[str, Any]:
     """Sampled model under its PD law, and its input error against the recorded input.
 
-    Parameters
-    ----------
-    kp, kd : array_like, shape (n,)
-        PD gains of the recorded controller.
-    velocity : control.StateSpace
-        The velocity estimate, discrete-time.
-
-    Returns
-    -------
-    dict
-        ``blocks``, ``connections``, ``inputs`` and ``outputs``, to which an identifier is added.
-
+    Returns ``blocks``, ``connections``, ``inputs``, ``outputs``, to which an identifier is added.
     """
     n = velocity.ninputs
     return {
@@ -108,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Draw the diagram for one joint; ``clie identify`` runs it on a log."""
     parser = argparse.ArgumentParser(
         prog="recorded_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-        description="Draw Fig. 2 with a recorded robot in the place of plant and PD.",
+        description="Draw Fig. 2 with a recorded robot in place of plant and PD.",
         epilog="'clie identify LOG' runs it on the log of a real machine.")
     parser.add_argument("-o", "--output", default="out/recorded_loop", metavar="DIR",
                         help="folder for the picture")

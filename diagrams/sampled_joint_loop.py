@@ -63,8 +63,8 @@ def sampled_joint_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike
 
     Notes
     -----
-    The law acts on average half a period late.  G1 starts at rest at position zero: away from it
-    the first samples see a velocity that is none.
+    The law acts with an average delay of half a period.  G1 starts at rest at position zero: away
+    from it the first samples see a spurious velocity.
 
     """
     return sampled(plant, sampled_controller(kp, kd, period), name=name, wires=[

@@ -29,7 +29,7 @@ Made by `python docs/effects_gallery.py`; `clie effects NAME` shows one of them 
 The result has the ports of what went in.  Zero, or the neutral value, removes an effect bit for
 bit.  Torques are those of the motor, angles those of the joint.
 
-Each effect stands at its typical numbers.  Left: its characteristic, or its answer in time.
+Each effect stands at its typical parameters.  Left: its characteristic, or its answer in time.
 Middle: the loop of Fig. 1 (A = 2, 2.4; B = 0.5, 0.6; Kp = 10, Kd = 5) with and without it under
 one excitation for all, the joint that changes most.  Right: the difference of the two.  For
 effects of the log the signal is the recorded command, for all others the position.
@@ -52,25 +52,18 @@ def gallery() -> str:
 
 def _entry(name: str) -> str:
     effect = LIBRARY[name]
-    numbers = "; ".join(f"`{p.name}` {p.typical:g} {p.unit if p.unit != '1' else ''}".rstrip()
+    typical = "; ".join(f"`{p.name}` {p.typical:g} {p.unit if p.unit != '1' else ''}".rstrip()
                         for p in effect.parameters)
     confused = "\n".join(f"  - `{other}`: {experiment}"
                          for other, experiment in effect.confused_with.items())
     return (f"### {name}\n\n    {effect.equation}\n\n![{name}]({PICTURES}/{name}.svg)\n\n"
-            f"- Looks like: {effect.signature}\n- Typical: {numbers}\n"
+            f"- Looks like: {effect.signature}\n- Typical: {typical}\n"
             f"- Confused with\n{confused}\n- Wrong where: {effect.wrong}\n"
             f"- Reference: {effect.reference}\n")
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Write the page and one SVG per effect.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    """
+    """Write the page and one SVG per effect."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", default=Path(__file__).parent, metavar="DIR",
                         type=Path, help="folder of the page; docs by default")

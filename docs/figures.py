@@ -26,14 +26,7 @@ def figures() -> dict[str, Diagram]:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Write one SVG per figure.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    """
+    """Write one SVG per figure."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("-o", "--output", default=Path(__file__).parent / "figures",
                          metavar="DIR", help="folder for the pictures")

@@ -1,50 +1,91 @@
-"""Every public function documents every argument, and refuses what it does not know."""
+"""Every public function and class says what it is; a parameter section names exactly its own."""
 
 import importlib
 import inspect
 import pkgutil
+import re
+from collections.abc import Iterator
 
 import pytest
 
 import clie_blocks
 
-
-def public_callables():
-    """Yield (name, callable) of the public functions and classes, module by module."""
-    folders = {"clie_blocks": clie_blocks.__path__}
-    for part in ("diagrams", "analysis"):
-        package = importlib.import_module(f"clie_blocks.{part}")
-        folders[f"clie_blocks.{part}"] = package.__path__
-    for prefix, paths in folders.items():
-        for info in pkgutil.iter_modules(paths, f"{prefix}."):
-            if not info.ispkg:
-                module = importlib.import_module(info.name)
-                for name, value in vars(module).items():
-                    if (not name.startswith("_") and getattr(value, "__module__", "") == info.name
-                            and inspect.isfunction(value)):
-                        yield f"{info.name}.{name}", value
+PACKAGES = ("clie_blocks", "clie_blocks.diagrams", "clie_blocks.analysis")
 
 
-CALLABLES = dict(public_callables())
+def modules() -> Iterator[str]:
+    """Yield the name of every module of the package, folder by folder."""
+    for name in PACKAGES:
+        package = importlib.import_module(name)
+        yield name
+        yield from (info.name for info in pkgutil.walk_packages(package.__path__, f"{name}."))
+
+
+def public(module: str) -> Iterator[tuple[str, object]]:
+    """Yield name and value of the public functions and classes of a module, methods included."""
+    for name, value in list(vars(importlib.import_module(module)).items()):
+        if name.startswith("_") or getattr(value, "__module__", "") != module:
+            continue
+        if inspect.isfunction(value):
+            yield f"{module}.{name}", value
+        elif inspect.isclass(value):
+            yield f"{module}.{name}", value
+            yield from ((f"{module}.{name}.{key}", method)
+                        for key, method in vars(value).items()
+                        if not key.startswith("_") and inspect.isfunction(method))
+
+
+CALLABLES = {name: value for module in dict.fromkeys(modules()) for name, value in public(module)}
+FUNCTIONS = [name for name, value in CALLABLES.items() if inspect.isfunction(value)]
+
+
+def documented(doc: str) -> list[str]:
+    """Names in the section of parameters of a docstring, empty without such a section."""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\S[^\n]*\n-{3,}$|\Z)", doc, re.S | re.M)
+    heads = re.findall(r"^(\S[^\n]*)$", section[1], re.M) if section else []
+    return [name.strip().lstrip("*") for head in heads
+            for name in re.split(r"\s:\s", head)[0].split(",")]
+
+
+def accepted(value: object) -> set[str]:
+    """Names that a function, or the construction of a class, takes."""
+    return set(inspect.signature(value).parameters) - {"self", "cls"}
 
 
 @pytest.mark.parametrize("name", CALLABLES)
-def test_public_function_documents_its_arguments(name):
-    function = CALLABLES[name]
-    doc = inspect.getdoc(function) or ""
+def test_docstring_names_exactly_the_parameters(name):
+    value = CALLABLES[name]
+    doc = inspect.cleandoc(value.__doc__ or "")
     assert doc, "no docstring"
-    if len(doc.splitlines()) == 1:
-        return  # a kernel: one sentence that is a formula in the names of the glossary
-    if not inspect.signature(function).parameters:
-        return
-    assert "Parameters\n----" in doc, "a docstring of several lines lists its parameters"
-    section = doc.split("Parameters\n----")[1]
-    for argument in inspect.signature(function).parameters:
-        assert argument in section, f"argument {argument!r} is not documented"
+    if documented(doc):
+        assert set(documented(doc)) == accepted(value)
 
 
-@pytest.mark.parametrize("name", CALLABLES)
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_unknown_keyword_is_refused(name):
     parameters = inspect.signature(CALLABLES[name]).parameters.values()
     assert not any(p.kind is p.VAR_KEYWORD for p in parameters) or "nearest" in inspect.getsource(
         CALLABLES[name]), "swallows unknown keywords"
+
+
+@pytest.mark.parametrize("name", [
+    name for name in clie_blocks.__all__ if callable(getattr(clie_blocks, name))])
+def test_what_users_call_documents_every_argument(name):
+    value = getattr(clie_blocks, name)
+    assert set(documented(inspect.getdoc(value))) == accepted(value)
+
+
+def test_every_folder_is_walked():
+    walked = set(modules())
+    assert {"clie_blocks.effects.coulomb", "clie_blocks.diagrams.drawing.order",
+            "clie_blocks.analysis.gap.diagnosis"} <= walked
+
+
+@pytest.mark.parametrize("doc, expected", [
+    ("One line.", []),
+    ("A.\n\nParameters\n----------\na, b : float\n    Text.\nc : int, optional\n    Text.\n"
+     "\nReturns\n-------\nd : int\n    Text.", ["a", "b", "c"]),
+    ("A.\n\nParameters\n----------\n*terms : str\n    Text : more.\n**values : float\n    T.",
+     ["terms", "values"])])
+def test_the_section_is_read(doc, expected):
+    assert documented(doc) == expected

@@ -36,26 +36,7 @@ class Comparison:
 
 
 def compare(name: str) -> Comparison:
-    """Run one effect in both engines from rest under the same held torques.
-
-    Parameters
-    ----------
-    name : str
-        One of `ROBOTS`.
-
-    Returns
-    -------
-    Comparison
-        The figures.
-
-    Raises
-    ------
-    MissingExtraError
-        Without MuJoCo.
-    DiagramError
-        If there is no robot for that effect.
-
-    """
+    """Run one effect of `ROBOTS` in both engines from rest under the same held torques."""
     if name not in ROBOTS:
         raise DiagramError(f"no robot to compare {name!r} on; {nearest(name, ROBOTS)}")
     robot = ROBOTS[name]()

@@ -34,7 +34,7 @@ ANSWERS: dict[str, tuple[dict[str, Callable], float]] = {
 
 
 def answer(name: str) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Run the block of an effect alone, at its typical numbers.
+    """Run the block of an effect alone, at its typical parameters.
 
     Parameters
     ----------

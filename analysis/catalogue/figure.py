@@ -26,7 +26,7 @@ WITHOUT, WITH, GAP = "#888888", "#0b5fa5", "#b3261e"
 
 
 def responses(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return time, and a signal of both joints without the effect and with its typical numbers.
+    """Return time, and a signal of both joints without the effect and at its typical parameters.
 
     Parameters
     ----------
@@ -62,19 +62,7 @@ def _run(signal: str, name: str | None = None) -> tuple[np.ndarray, np.ndarray]:
 
 
 def effect_figure(name: str) -> Figure:
-    """Draw an effect.
-
-    Parameters
-    ----------
-    name : str
-        Name in the catalogue.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Characteristic, response of the joint that changes most, and the change itself.
-
-    """
+    """Draw an effect: characteristic, response of the joint that changes most, and the change."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 2.6), layout="constrained")

@@ -34,7 +34,7 @@ DURATION = 6.0
 
 @dataclass(frozen=True)
 class Convergence:
-    """Error over step of one effect, at its typical numbers, in the loop of Fig. 1.
+    """Error over step of one effect, at its typical parameters, in the loop of Fig. 1.
 
     Parameters
     ----------
@@ -62,21 +62,7 @@ class Convergence:
 
 
 def convergence(name: str, method: str = "ode4") -> Convergence:
-    """Run one effect with each of `STEPS`.
-
-    Parameters
-    ----------
-    name : str
-        Name in the catalogue.
-    method : str
-        Fixed-step method of the compiled runner.
-
-    Returns
-    -------
-    Convergence
-        Errors and order.
-
-    """
+    """Run one effect with each of `STEPS`, by a fixed-step method of the compiled runner."""
     loop = _loop([LIBRARY[name].typical()])
     program = compile_diagram(loop)
     reference = _positions(program, REFERENCE_STEP, method)
@@ -91,7 +77,7 @@ def creep(setting: Setting, load: float, duration: float = 10.0, step: float = 1
     Parameters
     ----------
     setting : clie_blocks.effects.setting.Setting
-        A friction effect with its numbers.
+        A friction effect with its parameters.
     load : float
         Torque, ramped up slowly and held [N m].
     duration, step : float
@@ -165,7 +151,7 @@ _PAGE = """# Numerics of the stiff effects
 
 Made by `python analysis/catalogue/numerics.py -o docs/effects_numerics.md`.
 
-Each effect stands at its typical numbers in the loop of Fig. 1 (A = 2, B = 0.5, Kp = 10,
+Each effect stands at its typical parameters in the loop of Fig. 1 (A = 2, B = 0.5, Kp = 10,
 Kd = 5), driven for {duration:g} s through reversals and fast motion by `ode4`.  The error is the
 largest difference of the position to a run at {reference:g} ms.  A method of order 4 keeps its
 order where the law is smooth, and a smoothed law gains more once the step resolves its width.  At

@@ -26,19 +26,7 @@ def catalogue() -> str:
 
 
 def page(name: str) -> str:
-    """Return the page of one effect as text, with its characteristic.
-
-    Parameters
-    ----------
-    name : str
-        Name in the catalogue.
-
-    Raises
-    ------
-    UnknownEffectError
-        For another name; says the nearest one.
-
-    """
+    """Return the page of one effect as text, with its characteristic."""
     effect = LIBRARY[name]
     parts = [f"{name}: family {effect.family}, port {effect.port}", _indented(effect.equation),
              _parameters(effect), _drawing(effect),
@@ -100,19 +88,7 @@ def _short(text: str, width: int) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the catalogue or one effect.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        Exit code.
-
-    """
+    """Print the catalogue or one effect."""
     parser = argparse.ArgumentParser(prog="clie effects", description=__doc__)
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect")
     parser.add_argument("--json", action="store_true", help="a list of effects as JSON")

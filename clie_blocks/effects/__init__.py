@@ -1,4 +1,4 @@
-"""The catalogue of unmodelled effects: one file per effect, loaded when it is asked for.
+"""The catalogue of unmodelled effects: one file per effect, loaded on first use.
 
 ``LIBRARY['coulomb'](level=0.3)`` sets an effect, ``with_effects(plant, [...])`` inserts it,
 ``sticking(LIBRARY['coulomb'])`` is the same law in the form that truly sticks.

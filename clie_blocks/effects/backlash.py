@@ -21,7 +21,7 @@ def contact_torque(twist: np.ndarray, twist_rate: np.ndarray, half_gap: PerJoint
 
 
 def has_gap(half_gap: np.ndarray) -> np.ndarray:
-    """Joints with play."""
+    """Joints with backlash."""
     return half_gap > 0
 
 
@@ -29,7 +29,7 @@ BACKLASH = Effect(
     name="backlash", family="transmission", port="transmission",
     build=TwoBodies(contact_torque, has_gap),
     parameters=(
-        Parameter("half_gap", "rad", 0.0, 0.5, 1e-3, 0.0, "half of the play, at the joint"),
+        Parameter("half_gap", "rad", 0.0, 0.5, 1e-3, 0.0, "half of the gap, at the joint"),
         Parameter("stiffness", "N m/rad", 1e-3, 1e7, 5e3, None,
                   "in contact: the joint's stiffness over the gear ratio"),
         Parameter("damping", "N m s/rad", 0.0, 1e5, 10.0, None, "damping in contact"),

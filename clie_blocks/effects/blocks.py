@@ -36,7 +36,7 @@ class Static:
 
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
-        kernel, read = _numbered(self.kernel, values, name), _reader(self.inputs, n)
+        kernel, read = _with_parameters(self.kernel, values, name), _reader(self.inputs, n)
 
         def output(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
@@ -77,7 +77,8 @@ class Dynamic:
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str,
                  period: float = 0) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
-        rate, kernel = (_numbered(f, values, name, period) for f in (self.rate, self.kernel))
+        rate, kernel = (_with_parameters(function, values, name, period)
+                        for function in (self.rate, self.kernel))
         shape = (n,) if self.size == 1 else (self.size, n)
         read = _reader(self.inputs, n)
 
@@ -99,7 +100,7 @@ def _qualified(values: dict[str, np.ndarray], name: str) -> dict[str, np.ndarray
     return {f"{name}.{key}": value for key, value in values.items()}
 
 
-def _numbered(kernel: Callable, values: dict[str, np.ndarray], name: str,
+def _with_parameters(kernel: Callable, values: dict[str, np.ndarray], name: str,
               period: float = 0) -> Callable:
     """Let a kernel take its parameters, those that it names, from the block's `params`."""
     named = signature(kernel).parameters.values()
@@ -108,15 +109,15 @@ def _numbered(kernel: Callable, values: dict[str, np.ndarray], name: str,
     keys = {key: f"{name}.{key}" for key in values if every or key in {p.name for p in named}}
 
     def evaluated(params: dict[str, np.ndarray], *arguments: np.ndarray) -> np.ndarray:
-        numbers = {key: params[qualified] for key, qualified in keys.items()}
-        return kernel(*arguments, **numbers, **fixed)
+        parameters = {key: params[qualified] for key, qualified in keys.items()}
+        return kernel(*arguments, **parameters, **fixed)
 
     return evaluated
 
 
-def _stacked(found: np.ndarray | tuple[np.ndarray, ...]) -> np.ndarray:
+def _stacked(rows: np.ndarray | tuple[np.ndarray, ...]) -> np.ndarray:
     """One vector from an array, or from several, row by row."""
-    parts = found if isinstance(found, tuple) else (found,)
+    parts = rows if isinstance(rows, tuple) else (rows,)
     return np.concatenate([part.reshape(-1) for part in parts])
 
 

@@ -1,4 +1,4 @@
-"""Signals on their way through a plant or a controller, and the blocks inserted into them."""
+"""Signals on their path through a plant or a controller, and the blocks inserted into them."""
 
 from __future__ import annotations
 

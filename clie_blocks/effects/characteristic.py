@@ -22,7 +22,7 @@ HARDLY = 0.03  # of the span
 
 
 def characteristic(setting: Setting) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the characteristic of an effect with its numbers, as a path ``x, y``.
+    """Return the characteristic of an effect with its parameters, as a path ``x, y``.
 
     The signal of the effect's `curve` goes through a sine: a law with memory shows its loop on
     the second lap.  A position moves with its own velocity; time runs straight; all other
@@ -78,13 +78,13 @@ def _spring(setting: Setting) -> ct.NonlinearIOSystem:
 
     @wraps(memory)
     def rate(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
-             **numbers: np.ndarray) -> np.ndarray:
-        return memory(z, speed, **numbers)
+             **parameters: np.ndarray) -> np.ndarray:
+        return memory(z, speed, **parameters)
 
     @wraps(build.kernel)
     def torque(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
-               **numbers: np.ndarray) -> np.ndarray:
-        return build.kernel(twist, speed, z, **numbers)
+               **parameters: np.ndarray) -> np.ndarray:
+        return build.kernel(twist, speed, z, **parameters)
 
     return Dynamic(rate, torque, ("twist", "dtwist"))(values, 1, setting.name)
 

@@ -76,10 +76,10 @@ class Contact:
             return contact_rate(z, signals[at], reach, fastest)
 
         def torque(z: np.ndarray, *signals: np.ndarray, reach: np.ndarray, relaxation: np.ndarray,
-                   fastest: np.ndarray, **numbers: np.ndarray) -> np.ndarray:
+                   fastest: np.ndarray, **parameters: np.ndarray) -> np.ndarray:
             dq = signals[at]
             moving = np.where(z < 0, -1.0, 1.0) * np.maximum(np.abs(dq), SLOW)
-            level = law(*signals[:at], moving, *signals[at + 1:], width=NO_WIDTH, **numbers)
+            level = law(*signals[:at], moving, *signals[at + 1:], width=NO_WIDTH, **parameters)
             return np.abs(level) * contact_direction(z, dq, reach, relaxation, fastest)
 
         return Dynamic(rate, torque, self.law.inputs)(values, n, name)

@@ -78,7 +78,7 @@ class DelayLine:
         width = n * len(self.ports)
         length = max(1, int(np.ceil(np.max(values[self.longest]) / period - 1e-9)))
         keys = {key: f"{name}.{key}" for key in values}
-        place = np.arange(length + 1)[:, None]
+        age = np.arange(length + 1)[:, None]
 
         def tape(x: np.ndarray, u: np.ndarray) -> np.ndarray:
             now, past = u.reshape(1, width), x[1:].reshape(length, width)
@@ -92,7 +92,7 @@ class DelayLine:
         def output(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
             delay = self.delay(t, **{key: params[qualified] for key, qualified in keys.items()})
-            weight = np.maximum(0.0, 1.0 - np.abs(delay / period - place))
+            weight = np.maximum(0.0, 1.0 - np.abs(delay / period - age))
             return np.sum(np.concatenate([weight] * len(self.ports), axis=1) * tape(x, u), axis=0)
 
         return ct.nlsys(

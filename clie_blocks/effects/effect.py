@@ -1,4 +1,4 @@
-"""What the catalogue knows of an effect: physics, numbers, how it is told from others."""
+"""What the catalogue knows of an effect: physics, parameters, how to tell it from others."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Builder(Protocol):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect.
+    """One parameter of an effect.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Parameter:
 
 @dataclass(frozen=True, repr=False)
 class Effect:
-    """One effect of the catalogue; call it with numbers to get a `Setting` for `with_effects`.
+    """One effect of the catalogue; call it with values to get a `Setting` for `with_effects`.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Effect:
     build : callable
         ``build(values, n, name)`` makes the block; its `kernel` is the pure function.
     parameters : tuple of Parameter
-        Its numbers, those with a neutral value first.
+        Its parameters, those with a neutral value first.
     equation : str
         The kernel as one line of text.
     reference : str
@@ -94,7 +94,7 @@ class Effect:
     signature : str
         What a log looks like.
     confused_with : dict
-        Effect that looks alike -> the experiment that separates the two.
+        Effect with a similar signature -> the experiment that separates the two.
     simulators : dict
         Name and parameter in each of `SIMULATORS`, or ``'none'``.
     wrong : str
@@ -145,7 +145,7 @@ class Effect:
 
     def __call__(self, *, joints: int | Sequence[int] | None = None, name: str | None = None,
                  **values: ArrayLike) -> Setting:
-        """Set the numbers: ``coulomb(level=0.3, joints=[1])``.
+        """Set the parameters: ``coulomb(level=0.3, joints=[1])``.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class Effect:
         Returns
         -------
         Setting
-            The effect with its numbers.
+            The effect with its parameters set.
 
         Raises
         ------
@@ -183,7 +183,7 @@ class Effect:
 
     def typical(self, *, joints: int | Sequence[int] | None = None, name: str | None = None,
                 **values: ArrayLike) -> Setting:
-        """Set every number to its typical value, save those given."""
+        """Set every parameter to its typical value, except those given."""
         chosen: dict[str, Any] = {**self.typical_values(), **values}
         return self(joints=joints, name=name, **chosen)
 

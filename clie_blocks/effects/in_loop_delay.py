@@ -1,4 +1,4 @@
-"""Measurement that reaches the control law late."""
+"""Measurement that reaches the control law with a delay."""
 
 import numpy as np
 

@@ -48,7 +48,7 @@ def with_effects(system: ct.NonlinearIOSystem, effects: Iterable[Setting], *, pl
         A plant with ports ``u -> q, dq``, a controller with the output u alone, continuous or
         sampled, or a diagram that has a plant.
     effects : list of Setting
-        Effects with their numbers, such as ``[LIBRARY['coulomb'](level=0.3)]``.
+        Effects with their parameters, such as ``[LIBRARY['coulomb'](level=0.3)]``.
     plant : str
         Name of the plant block inside a diagram.
     measured : str
@@ -63,11 +63,11 @@ def with_effects(system: ct.NonlinearIOSystem, effects: Iterable[Setting], *, pl
     Raises
     ------
     DiagramError
-        If an effect has no place in `system`, or two effects have the same name.
+        If `system` has no port for an effect, or two effects have the same name.
 
     """
     effects = list(effects)
-    _refuse_strangers(effects)
+    _check_effects(effects)
     if measured not in _SIDES:
         raise DiagramError(f"measured={measured!r}: sensors sit at the link or at the motor; "
                            f"{nearest(measured, _SIDES)}")
@@ -173,11 +173,11 @@ def _is_plant(system: ct.NonlinearIOSystem) -> bool:
             and list(ports(system.output_labels)) == ["q", "dq"])
 
 
-def _refuse_strangers(effects: Sequence[Setting]) -> None:
+def _check_effects(effects: Sequence[Setting]) -> None:
     names = set()
     for setting in effects:
         if not hasattr(setting, "effect"):
-            raise DiagramError(f"not an effect with its numbers: {setting!r}; write "
+            raise DiagramError(f"not an effect with its parameters: {setting!r}; write "
                                "LIBRARY['coulomb'](level=0.3)")
         if setting.name in names:
             raise DiagramError(f"two effects are called {setting.name!r}; "

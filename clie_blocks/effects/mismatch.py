@@ -1,4 +1,4 @@
-"""Parametric mismatch: the model is right, its numbers are not.
+"""Parametric mismatch: the structure of the model is right, its parameters are not.
 
 These four are what a refit of A, B and D takes up; a diagnosis names them apart from effects.
 """
@@ -63,12 +63,12 @@ VISCOUS = Effect(
         "coulomb": "speed ladder: friction that grows with speed is viscous",
         "back_emf": "switch the drive off: back-EMF goes, friction stays",
         "gain_error": "two values of Kd: a gain scales with it",
-        "quadratic_drag": "speed ladder over a factor of four: only drag bends",
+        "quadratic_drag": "speed ladder over a factor of four: only drag is curved",
         "control_law_form": "move the set-point slowly: Kd dq_d follows it, friction the joint",
     },
     simulators={"mujoco": "joint damping", "isaac": "viscousFrictionCoefficient",
                 "gazebo": "<dynamics><damping>", "simscape": "Rotational Damper"},
-    wrong="Real friction bends over speed and falls with temperature. A negative value takes "
+    wrong="Real friction is curved over speed and falls with temperature. A negative value takes "
           "away friction that the plant must have.",
     passive=True, symmetry="odd", curve=("dq", 1.0),
 )

@@ -109,7 +109,7 @@ DAHL = Effect(
     build=Dynamic(dahl_rate, dahl_torque, inputs=("dq",)),
     parameters=(
         _LEVEL, _REACH,
-        Parameter("exponent", "1", 0.5, 4.0, 1.0, None, "how late the contact yields"),
+        Parameter("exponent", "1", 0.5, 4.0, 1.0, None, "how sharply the contact yields"),
         _FASTEST,
     ),
     equation="z' = dq |1 - sgn(dq) z/reach|^exponent, tau = (level/reach) z",

@@ -22,9 +22,9 @@ QUADRATIC_DRAG = Effect(
     equation="tau = drag dq |dq| + cubic dq^3",
     reference="H. Olsson et al., Friction Models and Friction Compensation, European J. Control "
               "4(3), 1998",
-    signature="Friction that bends upward at high speed; invisible when slow.",
+    signature="Friction that curves upward at high speed; invisible when slow.",
     confused_with={
-        "viscous": "speed ladder over a factor of four: only drag bends",
+        "viscous": "speed ladder over a factor of four: only drag is curved",
         "fluid_drag": "move the joints before it: fluid drag feels their rotation too",
         "torque_speed_limit": "same speed at low torque: a limit needs both",
         "back_emf": "switch the drive off: back-EMF goes, drag stays",
@@ -35,7 +35,7 @@ QUADRATIC_DRAG = Effect(
         "gazebo": "none",
         "simscape": "Rotational Damper, nonlinear",
     },
-    wrong="Grease thins with shear, so that measured curves often bend down (exponent below 1); "
-          "this one only bends up.",
+    wrong="Grease thins with shear, so that measured curves often flatten (exponent below 1); "
+          "this one only steepens.",
     passive=True, symmetry="odd", curve=("dq", 3.0),
 )

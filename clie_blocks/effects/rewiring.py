@@ -14,16 +14,7 @@ if TYPE_CHECKING:
 
 
 def with_blocks(diagram: Diagram, replaced: Mapping[str, ct.NonlinearIOSystem]) -> Diagram:
-    """Return the diagram with other blocks in the old places.
-
-    Parameters
-    ----------
-    diagram : clie_blocks.signals.Diagram
-        The diagram.
-    replaced : dict
-        Block name to the new block, which has the ports of the old one.
-
-    """
+    """Return the diagram with some blocks replaced, by name, by blocks of the same ports."""
     blocks = [replaced.get(block.name, block) for block in diagram.syslist]
     into = [f"{b.name}.{label}" for b in diagram.syslist for label in b.input_labels]
     out = [f"{b.name}.{label}" for b in diagram.syslist for label in b.output_labels]

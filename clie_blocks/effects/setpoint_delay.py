@@ -1,4 +1,4 @@
-"""Set-point that reaches the control law late."""
+"""Set-point that reaches the control law with a delay."""
 
 import numpy as np
 
@@ -28,8 +28,8 @@ SETPOINT_DELAY = Effect(
     signature="The whole motion is shifted, its shape and its damping stay; nothing shows at a "
               "fixed set-point.",
     confused_with={
-        "time_delay": "push with pe at a fixed set-point: a late set-point is then invisible",
-        "in_loop_delay": "vary Kp: a delay in the loop takes damping, a late set-point does not",
+        "time_delay": "push with pe at a fixed set-point: a delayed set-point is then invisible",
+        "in_loop_delay": "vary Kp: a delay in the loop takes damping, this one does not",
         "viscous": "ramps of several speeds: a delay lags by speed times delay at any gain",
         "setpoint_slew": "small slow motions: the limiter is invisible there, a delay is not",
     },

@@ -1,4 +1,4 @@
-"""Profile limiter that slows the set-point on its way to the control law."""
+"""Profile limiter that slows the set-point on its path to the control law."""
 
 import numpy as np
 

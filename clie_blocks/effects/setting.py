@@ -1,4 +1,4 @@
-"""An effect with its numbers set, ready to become a block."""
+"""An effect with its parameters set, ready to become a block."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Setting:
-    """An effect with its numbers, made by calling an `Effect`; `with_effects` inserts it.
+    """An effect with its parameters, made by calling an `Effect`; `with_effects` inserts it.
 
     Parameters
     ----------
     effect : Effect
         The effect.
     values : dict
-        Numbers by parameter; those left out are neutral, or typical for a shape parameter.
+        Values by parameter; those left out are neutral, or typical for a shape parameter.
     joints : tuple of int or None
         Joints that have it; None for all.
     name : str
@@ -41,8 +41,8 @@ class Setting:
     name: str
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{key}={value!s}" for key, value in self.values.items())
-        return f"{self.effect.name}({numbers})"
+        values = ", ".join(f"{key}={value!s}" for key, value in self.values.items())
+        return f"{self.effect.name}({values})"
 
     def block(self, n: int, period: float = 0) -> ct.NonlinearIOSystem:
         """Build the block for n joints: a `control.NonlinearIOSystem` named `name`.
@@ -50,7 +50,7 @@ class Setting:
         With a period [s] it is the form for a sampled controller.
         """
         if self.joints is not None and not all(k < n for k in self.joints):
-            raise DiagramError(f"{self.name}: joints {list(self.joints)} asked for, but the plant "
+            raise DiagramError(f"{self.name}: joints {list(self.joints)} requested, but the plant "
                                f"has {n}; joints count from 0")
         block = self._built(n, period)
         if self.effect.curve is not None:

@@ -28,7 +28,7 @@ SPRING = Effect(
     signature="A torque that pulls to one pose; smaller error at higher Kp, equal both ways.",
     confused_with={
         "gravity": "sweep the full range: a straight line against a cosine",
-        "counterbalance": "sweep the full range: a counterbalance bends like a sine",
+        "counterbalance": "sweep the full range: a counterbalance follows a sine",
         "gain_error": "change the set-point: a spring pulls to its own pose",
         "encoder_offset": "compare poses with an external measurement",
     },

@@ -40,9 +40,9 @@ TICK_JITTER = Effect(
     ),
     equation="u_motor(t) = u(t - spread frac(beat t))",
     reference="J. Nilsson, Real-Time Control Systems with Delays, Lund, 1998",
-    signature="A mean delay of spread/2, and lines beside the excitation at the beat's distance.",
+    signature="A mean delay of spread/2; side lines at the beat's distance from the excitation.",
     confused_with={
-        "time_delay": "spectrum: jitter has lines beside the excitation",
+        "time_delay": "spectrum: jitter has side lines next to the excitation",
         "packet_hold": "time stamps; a hold is flat while it lasts",
         "actuator_lag": "spectrum: a lag is linear and has no lines of its own",
     },

@@ -24,9 +24,9 @@ TIME_DELAY = Effect(
               "Kp delay.",
     confused_with={
         "actuator_lag": "excite past 1/lag: a lag loses gain, a delay loses phase alone",
-        "in_loop_delay": "compare command with torque: late in one case, in time in the other",
+        "in_loop_delay": "compare command with torque: delayed in one case, in time in the other",
         "velocity_filter_mismatch": "vary Kd: the filter's lag acts through Kd alone",
-        "tick_jitter": "spectrum: jitter has lines beside the excitation",
+        "tick_jitter": "spectrum: jitter has side lines next to the excitation",
         "channel_skew": "free swing without a command: skew stays in the log",
     },
     simulators={

@@ -58,31 +58,31 @@ class TwoBodies:
         rows = 3 if self.memory else 2
 
         def spring(x: np.ndarray, dq: np.ndarray, params: dict[str, np.ndarray]) -> tuple:
-            numbers = {key: params[f"{name}.{key}"] for key in values}
+            parameters = {key: params[f"{name}.{key}"] for key in values}
             twist, speed, *memory = x.reshape(rows, n)
-            torque = _named(self.kernel, numbers)(twist, speed - dq, *memory)
-            return _named(self.active, numbers)(), torque, twist, speed, memory, numbers
+            torque = _named(self.kernel, parameters)(twist, speed - dq, *memory)
+            return _named(self.active, parameters)(), torque, twist, speed, memory, parameters
 
         def update(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
             torque_in, _, dq = u.reshape(3, n)
-            active, torque, _, speed, memory, numbers = spring(x, dq, params)
-            damped = torque_in - torque - numbers["motor_damping"] * speed
-            rates = [speed - dq, damped / numbers["motor_inertia"]]
+            active, torque, _, speed, memory, parameters = spring(x, dq, params)
+            damped = torque_in - torque - parameters["motor_damping"] * speed
+            rates = [speed - dq, damped / parameters["motor_inertia"]]
             if self.memory:
-                rates += [_named(self.memory, numbers)(z, speed - dq) for z in memory]
+                rates += [_named(self.memory, parameters)(z, speed - dq) for z in memory]
             return np.concatenate([np.where(active, rate, 0.0) for rate in rates])
 
         def output(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
             torque_in, q, dq = u.reshape(3, n)
-            active, torque, twist, speed, _, numbers = spring(x, dq, params)
+            active, torque, twist, speed, _, parameters = spring(x, dq, params)
             # The plant damps the link with the motor's share as well: give that back.
-            passed = torque + numbers["motor_damping"] * dq
+            passed = torque + parameters["motor_damping"] * dq
             return np.concatenate((
                 np.where(active, passed, torque_in), np.where(active, q + twist, q),
                 np.where(active, speed, dq),
-                (np.eye(n) * np.where(active, -numbers["motor_inertia"], 0.0)).reshape(-1)))
+                (np.eye(n) * np.where(active, -parameters["motor_inertia"], 0.0)).reshape(-1)))
 
         states = ("twist", "motor_speed", "z")[:rows]
         return ct.nlsys(
@@ -92,8 +92,8 @@ class TwoBodies:
             outputs=signals("u", "q_motor", "dq_motor", n=n) + signals("inertia", n=n * n))
 
 
-def _named(function: Callable, numbers: dict[str, np.ndarray]) -> Callable:
+def _named(function: Callable, parameters: dict[str, np.ndarray]) -> Callable:
     """Fill in the parameters that the function names."""
     known = signature(function).parameters
-    chosen = {key: value for key, value in numbers.items() if key in known}
+    chosen = {key: value for key, value in parameters.items() if key in known}
     return lambda *arguments: function(*arguments, **chosen)

@@ -33,23 +33,7 @@ class Net:
 
 def channels_of(graph: Graph, nodes: dict[str, Node],
                 column: dict[str, int]) -> list[dict[Pin, Net]]:
-    """Nets of every channel; adds the bends to `nodes` and `column`.
-
-    Parameters
-    ----------
-    graph : Graph
-        Blocks and wires.
-    nodes : dict of str to Node
-        Nodes by key; bends are added.
-    column : dict of str to int
-        Column by key; bends are added.
-
-    Returns
-    -------
-    list of dict
-        Per channel the `Net` by source pin ``(block, port)``.
-
-    """
+    """Nets of every channel by source pin; adds the bends of long wires to nodes and column."""
     count = max(column.values(), default=0) + 2
     channels: list[dict[Pin, Net]] = [{} for _ in range(count)]
 

@@ -50,24 +50,11 @@ class Graph:
 
 def read_graph(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = False,
                path: str = "") -> Graph:
-    """Read a diagram into blocks and wires.
+    """Read a diagram into blocks and wires; `path` is the key prefix of a nested one.
 
-    Parameters
-    ----------
-    diagram : control.InterconnectedSystem
-        The diagram.
-    expand : bool or collection of str
-        Whether nested diagrams are opened, or the keys (``'plant'``, ``'plant/motor'``) of those
-        that are.
-    path : str
-        Key prefix of a nested diagram.
-
-    Returns
-    -------
-    Graph
-        A port with several sources gets a sum, a factor other than one a gain, as the picture
-        must show them.
-
+    Nested diagrams are opened all, none, or those whose keys (``'plant'``, ``'plant/motor'``) are
+    in `expand`.  A port with several sources gets a sum, a factor other than one a gain, as the
+    picture must show them.
     """
     ends = _Ends(diagram)
     split = _split_ports(ends)
@@ -118,8 +105,8 @@ class _Ends:
             self.terms[shown[i]] += [(source, gain * factor) for source, factor in found]
 
     def _rows(self, groups: Sequence[tuple[Owner, str]]) -> list[Row]:
-        return [(owner, side, base, place) for owner, side in groups
-                for base, place in _numbered(self.labels[owner, side])]
+        return [(owner, side, base, index) for owner, side in groups
+                for base, index in _numbered(self.labels[owner, side])]
 
     def names(self, owner: Owner, side: str, split: set[End]) -> tuple[str, ...]:
         """Port names of one side, a split vector as its elements."""
@@ -129,21 +116,21 @@ class _Ends:
             for label, (base, _) in zip(labels, _numbered(labels))))
 
     def port(self, signal: Row, split: set[End]) -> tuple[str, int]:
-        """Port that carries a signal, and the place of the signal in it."""
-        owner, side, base, place = signal
+        """Port that carries a signal, and the index of the signal in it."""
+        owner, side, base, index = signal
         if (owner, side, base) not in split:
-            return base, place
+            return base, index
         labels = self.labels[owner, side]
-        return labels[ports(labels)[base][place]], 0
+        return labels[ports(labels)[base][index]], 0
 
     def size(self, owner: Owner, side: str, base: str) -> int:
         return len(ports(self.labels[owner, side])[base])
 
 
 def _numbered(labels: Sequence[str]) -> list[tuple[str, int]]:
-    places = {position: (base, place) for base, positions in ports(labels).items()
-              for place, position in enumerate(positions)}
-    return [places[k] for k in range(len(labels))]
+    indices = {position: (base, index) for base, positions in ports(labels).items()
+              for index, position in enumerate(positions)}
+    return [indices[k] for k in range(len(labels))]
 
 
 def _split_ports(ends: _Ends) -> set[End]:
@@ -157,7 +144,7 @@ def _split_ports(ends: _Ends) -> set[End]:
                     source, _side(source, "out"), source_port)
                 sizes = [ends.size(*end) if _is_base(ends, end, split) else 1
                          for end in (into, out)]
-                whole = [(place, place) for place in range(max(sizes))]
+                whole = [(k, k) for k in range(max(sizes))]
                 if pairs != whole:
                     partial |= {end for end in (into, out) if _is_base(ends, end, split)}
         if not partial:
@@ -176,15 +163,15 @@ def _is_base(ends: _Ends, end: End, split: set[End]) -> bool:
 
 
 def _bundles(ends: _Ends, split: set[End]) -> Bundles:
-    """Group the terms by port: {target: {(source, gain): [(place in target, in source)]}}."""
+    """Group the terms by port: {target: {(source, gain): [(index in target, in source)]}}."""
     bundles: Bundles = {}
     for target, terms in ends.terms.items():
-        port, place = ends.port(target, split)
+        port, index = ends.port(target, split)
         sources = bundles.setdefault((target[0], port), {})
         for source, gain in terms:
-            source_port, source_place = ends.port(source, split)
+            source_port, source_index = ends.port(source, split)
             sources.setdefault(((source[0], source_port), float(gain)), []).append(
-                (place, source_place))
+                (index, source_index))
     return bundles
 
 

@@ -26,20 +26,9 @@ class Icon:
 
 def icon_of(system: ct.NonlinearIOSystem, inputs: Sequence[str],
             outputs: Sequence[str]) -> tuple[Icon | None, tuple[str, ...]]:
-    """Icon of a block and, for a sum, the sign of each input port.
+    """Icon of a block and, for a sum, the sign of each input port as it is drawn.
 
-    Parameters
-    ----------
-    system : control.NonlinearIOSystem or control.StateSpace
-        The block.
-    inputs, outputs : tuple of str
-        Its ports as they are drawn.
-
-    Returns
-    -------
-    Icon or None, tuple of str
-        None for a block that is best drawn by its name.
-
+    There is none for a block that is best drawn by its name.
     """
     declared = getattr(system, "icon", None)
     if declared is not None:
@@ -167,12 +156,12 @@ def _number(value: float) -> str:
 
 
 def _curve_icon(system: ct.NonlinearIOSystem, inputs: Sequence[str]) -> Icon | None:
-    """Characteristic of a block without memory that bends one input; found by trying it."""
+    """Characteristic of a nonlinear static block with one input, found by trying it."""
     if system.nstates or len(inputs) != 1 or system.ninputs != system.noutputs:
         return None
     try:
         curves = [_characteristic(system, np.linspace(-span, span, 41)) for span in SPANS]
-        bends = [_bend(*curve) for curve in curves]
+        bends = [_nonlinearity(*curve) for curve in curves]
         if max(bends) < 0.02:
             return None
         best = next(k for k, bend in enumerate(bends) if bend > 0.6 * max(bends))
@@ -189,7 +178,7 @@ def _characteristic(system: ct.NonlinearIOSystem, x: np.ndarray) -> tuple[np.nda
     return x, np.array(y, float)
 
 
-def _bend(x: np.ndarray, y: np.ndarray) -> float:
+def _nonlinearity(x: np.ndarray, y: np.ndarray) -> float:
     """Distance of a curve from its best line, relative to its height; -1 if not finite."""
     if not np.all(np.isfinite(y)) or np.ptp(y) == 0:
         return -1.0

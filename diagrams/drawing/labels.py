@@ -9,21 +9,7 @@ from clie_blocks.diagrams.drawing.texts import measure, plain, symbol
 
 
 def labels_of(node: Node, box: Box) -> list[Label]:
-    """Texts of one block: its name, its ports and its formula.
-
-    Parameters
-    ----------
-    node : Node
-        Gives the order of the ports.
-    box : Box
-        Gives the place.
-
-    Returns
-    -------
-    list of Label
-        Each with the room it takes.
-
-    """
+    """Texts of one block: its name, its ports in the order of the node, and its formula."""
     block = box.block
     x, y = box.middle
 

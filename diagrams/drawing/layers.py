@@ -11,25 +11,13 @@ FORWARD, BACK = 2.0, 1.0  # what a column of wire costs
 
 
 def columns(graph: Graph) -> dict[str, int]:
-    """Column of each block, left to right, with few and cheap wires that run back.
-
-    Parameters
-    ----------
-    graph : Graph
-        Blocks and wires.
-
-    Returns
-    -------
-    dict of str to int
-        Column by block key; inputs stand in the first.
-
-    """
-    place = {key: k for k, key in enumerate(_reading_order(graph))}
+    """Column of each block, left to right, with few and cheap wires that run back."""
+    rank = {key: k for k, key in enumerate(_reading_order(graph))}
     index = {key: k for k, key in enumerate(graph.blocks)}
     pulls, gaps = [], set()
     for wire in graph.wires:
         a, b = wire.source[0], wire.target[0]
-        if place[a] < place[b]:
+        if rank[a] < rank[b]:
             gaps.add((index[a], index[b], 1))
             pulls.append((index[a], index[b], 1, FORWARD))
         elif a != b:
@@ -76,8 +64,8 @@ def _turning_cost(graph: Graph, inner: Sequence[str]) -> np.ndarray:
             price = _turning_price(graph.blocks[b], wire.target[1], driven)
             known = cost[index[b], index[a]]
             cost[index[b], index[a]] = min(price, known) if known else price
-    late = np.tri(len(inner), k=-1)  # a hair for every change of the listed order
-    return cost + 1e-4 * late
+    reordered = np.tri(len(inner), k=-1)  # a hair for every change of the listed order
+    return cost + 1e-4 * reordered
 
 
 def _turning_price(target: Block, port: str, driven: set[str]) -> float:

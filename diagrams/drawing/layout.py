@@ -25,22 +25,9 @@ CANDIDATES, BENT = 16, 0.15
 
 def layout(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = False,
            names: Mapping[str, str] | None = None) -> Layout:
-    """Plan the picture of a diagram.
+    """Plan the picture of a diagram: the same plan for the same diagram.
 
-    Parameters
-    ----------
-    diagram : control.InterconnectedSystem
-        The diagram.
-    expand : bool or collection of str
-        Whether nested diagrams are opened, or the keys of those that are.
-    names : dict of str to str, optional
-        Names to show, by block key.
-
-    Returns
-    -------
-    Layout
-        The same for the same diagram.
-
+    `expand` is as in `read_graph`; `names` are shown instead of the blocks' own, by block key.
     """
     return _plan(_renamed(read_graph(diagram, expand), names or {}), outside=True)
 

@@ -84,7 +84,7 @@ class Arrangement:
             self.restore(([keys[::-1] for keys in columns], turned))
 
     def crossings(self, c: int) -> float:
-        """Crossings in channel c when each net has one upright, the better way round.
+        """Crossings in channel c when each net has one upright, the better of the two orders.
 
         A strand that crosses a main line keeps it from being straight, and counts more.
         """
@@ -96,7 +96,7 @@ class Arrangement:
             _crosses(left, right, *line) for line in lines for left, right in nets)
 
     def taste(self, c: int) -> float:
-        """How far a column and the ports in it stray from the order in which they were listed."""
+        """How far a column and the ports in it depart from the order in which they were listed."""
         found = COLUMN_TASTE * inversions(self.columns[c], self.rank, self._importance)
         for key in self.columns[c]:
             node = self.nodes[key]
@@ -156,26 +156,14 @@ class Arrangement:
             if node.main is not None:
                 node.fit_sum()
 
-    def _port_wish(self, key: str, side: str, port: str, place: int) -> float:
+    def _port_wish(self, key: str, side: str, port: str, k: int) -> float:
         others = self.partners[key].get((side, (key, port)), [])
         heights = [self.pin_y(*other) for other in others]
-        return fmean(heights) if heights else self.y[key] + 1e-3 * place
+        return fmean(heights) if heights else self.y[key] + 1e-3 * k
 
 
 def arrange(arrangement: Arrangement) -> list[Snapshot]:
-    """Find orders with few crossings; the listed order is tried first and wins ties.
-
-    Parameters
-    ----------
-    arrangement : Arrangement
-        Columns and ports in any order.
-
-    Returns
-    -------
-    list of snapshots
-        The best orders, the cheapest first.
-
-    """
+    """Orders with few crossings, the cheapest first; the listed one is tried first, wins ties."""
     size = max(len(arrangement.nodes) * len(arrangement.channels), 1)
     found, tries = [], min(max(EFFORT // size, 4), 24)
     for snapshot in _swept(arrangement, tries)[:3 + tries // 2]:

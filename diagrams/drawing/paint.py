@@ -50,24 +50,9 @@ class Shades:
 
 def paint(plan: Layout, shades: Shades | None = None, value_label: str = "",
           title: str = "") -> Figure:
-    """Paint a plan.
+    """Paint a plan: one point of the plan is one point of the figure.
 
-    Parameters
-    ----------
-    plan : Layout
-        Where everything goes.
-    shades : clie_blocks.diagrams.drawing.colours.Shades, optional
-        Colours of the blocks that have a value.
-    value_label : str
-        What the values are, beside the colour bar.
-    title : str
-        Heading over the picture.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One point of the plan is one point of the figure.
-
+    `shades` colours the blocks that have a value; `value_label` stands at the colour bar.
     """
     from matplotlib.figure import Figure
 
@@ -140,8 +125,8 @@ def _run(axes: Axes, run: Run) -> None:
     for points in chains(run.pieces, meets):
         axes.add_patch(PathPatch(_rounded(points), fc="none", ec=INK, lw=thickness, zorder=2,
                                  capstyle="butt", joinstyle="round"))
-    for point, ways in meets.items():
-        if len(ways) > 2:
+    for point, neighbours in meets.items():
+        if len(neighbours) > 2:
             axes.add_patch(Circle(point, DOT, fc=INK, ec="none", zorder=2.5))
     for x, y, dx, dy in run.arrows:
         back, side = 7.5, 3.2 + thickness / 4
@@ -165,12 +150,12 @@ def chains(pieces: Sequence[Piece], meets: Mapping[Point, Sequence[Point]]) -> l
     """Pieces joined into polylines between ends and junctions, each piece once."""
     done: set[Piece] = set()
     found: list[list[Point]] = []
-    ends = [point for point, ways in meets.items() if len(ways) != 2]
+    ends = [point for point, neighbours in meets.items() if len(neighbours) != 2]
     for start in ends:
-        for way in meets[start]:
-            if (start, way) in done:
+        for follower in meets[start]:
+            if (start, follower) in done:
                 continue
-            points = [start, way]
+            points = [start, follower]
             while len(meets[points[-1]]) == 2:
                 first, second = meets[points[-1]]
                 points.append(second if first == points[-2] else first)

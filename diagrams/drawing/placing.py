@@ -26,14 +26,14 @@ def cheapest_order(cost: ArrayLike) -> list[int]:
     while improved:
         improved = False
         for item in range(len(cost)):
-            place = order.index(item)
-            others = order[:place] + order[place + 1:]
+            k = order.index(item)
+            others = order[:k] + order[k + 1:]
             before, after = cost[others, item], cost[item, others]
-            # total[k]: item stands before others[k]
+            # total[j]: item stands before others[j]
             total = np.concatenate([[0], np.cumsum(before)]) + np.concatenate(
                 [np.cumsum(after[::-1])[::-1], [0]])
             best = int(np.argmin(total))
-            if total[best] < total[place] - 1e-9:
+            if total[best] < total[k] - 1e-9:
                 order, improved = [*others[:best], item, *others[best:]], True
     return order
 

@@ -19,20 +19,10 @@ STEPS = 200
 
 
 def heights(arrangement: Arrangement) -> tuple[dict[str, float], float]:
-    """Height of the middle of each node in grid steps, and how bent the wires are.
+    """Heights of the nodes in whole grid steps, downwards, and how bent the wires are.
 
-    Parameters
-    ----------
-    arrangement : Arrangement
-        Columns and ports in their final order.
-
-    Returns
-    -------
-    dict of str to int
-        Heights downwards by node key; neighbours keep their distance.
-    float
-        Weight of the wires that are not straight.
-
+    Neighbours keep their distance; the second value is the weight of the wires that are not
+    straight.
     """
     index = {key: k for k, key in enumerate(arrangement.nodes)}
     pulls: list[tuple[int, int, float, float]] = []
@@ -89,18 +79,10 @@ def _weight(nodes: Mapping[str, Node], a: Pin, b: Pin, alone: bool) -> float:
 
 
 def take_drops(arrangement: Arrangement) -> dict[str, Pin]:
-    """Let a wire that passes next to a sum drop straight onto it; returns the drops.
+    """Let a wire that passes next to a sum drop straight onto it.
 
-    Parameters
-    ----------
-    arrangement : Arrangement
-        In its final order; the pins of the drops leave its channels.
-
-    Returns
-    -------
-    dict
-        Port and key of the sum, by the key of the bend from which the wire drops.
-
+    Returns port and key of the sum by the key of the bend from which the wire drops; the pins of
+    the drops leave the channels of the arrangement.
     """
     drops: dict[str, Pin] = {}
     for c, keys in enumerate(arrangement.columns):
@@ -131,18 +113,7 @@ def _leave(nets: dict[Pin, Net], name: Pin, pin: Pin) -> None:
 def lanes_of(arrangement: Arrangement, y: dict[str, float]) -> list[dict[Pin, int]]:
     """Lane of each net in each channel, left to right; straight nets need none.
 
-    Parameters
-    ----------
-    arrangement : Arrangement
-        Orders and channels.
-    y : dict of str to int
-        Heights by node; a node moves down where two wires could not pass each other.
-
-    Returns
-    -------
-    list of dict
-        Per channel the lane by net.
-
+    A node moves down (in `y`) where two wires could not pass each other.
     """
     for _ in range(STEPS):
         found = [_channel(arrangement.nodes, nets, y) for nets in arrangement.channels]
@@ -174,8 +145,8 @@ def _channel(nodes: Mapping[str, Node], nets: Mapping[Pin, Net],
                 cost[i, j] = (crossings(pins[a], pins[b], spans[a], spans[b])
                               + 1000 * bool(set(pins[a][1]) & set(pins[b][0])))
     lanes: dict[Pin, int] = {}
-    for place in cheapest_order(cost):
-        name = bent[place]
+    for k in cheapest_order(cost):
+        name = bent[k]
         shared = [lane for other, lane in lanes.items()
                   if spans[other][0] <= spans[name][1] + 1
                   and spans[name][0] <= spans[other][1] + 1]

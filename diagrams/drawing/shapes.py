@@ -1,4 +1,4 @@
-"""Sizes of things before they have a place: bodies, ports and the room for their texts.
+"""Sizes of things before they have a position: bodies, ports and the room for their texts.
 
 Lengths are points.  Heights and port offsets count in `GRID` from the middle of a thing, so that
 two ports can be made level exactly.
@@ -44,10 +44,10 @@ class Node:
         if self.fixed:
             return self.fixed[side, port]
         ports = self.left if side == "L" else self.right
-        place = ports.index(port)
+        k = ports.index(port)
         if self.main is not None:
-            return SUM_ARM * (place - self.left.index(self.main)) if side == "L" else 0
-        return PITCH * place - PITCH * (len(ports) - 1) // 2
+            return SUM_ARM * (k - self.left.index(self.main)) if side == "L" else 0
+        return PITCH * k - PITCH * (len(ports) - 1) // 2
 
     def fit_sum(self) -> None:
         """Room of a sum, which depends on which of its ports enters straight."""
@@ -74,26 +74,12 @@ class Node:
 
     @property
     def sortable(self) -> bool:
-        """Whether its ports may change places."""
+        """Whether its ports may be reordered."""
         return not self.is_bend and not self.is_terminal and not self.fixed
 
 
 def node_of(block: Block, picture: Layout | None = None) -> Node:
-    """Return the node of a block, sized to fit its texts.
-
-    Parameters
-    ----------
-    block : clie_blocks.diagrams.drawing.graph.Block
-        The block.
-    picture : Layout, optional
-        Layout of the inside, for a nested diagram that is opened.
-
-    Returns
-    -------
-    Node
-        Without a place yet.
-
-    """
+    """Node of a block, sized to fit its texts; `picture` is the inside of an opened diagram."""
     node = Node(block.key, block, list(block.inputs), list(block.outputs))
     if picture is not None:
         _frame(node, block, picture)
@@ -114,11 +100,11 @@ def out_label(block: Block) -> str:
     return symbol(block.outputs[0]) if named and block.outputs else ""
 
 
-def port_text(block: Block, side: str, place: int) -> str:
-    """Text beside a port inside a box; a tall sum shows signs."""
+def port_text(block: Block, side: str, k: int) -> str:
+    """Text next to port k inside a box; a tall sum shows signs."""
     if block.kind == "sum":
-        return block.signs[place] if side == "L" else ""
-    return symbol((block.inputs if side == "L" else block.outputs)[place])
+        return block.signs[k] if side == "L" else ""
+    return symbol((block.inputs if side == "L" else block.outputs)[k])
 
 
 def inside_name(block: Block) -> str:

@@ -16,18 +16,9 @@ LETTERS = {"theta": r"\Theta", "phi": r"\Phi", "tau": r"\tau", "eps": r"\varepsi
 
 
 def symbol(name: str) -> str:
-    """Return a port name as the paper writes it: 'dq_model' becomes q with a dot and an index.
+    """Port name as the paper writes it, in mathtext: 'dq_model' becomes q with a dot and an index.
 
-    Parameters
-    ----------
-    name : str
-        Port name, such as ``'q_d'``, ``'theta_hat'`` or ``'phi[3]'``.
-
-    Returns
-    -------
-    str
-        Mathtext; words that stand for no letter stay words.
-
+    Words that stand for no letter stay words.
     """
     base = re.sub(r"\[\d+\]$", "", name)
     index = name[len(base):]

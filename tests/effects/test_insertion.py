@@ -236,7 +236,7 @@ def test_every_diagram_takes_effects_at_every_port(diagram):
     (lambda: with_effects(joints(), [LIBRARY["coulomb"](level=[1, 1, 1])]),
      "needs 2 numbers, one per joint"),
     (lambda: with_effects(joints(), ["coulomb"]), r"write LIBRARY\['coulomb'\]\(level=0.3\)"),
-    (lambda: with_effects(joints(), [LIBRARY["coulomb"]]), "not an effect with its numbers"),
+    (lambda: with_effects(joints(), [LIBRARY["coulomb"]]), "not an effect with its parameters"),
     (lambda: with_effects(joint_loop(joints(), [1, 1], [1, 1]), [LIBRARY["coulomb"](level=1)],
                           plant="robot"), "no block 'robot'"),
     (lambda: with_effects(with_effects(joints(), [LIBRARY["coulomb"](level=1)]),
