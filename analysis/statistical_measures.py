@@ -86,7 +86,7 @@ def bootstrap(rows: Sequence[Row], statistic: Callable[[list[Row]], float],
     if len(rows) == 1:  # which scipy refuses
         return (float(statistic(list(rows))),) * 2
     interval = stats.bootstrap(
-        (np.arange(len(rows)),), lambda drawn: statistic([rows[i] for i in drawn]),
+        (np.arange(len(rows)),), lambda drawn: float(statistic([rows[i] for i in drawn])),
         n_resamples=draws, vectorized=False, method="percentile",
         random_state=np.random.default_rng(0)).confidence_interval
     return float(interval.low), float(interval.high)

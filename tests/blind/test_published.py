@@ -5,8 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from clie_blocks.analysis.blind.protocol.seeds import disjoint
-from clie_blocks.analysis.blind.protocol.targets import judged
+from clie_blocks.analysis.blind.protocol.seeds import are_fresh
+from clie_blocks.analysis.blind.protocol.targets import compare_with_targets
+from clie_blocks.analysis.blind.report.page import document
+from clie_blocks.analysis.blind.scoring.intervals import rate, summary
+from clie_blocks.analysis.blind.scoring.robustness import outcome_shares
+from clie_blocks.analysis.blind.scoring.score import VISIBLE
+from clie_blocks.analysis.report.render import markdown
 
 BOARD = Path(__file__).resolve().parents[2] / "docs" / "blind" / "scoreboard.json"
 
@@ -18,15 +23,51 @@ def board():
     return json.loads(BOARD.read_text())
 
 
-def test_the_published_seeds_taught_nothing(board):
-    assert disjoint(board["seeds"])
+def test_the_published_seeds_trained_nothing(board):
+    assert are_fresh(board["seeds"])
     assert board["command"].startswith("clie blind --trials")
 
 
-def test_the_published_study_is_whole(board):
+def test_the_published_study_is_complete(board):
     assert board["trials"] == sum(board["kinds"].values()) >= 100
     assert len(board["failed"]) <= 0.01 * board["trials"]
-    assert board["targets"] == judged(board)
+    assert board["targets"] == compare_with_targets(board)
+
+
+def test_the_published_shares_follow_from_their_counts(board):
+    shares = [share for share in _parts(board) if "hits" in share]
+    assert len(shares) > 150
+    for share in shares:
+        again = rate([True] * share["hits"] + [False] * (share["of"] - share["hits"]))
+        assert again["rate"] == share["rate"]
+        if share["of"]:
+            assert again["interval"] == pytest.approx(share["interval"], abs=1e-8)
+
+
+def test_the_published_figures_follow_from_the_kept_rows(board):
+    reduction = board["shrinkage"]
+    again = summary(achieved / achievable for achievable, achieved, _ in reduction["points"]
+                    if achievable > VISIBLE)
+    assert again == pytest.approx({key: reduction[key] for key in again}, rel=1e-12)
+    for key in ("controllers", "spatial"):
+        again = outcome_shares(board[key]["rows"])
+        assert {name: share["hits"] for name, share in again.items()} == {
+            name: board[key][name]["hits"] for name in again}
+    decisions = [row["said"] for row in board["left_out"]]
+    assert decisions.count("unknown") == board["left_out_unknown"]["hits"]
+
+
+def _parts(value):
+    """All dictionaries within a value."""
+    if isinstance(value, dict):
+        yield value
+    for part in value.values() if isinstance(value, dict) else value:
+        if isinstance(part, (dict, list)):
+            yield from _parts(part)
+
+
+def test_the_published_page_shows_the_published_figures(board):
+    assert (BOARD.parent / "scoreboard.md").read_text() == markdown(document(board))
 
 
 def test_the_readme_shows_the_published_targets(board):

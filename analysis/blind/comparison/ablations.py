@@ -1,56 +1,56 @@
-"""The diagnosis with one of its stages taken away, to see what that stage buys.
+"""The diagnosis with one of its stages removed, to see what that stage contributes.
 
-A stage is a function of the pipeline; for the length of one diagnosis another one stands in its
-place.  Nothing else changes: same logs, same library, same verdict.  They are exchanged from
-outside, because an option would put a condition that only this comparison needs into every stage
-that a user runs.
+Stages are values and thresholds are fields, so an ablation is a diagnosis with another `Stages` or
+another `Method`.  Nothing else changes: same logs, same library, same verdict.
 """
 
-import contextlib
 import dataclasses
+import functools
 import json
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap import diagnosis
-from clie_blocks.analysis.gap.causes import vocabulary
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
-from clie_blocks.analysis.gap.residual import noise
-from clie_blocks.analysis.gap.search import racing
+from clie_blocks.analysis.gap.diagnosis import STAGES, Stages, diagnose
+from clie_blocks.analysis.gap.method import METHOD, Method
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import Noise, decimation, sensor_noise_model
 from clie_blocks.output import to_json
 
 CORNER = 8.0  # Hz of the parallel filter of textbook identification
 TAPS = 41
 
-
-@contextlib.contextmanager
-def replaced(module, name, function):
-    """Put a function in the place of a module's own for a while.
-
-    Parameters
-    ----------
-    module : module
-        Where it stands.
-    name : str
-        Its name there.
-    function : callable
-        What stands in for it.
-
-    """
-    own = getattr(module, name)
-    setattr(module, name, function)
-    try:
-        yield
-    finally:
-        setattr(module, name, own)
+# no score reads the advice on the next experiment
+SCORED = dataclasses.replace(STAGES, next_experiment=lambda *_: None)
+UNPOLISHED = dataclasses.replace(SCORED, refine_to_prior=lambda fit, residuals: fit,
+                                 explain_backlash=lambda *_: None)
+NO_STEPS = METHOD.with_values(**{
+    "search.first_steps": 0, "search.finalist_steps": 0, "search.leader_steps": 0,
+    "search.fair_share": 0.0})  # no fit explains so much that its onsets are sought again
 
 
-def unwhitened(problem, k, responses, own=noise.sensor_noise_model):
+def diagnose_with(problem: Problem, method: Method = METHOD, stages: Stages = SCORED,
+                  exclude: Sequence[str] = ()) -> dict[str, Any]:
+    """Answer of the diagnosis with other thresholds, other stages, or effects left out."""
+    with np.errstate(over="ignore"):  # the torque map undoes whitening, if there is any
+        found = diagnose(problem, method, exclude=exclude, stages=stages)
+        return json.loads(to_json(found.to_dict()))
+
+
+def with_noise_model(noise_model: Callable[[Problem, int, Sequence[np.ndarray]], Noise]) -> Stages:
+    """Stages with another model of the noise, and with it another whitening."""
+    return dataclasses.replace(SCORED, steps=dataclasses.replace(
+        SCORED.steps, noise_model=noise_model))
+
+
+def unwhitened(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
     """Noise of joint k with errors weighed by their size alone, whatever their frequency."""
-    return _weighing(own(problem, k, responses), problem, np.ones(1), responses[k])
+    noise = sensor_noise_model(problem, k, responses)
+    return _with_whitener(noise, problem, np.ones(1), responses[k])
 
 
-def as_torques(problem, k, responses, own=noise.sensor_noise_model):
+def as_torques(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
     """Noise of joint k with errors turned back into torques and low-passed: no sensitivity.
 
     The error of the closed loop is S times the error of the equation of motion.  Its inverse,
@@ -59,65 +59,41 @@ def as_torques(problem, k, responses, own=noise.sensor_noise_model):
     """
     from scipy.signal import firwin
 
-    h = noise.decimation(problem.period) * problem.period
+    h = decimation(problem.period) * problem.period
     nominal, law = problem.nominal, problem.law
     torque = (nominal.inertia[k] * np.array([1.0, -2.0, 1.0]) / h**2
               + (nominal.damping[k] + law.kd[k]) * np.array([1.0, 0.0, -1.0]) / (2 * h)
               + law.kp[k] * np.array([0.0, 1.0, 0.0]))
-    low = firwin(TAPS, min(CORNER, 0.4 / h), fs=1.0 / h)
-    return _weighing(own(problem, k, responses), problem, np.convolve(torque, low), responses[k])
+    low_pass = firwin(TAPS, min(CORNER, 0.4 / h), fs=1.0 / h)
+    noise = sensor_noise_model(problem, k, responses)
+    return _with_whitener(noise, problem, np.convolve(torque, low_pass), responses[k])
 
 
-def _weighing(noise, problem, shape, response):
-    """The same noise with another filter in the place of the whitening one, of variance one."""
-    width = noise.decimation(problem.period)
-    seen = np.convolve(noise.sigma * response, np.full(width, 1.0 / width))
-    apart = np.zeros((len(shape) - 1) * width + 1)
-    apart[::width] = shape
+def _with_whitener(noise: Noise, problem: Problem, shape: np.ndarray,
+                   response: np.ndarray) -> Noise:
+    """The same noise with a filter instead of the whitening one, scaled to variance one."""
+    width = decimation(problem.period)
+    averaged = np.convolve(noise.sigma * response, np.full(width, 1.0 / width))
+    upsampled = np.zeros((len(shape) - 1) * width + 1)
+    upsampled[::width] = shape
     return dataclasses.replace(
-        noise, whitener=shape / np.sqrt(np.sum(np.convolve(seen, apart) ** 2)))
+        noise, whitener=shape / np.sqrt(np.sum(np.convolve(averaged, upsampled) ** 2)))
 
 
-def without_priors(robot):
-    """Robot whose datasheet states no tolerance."""
-    return dataclasses.replace(robot, motor=dataclasses.replace(
-        robot.motor, inertia_tolerance=None, viscous_friction_tolerance=None,
-        torque_offset_tolerance=None))
+def without_priors(problem: Problem) -> Problem:
+    """The problem of a robot whose datasheet states no tolerance."""
+    if problem.statement is None:
+        raise ValueError("only a problem stated from a robot and its logs has a datasheet")
+    robot, records, held_out = problem.statement
+    motor = dataclasses.replace(robot.motor, inertia_tolerance=None,
+                                viscous_friction_tolerance=None, torque_offset_tolerance=None)
+    return Problem.from_logs(dataclasses.replace(robot, motor=motor), records, held_out)
 
 
-def diagnosed(robot, records, **asked):
-    """Answer of the diagnosis without what no score reads: the advice on the next experiment."""
-    from clie_blocks.analysis.gap.report.answer import answer
-
-    with (replaced(vocabulary, "next_experiment", lambda *_: None),
-          np.errstate(over="ignore")):  # the map of the gap undoes whitening, if there is any
-        return json.loads(to_json(answer(diagnosis.diagnose(robot, records, **asked))))
-
-
-def weighing(noise):
-    """Put another noise, and with it another whitening, in the place of the bench's own."""
-    return replaced(whitening, "noise", noise)
-
-
-def _with_noise(noise):
-    def found(robot, records):
-        with weighing(noise):
-            return diagnosed(robot, records)
-    return found
-
-
-def _unpolished(robot, records):
-    """Numbers stay as the regression left them; one simulation judges each hypothesis."""
-    with (replaced(racing, "fit", lambda start, bench, steps: fit(start, bench, 0)),
-          replaced(racing, "settled", lambda found, bench: found),
-          replaced(vocabulary, "homed", lambda found, bench: found),
-          replaced(vocabulary, "second_look", lambda *_: None)):
-        return diagnosed(robot, records)
-
-
-ABLATIONS = {
-    "no sensitivity filter": _with_noise(as_torques),
-    "no whitening": _with_noise(unwhitened),
-    "no polish": _unpolished,
-    "no priors": lambda robot, records: diagnosed(without_priors(robot), records),
+ABLATIONS: dict[str, Callable[[Problem], dict[str, Any]]] = {
+    "no sensitivity filter": functools.partial(diagnose_with,
+                                               stages=with_noise_model(as_torques)),
+    "no whitening": functools.partial(diagnose_with, stages=with_noise_model(unwhitened)),
+    "no polish": functools.partial(diagnose_with, method=NO_STEPS, stages=UNPOLISHED),
+    "no priors": lambda problem: diagnose_with(without_priors(problem)),
 }

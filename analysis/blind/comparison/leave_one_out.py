@@ -1,27 +1,32 @@
-"""Each effect taken out of the library: the diagnosis should say that it knows no such thing."""
+"""Each effect removed from the library: the diagnosis should report it as unknown."""
 
 import itertools
+from pathlib import Path
+from typing import Any
 
-from clie_blocks.analysis.blind.comparison.rerun import WITHOUT, repeated
+from clie_blocks.analysis.blind.comparison.rerun import WITHOUT, answer_again
 from clie_blocks.analysis.blind.scoring.decisions import FAMILY, Answer
 from clie_blocks.analysis.blind.scoring.intervals import rate
 
-KEPT = ("velocity_filter_mismatch", "encoder_quantization")  # found by a check, not by the library
+# found by a check, not by the library
+FOUND_BY_CHECK = ("velocity_filter_mismatch", "encoder_quantization")
 
 
-def diagnosed(places, labels, jobs=1, most=None):
-    """Diagnose robots with one effect again, with that effect taken out of the library.
+def diagnose_without_own_effect(folders: dict[int, Path], labels: dict[int, dict[str, Any]],
+                                jobs: int = 1,
+                                most: int | None = None) -> dict[int, dict[str, Any]]:
+    """Diagnose robots with one effect again, with that effect removed from the library.
 
     Parameters
     ----------
-    places : dict
+    folders : dict
         Folder of each seed.
     labels : dict
         Opened labels, by seed, then by trial.
     jobs : int
         Processes.
     most : int, optional
-        Trials per effect, see `chosen`.
+        Trials per effect, see `select_trials`.
 
     Returns
     -------
@@ -29,49 +34,39 @@ def diagnosed(places, labels, jobs=1, most=None):
         Answers by seed, then by trial; the right one is "unknown".
 
     """
-    tasks = {(seed, name): (WITHOUT + effect, places[seed], name)
-             for effect, trials in chosen(labels, most).items() for seed, name in trials}
-    answers, found = repeated(list(tasks.values()), jobs), {seed: {} for seed in places}
+    tasks = {(seed, name): (WITHOUT + effect, folders[seed], name)
+             for effect, trials in select_trials(labels, most).items() for seed, name in trials}
+    answers = answer_again(list(tasks.values()), jobs)
+    by_seed: dict[int, dict[str, Any]] = {seed: {} for seed in folders}
     for (seed, name), task in tasks.items():
-        found[seed][name] = answers[task]
-    return found
+        by_seed[seed][name] = answers[task]
+    return by_seed
 
 
-def chosen(labels, most=None):
-    """Return the trials with one effect of the library, at most so many of each effect.
+def select_trials(labels: dict[int, dict[str, Any]],
+                  most: int | None = None) -> dict[str, list[tuple[int, str]]]:
+    """Return the trials with one effect of the library, by effect, as pairs of seed and name.
 
-    They are taken from the seeds in turn, and each effect begins with another seed.
-
-    Parameters
-    ----------
-    labels : dict
-        Opened labels, by seed, then by trial.
-    most : int, optional
-        Trials per effect in the whole study.
-
-    Returns
-    -------
-    dict
-        Pairs of seed and name of the trial, by effect.
-
+    At most so many of each effect in the whole study; they are taken from the seeds in turn, and
+    each effect begins with another seed.
     """
-    hidden = {}
+    hidden: dict[str, dict[int, list[str]]] = {}
     for seed, trials in labels.items():
         for name, label in sorted(trials.items()):
-            if label["kind"] == "single" and label["labels"][0] not in KEPT:
+            if label["kind"] == "single" and label["labels"][0] not in FOUND_BY_CHECK:
                 hidden.setdefault(label["labels"][0], {}).setdefault(seed, []).append(name)
-    found = {}
+    selected = {}
     for turn, (effect, by_seed) in enumerate(sorted(hidden.items())):
         first = turn % len(labels)
         order = [*labels][first:] + [*labels][:first]
         rounds = itertools.zip_longest(*(by_seed.get(seed, ()) for seed in order))
-        found[effect] = [(seed, name) for names in rounds
-                         for seed, name in zip(order, names) if name is not None][:most]
-    return found
+        selected[effect] = [(seed, name) for names in rounds
+                            for seed, name in zip(order, names) if name is not None][:most]
+    return selected
 
 
-def scored(diagnoses, labels):
-    """Say what is said of an effect that the library does not hold.
+def score_left_out(diagnoses: dict[str, Any], labels: dict[str, Any]) -> dict[str, Any]:
+    """Return how an effect is reported that the library does not contain.
 
     Parameters
     ----------
@@ -83,17 +78,17 @@ def scored(diagnoses, labels):
     Returns
     -------
     dict
-        Share called unknown, share called none, and what else was said of each effect.
+        Share reported as unknown, share missed, and each single decision.
 
     """
-    said = {name: Answer(diagnosis) for name, diagnosis in sorted(diagnoses.items())}
-    plain = [a for name, a in said.items() if labels[name]["severity"] != "mild"]
+    answers = {name: Answer(diagnosis) for name, diagnosis in sorted(diagnoses.items())}
+    larger = [a for name, a in answers.items() if labels[name]["severity"] != "mild"]
     return {
-        "left_out_unknown": rate(a.decision == "unknown" for a in said.values()),
-        "left_out_unknown_medium_strong": rate(a.decision == "unknown" for a in plain),
-        "left_out_none": rate(a.decision in ("none", "parametric") for a in said.values()),
+        "left_out_unknown": rate(a.decision == "unknown" for a in answers.values()),
+        "left_out_unknown_medium_strong": rate(a.decision == "unknown" for a in larger),
+        "left_out_none": rate(a.decision in ("none", "parametric") for a in answers.values()),
         "left_out_family": rate(FAMILY.get(a.decision) == FAMILY[labels[name]["labels"][0]]
-                                for name, a in said.items()),
+                                for name, a in answers.items()),
         "left_out": [{"trial": name, "effect": labels[name]["labels"][0], "said": a.decision,
                       "probability": a.confidence, "ratio": labels[name]["ratio"]}
-                     for name, a in said.items()]}
+                     for name, a in answers.items()]}

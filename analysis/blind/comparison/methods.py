@@ -1,47 +1,46 @@
 """Other methods on the trials of a study: those of today, and the diagnosis less a stage."""
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.blind.comparison.rerun import repeated
+from clie_blocks.analysis.blind.comparison.rerun import answer_again
 from clie_blocks.analysis.blind.scoring.decisions import Answer, leads, truth_of
-from clie_blocks.analysis.blind.scoring.intervals import difference, figure, rate
+from clie_blocks.analysis.blind.scoring.intervals import estimate, rate, share_difference
 from clie_blocks.analysis.blind.scoring.score import score
 
 FULL = "clie diagnose"
 SHOWN = ("trials", "kinds", "top_1", "top_3", "joint", "pair_all_in_top_2", "false_alarm",
          "unknown_detected", "set_coverage", "against_true_model", "seconds")
+BySeed = dict[int, dict[str, dict[str, Any]]]  # diagnoses or labels, by seed, then by trial
 
 
-def methods(baselines, ablations):
-    """Names of the methods to run.
-
-    Parameters
-    ----------
-    baselines, ablations : bool
-        Which groups.
-
-    """
+def method_names(baselines: bool, ablations: bool) -> list[str]:
+    """Names of the methods of two groups, each if it is wanted."""
     from clie_blocks.analysis.blind.comparison.ablations import ABLATIONS
     from clie_blocks.analysis.blind.comparison.baselines import BASELINES
 
     return [*(BASELINES if baselines else ()), *(ABLATIONS if ablations else ())]
 
 
-def compared(names, places, diagnoses, labels, subset=None, jobs=1):
-    """Run methods on trials of a study and score them beside the diagnosis.
+def compare_methods(names: Sequence[str], folders: dict[int, Path], diagnoses: BySeed,
+                    labels: BySeed, subset: int | None = None,
+                    jobs: int = 1) -> list[dict[str, Any]]:
+    """Run methods on trials of a study and score them against the diagnosis.
 
     Parameters
     ----------
-    names : list of str
-        From `methods`.
-    places : dict
+    names : sequence of str
+        From `method_names`.
+    folders : dict
         Folder of each seed.
     diagnoses, labels : dict
         By seed, then by trial.
     subset : int, optional
-        Trials of the whole study, see `spread_over`; by default all.
+        Trials of the whole study, see `sample_evenly`; by default all.
     jobs : int
         Processes.
 
@@ -51,31 +50,24 @@ def compared(names, places, diagnoses, labels, subset=None, jobs=1):
         One row per method, the diagnosis first.
 
     """
-    chosen = spread_over(labels, subset)
-    tasks = [(method, places[seed], name) for seed, name in chosen for method in names]
-    answers = repeated(tasks, jobs)
-    truth = _named(labels, chosen)
-    own = _named(diagnoses, chosen)
-    rows = [row(FULL, own, truth)]
+    sample = sample_evenly(labels, subset)
+    answers = answer_again([(method, folders[seed], name) for seed, name in sample
+                            for method in names], jobs)
+    truth = _by_full_name(labels, sample)
+    own = _by_full_name(diagnoses, sample)
+    rows = [method_row(FULL, own, truth)]
     for method in names:
-        found = dict(zip(truth, (answers[method, places[seed], name] for seed, name in chosen)))
-        rows.append(row(method, found, truth) | {"paired": paired(own, found, truth)})
+        others = dict(zip(truth, (answers[method, folders[seed], name] for seed, name in sample)))
+        rows.append(method_row(method, others, truth)
+                    | {"paired": paired_differences(own, others, truth)})
     return rows
 
 
-def spread_over(labels, count=None):
-    """Return trials that stand for a whole study, as pairs of seed and name.
+def sample_evenly(labels: BySeed, count: int | None = None) -> list[tuple[int, str]]:
+    """Return trials that represent a whole study, as pairs of seed and name.
 
     All trials are put in the order of kind, size and effect, and taken at equal distances: every
-    kind and size has its share, and effects and seeds come as evenly as the number allows.
-
-    Parameters
-    ----------
-    labels : dict
-        Opened labels, by seed, then by trial.
-    count : int, optional
-        How many; by default all.
-
+    kind and size has its share, and effects and seeds come as evenly as the count allows.
     """
     order = sorted(((label["kind"], label["severity"] or "", label["labels"]), seed, name)
                    for seed, trials in labels.items() for name, label in trials.items())
@@ -83,12 +75,13 @@ def spread_over(labels, count=None):
     return [order[int((k + 0.5) * len(order) / count)][1:] for k in range(count)]
 
 
-def _named(entries, chosen):
-    """Entries of the chosen trials by seed and name in one word."""
-    return {f"{seed}/{name}": entries[seed][name] for seed, name in chosen}
+def _by_full_name(entries: BySeed, sample: list[tuple[int, str]]) -> dict[str, dict[str, Any]]:
+    """Entries of the sampled trials by seed and name in one word."""
+    return {f"{seed}/{name}": entries[seed][name] for seed, name in sample}
 
 
-def paired(first, second, labels):
+def paired_differences(first: dict[str, Any], second: dict[str, Any],
+                       labels: dict[str, Any]) -> dict[str, Any]:
     """Return what a second method loses against a first one on the same trials.
 
     Parameters
@@ -112,20 +105,21 @@ def paired(first, second, labels):
     ratios = [math.log(other.after / one.after) for _, one, other in pairs
               if one.after and other.after]
     return {"only_first": sum(a and not b for a, b in hits),
-            "only_second": sum(b and not a for a, b in hits), "lost": difference(hits),
-            "stated": figure([given(label, one) - given(label, other)
-                              for label, one, other in pairs], np.mean),
-            "gap": figure(ratios, lambda values: math.exp(np.mean(values)))}
+            "only_second": sum(b and not a for a, b in hits), "lost": share_difference(hits),
+            "stated": estimate([probability_of_truth(label, one)
+                                - probability_of_truth(label, other)
+                                for label, one, other in pairs], np.mean),
+            "gap": estimate(ratios, lambda values: math.exp(np.mean(values)))}
 
 
-def given(label, answer):
+def probability_of_truth(label: dict[str, Any], answer: Answer) -> float:
     """Probability that an answer gives the truth; the least one where there are several."""
     return min(answer.probability.get(name, 0.0) for name in truth_of(label))
 
 
-def row(method, answers, truth):
-    """Figures of one method."""
-    found = score(answers, truth)
-    return {"method": method, "ece": found["calibration"]["ece"],
+def method_row(method: str, answers: dict[str, Any], truth: dict[str, Any]) -> dict[str, Any]:
+    """Figures of one method, from its answers and the opened labels."""
+    scores = score(answers, truth)
+    return {"method": method, "ece": scores["calibration"]["ece"],
             "failed": rate("error" in answer for answer in answers.values()),
-            **{key: found[key] for key in SHOWN}}
+            **{key: scores[key] for key in SHOWN}}

@@ -7,12 +7,12 @@ import numpy as np
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
 DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
-CARRYING = (0.7, 80.0)  # inertia of rotors over that of links, of a spatial arm
+CARRYING = (0.7, 80.0)  # rotor over link inertia of a spatial arm
 SAG = 0.3  # rad, at most, under the weight of the stretched links
 SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
     "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6), "spatial": (3,)}
-UNSTATED = ("axes", "spatial")  # nobody states their links: the datasheet of the drive holds all
+LINKS_UNSTATED = ("axes", "spatial")  # links not stated: the datasheet of the drive includes them
 
 NEUTRAL = {
     # joint
@@ -39,7 +39,7 @@ NEUTRAL = {
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class DrawnRobot:
     """What an engineer would write into ``robot.toml``; arrays have shape (n,).
 
     Parameters
@@ -50,9 +50,9 @@ class Robot:
     period : float
         Of the controller and the logs [s].
     gravity : bool
-        The links hang in gravity, and the nominal model knows it.
+        The links hang in gravity, and the nominal model contains it.
     coupling : bool
-        The nominal model knows how the links pull at each other.
+        The nominal model contains the coupling of the links.
     ratio, rotor, drag : ndarray
         Gear ratio; rotor inertia [kg m^2] and damping [N m s] of the datasheet, motor side.
     length, mass, com, inertia, bearing : ndarray
@@ -87,7 +87,7 @@ class Robot:
     pose: np.ndarray
     kp: np.ndarray
     kd: np.ndarray
-    corners: tuple
+    corners: tuple[float, float]
     discretisation: str
     command_step: np.ndarray
     resolution: np.ndarray
@@ -95,28 +95,29 @@ class Robot:
     shaft: float
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of joints."""
         return len(self.ratio)
 
     @property
-    def link(self):
+    def link(self) -> np.ndarray:
         """Diagonal of the mass matrix of the links at the pose, shape (n,) [kg m^2]."""
         return link_inertia(self.kind, self.length, self.mass, self.com, self.inertia, self.pose)
 
     @property
-    def floor(self):
+    def floor(self) -> np.ndarray:
         """RMS of noise and rounding of the measured position, shape (n,) [rad]."""
         return np.sqrt(self.sigma**2 + self.resolution**2 / 12)
 
 
-def neutral(n):
-    """Numbers of a robot that nothing ails, by name, each of shape (n,)."""
+def healthy_parameters(n: int) -> dict[str, np.ndarray]:
+    """Parameters of a healthy robot, by name, each of shape (n,)."""
     return {key: np.full(n, value) for key, value in NEUTRAL.items()}
 
 
-def link_inertia(kind, length, mass, com, inertia, pose):
-    """Diagonal of the mass matrix of the links at a pose [kg m^2]."""
+def link_inertia(kind: str, length: np.ndarray, mass: np.ndarray, com: np.ndarray,
+                 inertia: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """Diagonal of the mass matrix of the links at a pose, shape (n,) [kg m^2]."""
     if kind == "axes":
         return inertia + mass * com**2
     spatial = kind == "spatial"
@@ -133,30 +134,26 @@ def link_inertia(kind, length, mass, com, inertia, pose):
     return diagonal
 
 
-def draw_robot(rng, kind=None, gravity=None, coupling=True):
-    """Draw a robot.
+def draw_robot(rng: np.random.Generator, kind: str | None = None, gravity: bool | None = None,
+               coupling: bool = True) -> DrawnRobot:
+    """Draw a robot as an engineer knows it.
 
     Parameters
     ----------
     rng : numpy.random.Generator
         Source of chance.
     kind : str, optional
-        Where an effect needs one.
+        See `DrawnRobot`; by default drawn.
     gravity : bool, optional
-        Where an effect needs it.
+        Whether the links hang in gravity; by default drawn.
     coupling : bool
-        The nominal model of an arm knows its coupling.
-
-    Returns
-    -------
-    Robot
-        As an engineer knows it.
+        The nominal model of an arm contains its coupling.
 
     """
     kind = kind or str(rng.choice(["arm", "arm", "pendulum", "axes"]))
     n = int(rng.choice(SIZES[kind]))
     gravity = bool(rng.random() < 0.5) if gravity is None else gravity
-    gravity = gravity and kind not in UNSTATED
+    gravity = gravity and kind not in LINKS_UNSTATED
     length = rng.uniform(0.2, 0.6, n) * np.sqrt(2 / max(n, 2))
     mass = rng.uniform(0.3, 1.5, n) * (0.5 if n <= 3 else 0.7) ** np.arange(n)
     com = length * rng.uniform(0.4, 0.9, n)
@@ -166,30 +163,30 @@ def draw_robot(rng, kind=None, gravity=None, coupling=True):
     link = link_inertia(kind, length, mass, com, inertia, pose)
     light = 0.7 if n <= 3 else 1.5  # share of the rotors; the coupling of long arms stays tame
     low, high = (light, 8.0) if kind != "spatial" else CARRYING
-    rotor = _digits(link * np.exp(rng.uniform(np.log(low), np.log(high), n)) / ratio**2)
+    rotor = _three_digits(link * np.exp(rng.uniform(np.log(low), np.log(high), n)) / ratio**2)
     whole = rotor * ratio**2 + link
     damping = whole * rng.uniform(0.6, 4.0, n)
-    bearing = _digits(damping * rng.uniform(0.1, 0.4, n))
-    if kind in UNSTATED:
-        rotor, bearing = _digits(whole / ratio**2), np.zeros(n)
-    drag = _digits((damping - bearing) / ratio**2)
+    bearing = _three_digits(damping * rng.uniform(0.1, 0.4, n))
+    if kind in LINKS_UNSTATED:
+        rotor, bearing = _three_digits(whole / ratio**2), np.zeros(n)
+    drag = _three_digits((damping - bearing) / ratio**2)
     speed = rng.uniform(4.0, 9.0, n) * (1.3 if gravity else 1.0)
     if gravity:  # tuned to carry its own weight
         speed = np.maximum(speed, np.sqrt(_weight(length, mass, com) / (SAG * whole)))
-    kp = _digits(whole * speed**2 / ratio)
-    kd = _digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
-    return Robot(
+    kp = _three_digits(whole * speed**2 / ratio)
+    kd = _three_digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
+    return DrawnRobot(
         kind, float(rng.choice(PERIODS)), gravity, coupling and kind == "arm", ratio, rotor, drag,
         length, mass, com, inertia, bearing, np.round(pose, 2), kp, kd,
         (float(rng.choice([150.0, 200.0, 240.0])), float(rng.choice([250.0, 300.0, 400.0]))),
         str(rng.choice(DISCRETISATIONS)),
-        _step(kp * 4e-4), np.full(n, rng.choice([2e-5, 4e-5, 5e-5, 1e-4])),
+        _round_down_to_125(kp * 4e-4), np.full(n, rng.choice([2e-5, 4e-5, 5e-5, 1e-4])),
         rng.uniform(0.8e-4, 2.2e-4, n), float(rng.choice([8, 10, 12, 16, 20, 24])))
 
 
-def draw_truth(rng, robot):
-    """Draw the robot's true numbers within the tolerances of its datasheet."""
-    truth = neutral(robot.n)
+def draw_truth(rng: np.random.Generator, robot: DrawnRobot) -> dict[str, np.ndarray]:
+    """Draw the robot's true parameters within the tolerances of its datasheet."""
+    truth = healthy_parameters(robot.n)
     truth["rotor"] = robot.rotor * (1 + 0.01 * rng.uniform(-1, 1, robot.n))
     truth["drag"] = robot.drag * (1 + 0.15 * rng.uniform(-1, 1, robot.n))
     truth["offset"] = 0.01 * robot.kp * rng.uniform(-1, 1, robot.n)
@@ -198,8 +195,8 @@ def draw_truth(rng, robot):
     return truth
 
 
-def restated(robot, truth):
-    """Robot whose data sheet holds the share of the links that is really there.
+def restate_links(robot: DrawnRobot, truth: dict[str, np.ndarray]) -> DrawnRobot:
+    """Return the robot with a datasheet that holds the share of the links that is really there.
 
     Only an arm whose coupling is hidden has another share than one: its links are lighter than
     drawn, its rotors heavier, and every joint turns the same inertia as before.
@@ -211,19 +208,19 @@ def restated(robot, truth):
                    rotor=robot.rotor + (1 - share) * robot.link / robot.ratio**2)
 
 
-def _weight(length, mass, com):
-    """Weight of the stretched links at each joint [N m]."""
+def _weight(length: np.ndarray, mass: np.ndarray, com: np.ndarray) -> np.ndarray:
+    """Torque of the weight of the stretched links at each joint [N m]."""
     reach = np.concatenate(([0.0], np.cumsum(length)[:-1]))
     return np.array([G * np.sum(mass[k:] * (reach[k:] - reach[k] + com[k:]))
                      for k in range(len(mass))])
 
 
-def _digits(values):
+def _three_digits(values: np.ndarray) -> np.ndarray:
     return np.array([float(f"{value:.3g}") for value in values])
 
 
-def _step(values):
-    """Nearest smaller 1, 2 or 5 times a power of ten."""
+def _round_down_to_125(values: np.ndarray) -> np.ndarray:
+    """Largest 1, 2 or 5 times a power of ten that is not above a value."""
     tens = 10.0 ** np.floor(np.log10(values))
     lead = values / tens
     return np.round(np.where(lead >= 5, 5, np.where(lead >= 2, 2, 1)) * tens, 12)

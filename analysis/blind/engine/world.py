@@ -1,17 +1,23 @@
-"""Robots as MuJoCo bodies; several stand side by side in one world and never touch.
+"""Robots as MuJoCo bodies; several share one world as lanes and never touch.
 
 What the engine has of its own is used: dry friction, damping, springs, limits, contact, tilted
 mounts, delay, lag and limit of a drive, cogging and bristles of its motor.
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.robot import UNSTATED, G
+from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot, G
 from clie_blocks.errors import MissingExtraError
 
+if TYPE_CHECKING:
+    import mujoco
+
 STEP, COARSE = 5e-4, 1e-3  # s, of the engine: where something is stiff, and elsewhere
-RUBBING = ("level", "slope", "wavy_level", "warm_level", "fault_level")
-_STIFF = (*RUBBING, "bristle", "twist_stiffness", "half_gap", "lag", "delay", "late", "wall")
+DRY_FRICTION = ("level", "slope", "wavy_level", "warm_level", "fault_level")
+_STIFF = (*DRY_FRICTION, "bristle", "twist_stiffness", "half_gap", "lag", "delay", "late", "wall")
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 _SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
@@ -29,28 +35,25 @@ _OHM = 1e-9  # of a heated motor: small, so that its speed does not brake it
 _EXPANSION = 4e-3  # 1/K, of the resistance of copper
 
 
-def step_of(robot, lanes):
+def engine_step(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]]) -> float:
     """Step of the engine [s]: fine where a lane has something stiff."""
     stiff = any(np.any(lane[key] > 0) for lane in lanes for key in _STIFF)
     stiff = stiff or any(np.isfinite(lane["hard_stop"]).any() for lane in lanes)
     return STEP if stiff else min(COARSE, robot.period)
 
 
-def world(robot, lanes):
+def build_model(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]]) -> "mujoco.MjModel":
     """Return a MuJoCo model that holds one copy of a robot per lane.
+
+    Joints are called ``a{lane}_{k}``, twists behind the motor ``b{lane}_{k}``, delayed encoders
+    ``s{lane}_{k}``.
 
     Parameters
     ----------
-    robot : Robot
+    robot : DrawnRobot
         The robot.
     lanes : list of dict
-        True numbers of each copy, see `neutral`.
-
-    Returns
-    -------
-    mujoco.MjModel
-        Joints are called ``a{lane}_{k}``, twists behind the motor ``b{lane}_{k}``, late
-        encoders ``s{lane}_{k}``.
+        True parameters of each copy, see `healthy_parameters`.
 
     Raises
     ------
@@ -63,46 +66,47 @@ def world(robot, lanes):
     except ImportError:
         raise MissingExtraError("making blind trials", "MuJoCo", "mujoco") from None
     walled = [j for j, lane in enumerate(lanes) if lane["wall"].any()]
-    bodies = [(_axes if robot.kind == "axes" or not lane["links"].any() else _chain)(
+    bodies = [(_axes_bodies if robot.kind == "axes" or not lane["links"].any() else _chain_bodies)(
         robot, lane, j) for j, lane in enumerate(lanes)]
     return mujoco.MjModel.from_xml_string(_XML.format(
-        step=step_of(robot, lanes), down=-G,
+        step=engine_step(robot, lanes), down=-G,
         bodies="".join(bodies + [_wall(robot, lanes[j], j) for j in walled]),
         contacts="".join(f'<pair geom1="tip{j}" geom2="wall{j}" solref="0.02 1"/>'
                          for j in walled),
         motors="".join(_motor(robot, lane, j, k) + _passive(robot, lane, j, k)
                        for j, lane in enumerate(lanes) for k in range(robot.n)),
-        sensors="".join(_encoder(lane["late"][k], j, k) for j, lane in enumerate(lanes)
+        sensors="".join(_delayed_encoder(lane["late"][k], j, k) for j, lane in enumerate(lanes)
                         for k in range(robot.n) if lane["late"][k] > 0)))
 
 
-def _chain(robot, p, lane):
-    """Links one behind the other; what is missing of their inertia turns with the rotors."""
+def _chain_bodies(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int) -> str:
+    """Links in series; what is missing of their inertia turns with the rotors."""
     share = p["links"][0]
-    counted = 1.0 if robot.kind in UNSTATED else 0.0  # share of the links that the rotors hold
+    counted = 1.0 if robot.kind in LINKS_UNSTATED else 0.0  # share of the links in the rotors
     p = {**p, "rotor": p["rotor"] + (1 - share - counted) * robot.link / robot.ratio**2}
     inside, weightless = _tip(robot, p, lane), _weightless(robot, p)
     for k in reversed(range(robot.n)):
         tip = _mass(p["payload"][k], robot.length[k], weightless)
         inertial = _inertial(share * robot.mass[k], share * robot.inertia[k], robot.com[k])
         at = robot.length[k - 1] if k else 0.0
-        inside = _jointed(robot, p, lane, k, at, inertial + tip + inside, weightless)
+        inside = _joint_body(robot, p, lane, k, at, inertial + tip + inside, weightless)
     return inside
 
 
-def _axes(robot, p, lane):
-    """Joints that do not know of each other, each with the inertia of its links at the pose."""
-    if robot.kind == "axes":  # the data sheet counts the links to the rotors
+def _axes_bodies(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int) -> str:
+    """Independent joints, each with the inertia of its links at the pose."""
+    if robot.kind == "axes":  # the datasheet counts the links to the rotors
         p = {**p, "rotor": p["rotor"] - robot.link / robot.ratio**2}
-    return "".join(_jointed(robot, p, lane, k, 0.0, _inertial(_SPECK, robot.link[k], 0.0), 1.0)
+    return "".join(_joint_body(robot, p, lane, k, 0.0, _inertial(_SPECK, robot.link[k], 0.0), 1.0)
                    for k in range(robot.n))
 
 
-def _jointed(robot, p, lane, k, at, link, weightless):
+def _joint_body(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int, k: int, at: float,
+                link: str, weightless: float) -> str:
     """Body behind a gear; positive angles lift a link along x out of the horizontal."""
     r2 = robot.ratio[k] ** 2
     drag, quadratic = p["drag"][k] * r2, p["quadratic"][k] * robot.ratio[k]
-    dry = _DRY if any(p[key][k] > 0 for key in RUBBING) else ""
+    dry = _DRY if any(p[key][k] > 0 for key in DRY_FRICTION) else ""
     stop = p["hard_stop"][k]
     if np.isfinite(stop):
         dry += f' range="{stop - 10} {stop}" {_SOLID}'
@@ -117,7 +121,7 @@ def _jointed(robot, p, lane, k, at, link, weightless):
             f'<body gravcomp="{weightless}">{twist}{link}</body></body>')
 
 
-def _twist(p, lane, k, axis):
+def _twist(p: dict[str, np.ndarray], lane: int, k: int, axis: str) -> str:
     """Second hinge behind the motor: a spring, or a gap between stiff flanks."""
     name = f'<joint name="b{lane}_{k}" type="hinge" axis="{axis}"'
     if p["half_gap"][k] > 0:
@@ -128,14 +132,14 @@ def _twist(p, lane, k, axis):
     return ""
 
 
-def _encoder(late, lane, k):
-    """Angle some time ago; the engine reads its sensors at the beginning of a step."""
-    delay = max(late - STEP, 1e-9)
+def _delayed_encoder(delay: float, lane: int, k: int) -> str:
+    """Angle some time ago [s]; the engine reads its sensors at the beginning of a step."""
+    delay = max(delay - STEP, 1e-9)
     return (f'<jointpos name="s{lane}_{k}" joint="a{lane}_{k}" delay="{delay}" '
             f'nsample="{int(delay / STEP) + 4}" interp="linear"/>')
 
 
-def _motor(robot, p, lane, k):
+def _motor(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int, k: int) -> str:
     limit = p["limit"][k]
     if p["heating"][k] > 0:
         resistance = p["heating"][k] * _OHM / _EXPANSION  # K/W
@@ -153,8 +157,8 @@ def _motor(robot, p, lane, k):
     return f'<general {" ".join(parts)}/>'
 
 
-def _passive(robot, p, lane, k):
-    """Cogging and bristles of a motor that nobody feeds."""
+def _passive(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int, k: int) -> str:
+    """Cogging and bristles, as a motor without input."""
     parts, ratio = [], robot.ratio[k]
     if p["ripple"][k] > 0:
         parts.append(f'cogging="{p["ripple"][k]} {round(p["poles"][k])} {p["phase"][k]}"')
@@ -168,40 +172,40 @@ def _passive(robot, p, lane, k):
             f'resistance="1" {" ".join(parts)}/>')
 
 
-def _weightless(robot, p):
+def _weightless(robot: DrawnRobot, p: dict[str, np.ndarray]) -> float:
     """Share of its weight that the mounting takes: all of it when level, less when tilted."""
     return 0.0 if robot.gravity else 1.0 - np.sin(p["tilt"][0])
 
 
-def _tip(robot, p, lane):
+def _tip(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int) -> str:
     if not p["wall"].any():
         return ""
     return (f'<geom name="tip{lane}" type="sphere" size="0.0001" pos="{robot.length[-1]} 0 0" '
             'mass="0" contype="0" conaffinity="0"/>')
 
 
-def _wall(robot, p, lane):
-    """Plane across the way of the tip, as far along it as ``wall`` says."""
-    at, along = tip_way(robot)
+def _wall(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int) -> str:
+    """Plane across the path of the tip, at the distance ``wall`` along it."""
+    at, along = tip_path(robot)
     x, z = at + p["wall"].max() * along
     return (f'<geom name="wall{lane}" type="plane" size="1 1 1" pos="{x} 0 {z}" '
             f'zaxis="{-along[0]} 0 {-along[1]}" contype="0" conaffinity="0"/>')
 
 
-def tip_way(robot):
+def tip_path(robot: DrawnRobot) -> tuple[np.ndarray, np.ndarray]:
     """Tip at the pose, and the direction in which the first joint moves it, each (x, z) [m]."""
     angle = np.cumsum(robot.pose)
     at = np.array([robot.length @ np.cos(angle), robot.length @ np.sin(angle)])
     return at, np.array([-at[1], at[0]]) / np.hypot(*at)
 
 
-def _mass(mass, at, weightless):
+def _mass(mass: float, at: float, weightless: float) -> str:
     if mass <= 0:
         return ""
     return (f'<body pos="{at} 0 0" gravcomp="{weightless}">{_inertial(mass, 1e-9, 0.0)}'
             '</body>')
 
 
-def _inertial(mass, inertia, com):
+def _inertial(mass: float, inertia: float, com: float) -> str:
     return (f'<inertial pos="{com} 0 0" mass="{mass}" '
             f'diaginertia="{inertia} {inertia} {inertia}"/>')

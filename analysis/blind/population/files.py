@@ -1,57 +1,43 @@
-"""A trial as a folder that says nothing of its effect: ``robot.toml`` and three logs."""
+"""A trial as a folder that does not reveal its effect: ``robot.toml`` and three logs."""
 
 import gzip
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.robot import UNSTATED, G
+from clie_blocks.analysis.blind.engine.experiments import Experiment
+from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot, G
+from clie_blocks.analysis.blind.population.maker import Trial
 from clie_blocks.output import write
 
 _NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
           "axes": "axes side by side", "spatial": "balanced arm on a turntable"}
 
 
-def write_trial(trial, folder):
-    """Write what the diagnosis may see.
-
-    Parameters
-    ----------
-    trial : Trial
-        From `make_trial`.
-    folder : pathlib.Path
-        Of the trial.
-
-    """
-    for j, (motion, (q, u)) in enumerate(zip(trial.motions, trial.runs)):
-        packed = gzip.compress(_log(trial.robot.period, motion, q, u).encode(), mtime=0)
+def write_trial(trial: Trial, folder: Path) -> None:
+    """Write what the diagnosis may see."""
+    for j, (experiment, (q, u)) in enumerate(zip(trial.experiments, trial.runs)):
+        packed = gzip.compress(_log(trial.robot.period, experiment, q, u).encode(), mtime=0)
         write(folder / f"log-{j + 1}.csv.gz", packed)
-    write(folder / "robot.toml", robot_text(trial.robot, trial.motions))
+    write(folder / "robot.toml", robot_text(trial.robot, trial.experiments))
 
 
-def _log(period, motion, q, u):
+def _log(period: float, experiment: Experiment, q: np.ndarray, u: np.ndarray) -> str:
     n = q.shape[1]
     head = ["time"] + [f"{name}{k + 1}" for name in ("q", "u", "qd", "pe") for k in range(n)]
     time = period * np.arange(len(q))[:, None]
-    rows = np.hstack([time, q, u, motion.q_d, motion.pe]).round(12) + 0.0
+    rows = np.hstack([time, q, u, experiment.q_d, experiment.pe]).round(12) + 0.0
     return "\n".join([",".join(head), *(",".join(f"{x:.10g}" for x in row) for row in rows), ""])
 
 
-def robot_text(robot, motions):
-    """Return the text of ``robot.toml``.
-
-    Parameters
-    ----------
-    robot : Robot
-        As stated.
-    motions : list of Motion
-        The experiments.
-
-    """
+def robot_text(robot: DrawnRobot, experiments: Sequence[Experiment]) -> str:
+    """Return the text of ``robot.toml``: the robot as stated, and its experiments."""
     parts = [_HEAD.format(
         name=_NAMES[robot.kind], n=robot.n, ratio=_list(robot.ratio), rotor=_list(robot.rotor),
         drag=_list(robot.drag), one=_list(np.ones(robot.n)), peak=_list(5.0 * robot.kp),
         offset=_list(0.01 * robot.kp))]
-    if robot.kind not in UNSTATED:
+    if robot.kind not in LINKS_UNSTATED:
         parts.append(_LINKS.format(
             length=_list(robot.length), mass=_list(robot.mass), com=_list(robot.com),
             inertia=_list(robot.inertia), bearing=_list(robot.bearing)))
@@ -62,12 +48,12 @@ def robot_text(robot, motions):
         period=robot.period, step=_list(robot.command_step), shaft=robot.shaft,
         resolution=f"{robot.resolution[0]:.10g}"))
     parts += [_EXPERIMENT.format(
-        j=j + 1, excitation=motion.excitation, start=_list(motion.start), pose=_list(robot.pose),
-        duration=round(len(motion.q_d) * robot.period, 6)) for j, motion in enumerate(motions)]
+        j=j + 1, excitation=one.excitation, start=_list(one.start), pose=_list(robot.pose),
+        duration=round(len(one.q_d) * robot.period, 6)) for j, one in enumerate(experiments)]
     return "\n".join(parts)
 
 
-def _list(values):
+def _list(values: np.ndarray) -> str:
     return "[" + ", ".join(f"{value:.10g}" for value in values) + "]"
 
 

@@ -1,64 +1,57 @@
-"""What a family of trials is, and the one way in which any of its trials is made."""
+"""What a population of trials is, and the one way in which any of its trials is made."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.experiments import Experiment
+from clie_blocks.analysis.blind.engine.robot import DrawnRobot
+
 ATTEMPTS = 20
-LOST = 2.0  # rad off the set-point: nobody would log a robot that does that
+FARTHEST_ERROR = 2.0  # rad off the set-point: nobody would log a robot that does that
+Run = tuple[np.ndarray, np.ndarray]  # measured position [rad] and command [N m], shape (N, n)
 
 
 class RejectedError(Exception):
-    """A draw that no laboratory would have logged; the words say why."""
+    """A draw that no laboratory would have logged; the text says why."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What is written to the trial's folder, and its label.
+    """The robot as stated, its experiments and logs, and the label that is sealed."""
 
-    Parameters
-    ----------
-    robot : Robot
-        As stated.
-    motions : list of Motion
-        The experiments.
-    runs : list of (q, u)
-        The logs.
-    label : dict
-        The truth.
-
-    """
-
-    robot: object
-    motions: list
-    runs: list
-    label: dict
+    robot: DrawnRobot
+    experiments: list[Experiment]
+    runs: list[Run]
+    label: dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Family:
+class Population:
     """Trials of one kind.
 
     Parameters
     ----------
     draw : callable
-        ``draw(rng, seed, index)`` makes a `Trial`; seed and index say what comes in turn, `rng`
-        is the source of all chance.  It raises `RejectedError` where a draw is no good.
+        ``draw(rng, seed, index)`` makes a `Trial`; seed and index fix what comes in turn, `rng`
+        is the source of all chance.  It raises `RejectedError` if the draw is unusable.
     stream : tuple of int
-        Keeps the draws apart from those of other families of the same seed.
+        Keeps the draws apart from those of other populations of the same seed.
 
     """
 
-    draw: object
-    stream: tuple = ()
+    draw: Callable[[np.random.Generator, int, int], Trial]
+    stream: tuple[int, ...] = ()
 
 
-def make_trial(family, seed, index):
-    """Make one trial; its label keeps why draws before it were rejected.
+def make_trial(population: Population, seed: int, index: int) -> Trial:
+    """Make one trial, the same for the same arguments.
 
     Parameters
     ----------
-    family : Family
+    population : Population
         Which kind.
     seed : int
         Of the study.
@@ -68,14 +61,14 @@ def make_trial(family, seed, index):
     Returns
     -------
     Trial
-        The same for the same family and numbers.
+        Its label keeps why earlier draws were rejected.
 
     """
-    rejected = []
+    rejected: list[str] = []
     for attempt in range(ATTEMPTS):
-        rng = np.random.default_rng([seed, index, attempt, *family.stream])
+        rng = np.random.default_rng([seed, index, attempt, *population.stream])
         try:
-            trial = family.draw(rng, seed, index)
+            trial = population.draw(rng, seed, index)
         except RejectedError as reason:
             rejected.append(str(reason))
         else:
@@ -84,6 +77,7 @@ def make_trial(family, seed, index):
     raise RuntimeError(f"trial {index} of seed {seed}: {rejected}")
 
 
-def lost(motions, runs):
-    """Whether a robot leaves its set-point as nobody would log it."""
-    return any(np.abs(q - motion.q_d).max() > LOST for motion, (q, _) in zip(motions, runs))
+def leaves_set_point(experiments: Sequence[Experiment], runs: Sequence[Run]) -> bool:
+    """Whether a robot leaves its set-point so far that nobody would log it."""
+    return any(np.abs(q - experiment.q_d).max() > FARTHEST_ERROR
+               for experiment, (q, _) in zip(experiments, runs))

@@ -1,33 +1,43 @@
-"""Trials of the study: robots with hidden effects, or none, or numbers beyond the datasheet."""
+"""Trials of the study: robots with hidden effects, none, or parameters outside tolerance."""
+
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.blind.engine.control_loop import run
-from clie_blocks.analysis.blind.engine.experiments import draw_motions
-from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth, restated
+from clie_blocks.analysis.blind.engine.experiments import Experiment, draw_experiments
+from clie_blocks.analysis.blind.engine.robot import (
+    DrawnRobot,
+    draw_robot,
+    draw_truth,
+    restate_links,
+)
+from clie_blocks.analysis.blind.population.effect_site import HiddenEffect, Site
 from clie_blocks.analysis.blind.population.effect_size import (
     FITTED,
-    prediction,
-    ratio_of,
+    Reference,
     reference,
+    relative_prediction_error,
+    size_ratio,
 )
-from clie_blocks.analysis.blind.population.effects import (
-    EFFECTS,
-    NEEDS,
-    OUTSIDERS,
-    Scene,
-    draw_hidden,
+from clie_blocks.analysis.blind.population.effects import EFFECTS, NEEDS, draw_effect
+from clie_blocks.analysis.blind.population.maker import (
+    Population,
+    RejectedError,
+    Run,
+    Trial,
+    leaves_set_point,
 )
-from clie_blocks.analysis.blind.population.maker import Family, RejectedError, Trial, lost
+from clie_blocks.analysis.blind.population.outsiders import OUTSIDERS
 
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
-FIRST, RUNGS, LADDERS = (1 / 8, 8.0), 5, 4  # sizes tried side by side, and again elsewhere
-STEEP = 1.5  # log of two neighbouring ratios that are too far apart to go between
-MISSED = 0.25  # relative error of the ratio of a single effect that counts as another size
+FIRST, RUNGS, LADDERS = (1 / 8, 8.0), 5, 4  # sizes tried in parallel, and again elsewhere
+STEEP = 1.5  # log of two neighbouring ratios that are too far apart to interpolate
+OFF_TARGET = 0.25  # relative error of the ratio of a single effect that counts as another size
 STILL = 0.02  # rad: a joint that moves less has not been excited
 TRACE = 1.1  # relative to the noise floor: what is smaller has no size
 CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
-UNSEEN = {  # effects that a refit absorbs: sizes that its numbers show instead
+ABSORBED = {  # effects that a refit absorbs: sizes that its parameters show instead
     "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
 KINDS = (("single",) * 27 + ("pair",) * 5 + ("triple",) * 2 + ("none",) * 4
          + ("parametric",) * 4 + ("unknown",) * 8)
@@ -35,11 +45,12 @@ COUNT = {"pair": 2, "triple": 3}
 ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
 
 
-def _draw(rng, seed, index):
-    return afflicted(rng, index, *plan(seed, index))
+def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
+    return draw_trial(rng, index, *plan(seed, index))
 
 
-def afflicted(rng, index, kind, names, severity, robot_kind=None):
+def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str, ...],
+               severity: str | None, robot_kind: str | None = None) -> Trial:
     """Draw a robot, give it effects, and log it.
 
     Parameters
@@ -66,29 +77,32 @@ def afflicted(rng, index, kind, names, severity, robot_kind=None):
     needs = next((NEEDS[name] for name in names if name in NEEDS), None)
     robot = draw_robot(rng, robot_kind) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
-    truth, motions = draw_truth(rng, robot), draw_motions(rng, robot)
+    truth, experiments = draw_truth(rng, robot), draw_experiments(rng, robot)
     if kind == "parametric":
-        truth = _beyond(rng, robot, truth)
-    noises = [robot.sigma * rng.standard_normal(motion.q_d.shape) for motion in motions]
-    ref = reference(robot, truth, motions, noises)
-    hidden = [draw_hidden(rng, name, Scene(robot, truth, ref.runs[:len(FITTED)],
-                                           int(rng.integers(robot.n)))) for name in names]
-    _accept_healthy(motions, ref.runs, hidden)
-    found = [_sized(robot, truth, motions, noises, ref, one, severity, index)
-             for one in hidden]
-    numbers = _numbers(truth, hidden, [size for size, _ in found])
-    if np.any((numbers["late"] > 0) & (numbers["half_gap"] + numbers["twist_stiffness"] > 0)):
-        raise RejectedError("a late encoder behind a gear that gives way")
-    runs = run(robot, [numbers] * len(motions), motions, noises, seed=index)
-    _accept_afflicted(motions, runs, numbers)
-    label = _label(kind, hidden, found, severity, robot, motions, prediction(robot, ref, runs))
-    if hidden and label["ratio"] < TRACE and not set(names) & set(UNSEEN):
+        truth = _beyond_tolerance(rng, robot, truth)
+    noises = [robot.sigma * rng.standard_normal(one.q_d.shape) for one in experiments]
+    ref = reference(robot, truth, experiments, noises)
+    hidden = [draw_effect(rng, name, Site(robot, truth, ref.runs[:len(FITTED)],
+                                          int(rng.integers(robot.n)))) for name in names]
+    _accept_healthy(experiments, ref.runs, hidden)
+    sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, severity, index)
+             for one in hidden] if severity else []
+    afflicted = _with_effects(truth, hidden, [size for size, _ in sizes])
+    soft = afflicted["half_gap"] + afflicted["twist_stiffness"] > 0
+    if np.any((afflicted["late"] > 0) & soft):
+        raise RejectedError("a delayed encoder behind a soft or loose gear")
+    runs = run(robot, [afflicted] * len(experiments), experiments, noises, seed=index)
+    _accept_afflicted(experiments, runs, afflicted)
+    label = _label(kind, hidden, sizes, severity, robot, experiments,
+                   relative_prediction_error(robot, ref, runs))
+    if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
-    return Trial(restated(robot, numbers), motions, runs, label)
+    return Trial(restate_links(robot, afflicted), experiments, runs, label)
 
 
-def _accept_healthy(motions, runs, hidden):
-    if lost(motions, runs):
+def _accept_healthy(experiments: list[Experiment], runs: list[Run],
+                    hidden: list[HiddenEffect]) -> None:
+    if leaves_set_point(experiments, runs):
         raise RejectedError("the healthy robot is unstable")
     for one in hidden:
         for joint in one.joints:
@@ -96,31 +110,33 @@ def _accept_healthy(motions, runs, hidden):
                 raise RejectedError(f"joint {joint} stands still")
 
 
-def _accept_afflicted(motions, runs, numbers):
-    if lost(motions, runs):
+def _accept_afflicted(experiments: list[Experiment], runs: list[Run],
+                      truth: dict[str, np.ndarray]) -> None:
+    if leaves_set_point(experiments, runs):
         raise RejectedError("unstable or stuck with its effects")
-    if max(np.max(np.mean(np.abs(u) >= numbers["limit"], axis=0)) for _, u in runs) > CLIPPED:
+    if max(np.max(np.mean(np.abs(u) >= truth["limit"], axis=0)) for _, u in runs) > CLIPPED:
         raise RejectedError("at the limit of its drive most of the time")
 
 
-def _numbers(truth, hidden, sizes):
-    """True numbers of the robot with all its effects."""
-    numbers = truth
+def _with_effects(truth: dict[str, np.ndarray], hidden: list[HiddenEffect],
+                  sizes: list[float]) -> dict[str, np.ndarray]:
+    """True parameters of the robot with all its effects."""
+    combined = truth
     for one, size in zip(hidden, sizes):
-        changed = one.onto(truth, size)
-        numbers = {key: np.where(changed[key] == truth[key], numbers[key], changed[key])
-                   for key in numbers}
-    return numbers
+        changed = one.apply(truth, size)
+        combined = {key: np.where(changed[key] == truth[key], combined[key], changed[key])
+                    for key in combined}
+    return combined
 
 
-def plan(seed, index):
+def plan(seed: int, index: int) -> tuple[str, tuple[str, ...], str | None]:
     """Kind, names and severity of a trial, so that a study holds all of them in turn."""
-    order = np.random.default_rng([seed, 0, len(KINDS)])
-    kinds = order.permutation(KINDS)
-    single, outside = order.permutation(list(EFFECTS)), order.permutation(list(OUTSIDERS))
-    lap, place = divmod(index, len(kinds))
-    kind = str(kinds[place])
-    turn = lap * KINDS.count(kind) + int(np.sum(kinds[:place] == kind))
+    rng = np.random.default_rng([seed, 0, len(KINDS)])
+    kinds = rng.permutation(KINDS)
+    single, outside = rng.permutation(list(EFFECTS)), rng.permutation(list(OUTSIDERS))
+    lap, position = divmod(index, len(kinds))
+    kind = str(kinds[position])
+    turn = lap * KINDS.count(kind) + int(np.sum(kinds[:position] == kind))
     if kind == "single":
         return kind, (str(single[turn % len(single)]),), _severity(turn, len(single), 0)
     if kind == "unknown":
@@ -130,13 +146,13 @@ def plan(seed, index):
     return kind, (), None
 
 
-def _severity(turn, lap, least):
+def _severity(turn: int, lap: int, least: int) -> str:
     """Sizes in turn, shifted from lap to lap so that every effect meets all of them."""
     sizes = list(SEVERITY)[least:]
     return sizes[(turn + turn // lap) % len(sizes)]
 
 
-def _several(rng, count):
+def _several(rng: np.random.Generator, count: int) -> tuple[str, ...]:
     """Effects that any robot may have at once."""
     free = [name for name in EFFECTS if name not in NEEDS]
     while True:
@@ -145,29 +161,33 @@ def _several(rng, count):
             return names
 
 
-def _beyond(rng, robot, truth):
-    """Numbers beyond the datasheet's tolerance at one joint."""
-    k, found = int(rng.integers(robot.n)), {key: truth[key].copy() for key in ("rotor", "drag")}
-    found["rotor"][k] *= 1 + rng.uniform(0.04, 0.15)
-    found["drag"][k] *= 1 + rng.uniform(0.4, 0.9)
-    return {**truth, **found}
+def _beyond_tolerance(rng: np.random.Generator, robot: DrawnRobot,
+                      truth: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """True parameters beyond the datasheet's tolerance at one joint."""
+    k, changed = int(rng.integers(robot.n)), {key: truth[key].copy() for key in ("rotor", "drag")}
+    changed["rotor"][k] *= 1 + rng.uniform(0.04, 0.15)
+    changed["drag"][k] *= 1 + rng.uniform(0.4, 0.9)
+    return {**truth, **changed}
 
 
-def _sized(robot, truth, motions, noises, ref, hidden, severity, seed):
+def _size_for_ratio(robot: DrawnRobot, truth: dict[str, np.ndarray],
+                    experiments: list[Experiment], noises: list[np.ndarray], ref: Reference,
+                    hidden: HiddenEffect, severity: str, seed: int) -> tuple[float, bool]:
     """Size at which an effect has the wanted ratio to the noise floor, and whether it has."""
-    if hidden.name in UNSEEN:
-        return UNSEEN[hidden.name][severity], False
-    wanted, best = np.log(SEVERITY[severity] ** 2 - 1) / 2, (-np.inf, 1.0)
+    if hidden.name in ABSORBED:
+        return ABSORBED[hidden.name][severity], False
+    wanted = np.log(SEVERITY[severity] ** 2 - 1) / 2
+    best = (-np.inf, 1.0)
     low, high = FIRST
     for _ in range(LADDERS):
         sizes = np.geomspace(low, high, RUNGS)
-        traces = _traces(robot, [hidden.onto(truth, s) for s in sizes], motions, noises, ref,
+        traces = _traces(robot, [hidden.apply(truth, s) for s in sizes], experiments, noises, ref,
                          seed)
         best = max([best, *((t, s) for t, s in zip(traces, sizes) if t < wanted + STEEP)])
-        above, wild = _first(traces >= wanted), _first(np.isnan(traces))
-        end = min(above, wild)
+        above, diverged = _first(traces >= wanted), _first(np.isnan(traces))
+        end = min(above, diverged)
         between = slice(end - 1, end + 1)
-        if 0 < above < wild and np.ptp(traces[between]) < STEEP:
+        if 0 < above < diverged and np.ptp(traces[between]) < STEEP:
             return float(np.exp(np.interp(wanted, traces[between], np.log(sizes[between])))), True
         if end == 0:
             low, high = low**2 / high, low
@@ -178,45 +198,51 @@ def _sized(robot, truth, motions, noises, ref, hidden, severity, seed):
     return float(best[1]), False
 
 
-def _first(flags):
-    """Place of the first flag that is set, or their number."""
+def _first(flags: np.ndarray) -> int:
+    """Position of the first flag that is set, or the number of flags."""
     return int(np.argmax(flags)) if np.any(flags) else len(flags)
 
 
-def _traces(robot, lanes, motions, noises, ref, seed):
-    """Log of the trace beyond the noise floor, of robots side by side; NaN where one is wild."""
+def _traces(robot: DrawnRobot, lanes: list[dict[str, np.ndarray]], experiments: list[Experiment],
+            noises: list[np.ndarray], ref: Reference, seed: int) -> np.ndarray:
+    """Log of the trace beyond the noise floor, one per lane; NaN where a robot diverges."""
     logs = len(FITTED)
-    found = run(robot, [lane for lane in lanes for _ in FITTED], motions[:logs] * len(lanes),
-                noises[:logs] * len(lanes), seed=seed)
-    runs = [found[logs * i:logs * (i + 1)] for i in range(len(lanes))]
-    ratios = [np.nan if lost(motions, one) else ratio_of(prediction(robot, ref, one))
-              for one in runs]
+    all_runs = run(robot, [lane for lane in lanes for _ in FITTED],
+                   experiments[:logs] * len(lanes), noises[:logs] * len(lanes), seed=seed)
+    by_lane = [all_runs[logs * i:logs * (i + 1)] for i in range(len(lanes))]
+    ratios = [np.nan if leaves_set_point(experiments, runs)
+              else size_ratio(relative_prediction_error(robot, ref, runs)) for runs in by_lane]
     return np.log(np.maximum(np.square(ratios) - 1, 1e-8)) / 2
 
 
-def _label(kind, hidden, found, severity, robot, motions, errors):
-    floor, ratio, wanted = robot.floor, ratio_of(errors), SEVERITY.get(severity)
-    missed = len(hidden) == 1 and abs(ratio / wanted - 1) > MISSED
-    judged = float(np.sqrt(np.sum((errors[2] * floor) ** 2)))
+def _label(kind: str, hidden: list[HiddenEffect], sizes: list[tuple[float, bool]],
+           severity: str | None, robot: DrawnRobot, experiments: list[Experiment],
+           errors: np.ndarray) -> dict[str, Any]:
+    """Truth of a trial, with its prediction errors relative to the noise floor, (logs, n)."""
+    floor, ratio = robot.floor, size_ratio(errors)
+    wanted = None if severity is None else SEVERITY[severity]
+    off_target = (wanted is not None and len(hidden) == 1
+                  and abs(ratio / wanted - 1) > OFF_TARGET)
+    nominal = float(np.sqrt(np.sum((errors[2] * floor) ** 2)))
     least = float(np.sqrt(np.sum(floor**2)))
     return {
         "kind": kind, "labels": [one.name for one in hidden] or ["none"],
         "effects": [{"effect": one.name, "joints": list(one.joints), "size": size,
-                     "numbers": _changed(one, size)} for one, (size, _) in zip(hidden, found)],
-        "rescaled": [one.name for one, (_, reached) in zip(hidden, found)
-                     if missed or not reached],
+                     "numbers": _changes(one, size)} for one, (size, _) in zip(hidden, sizes)],
+        "rescaled": [one.name for one, (_, reached) in zip(hidden, sizes)
+                     if off_target or not reached],
         "severity": severity, "target_ratio": wanted, "ratio": ratio,
         "ratio_log3": errors[2].tolist(), "robot": f"{robot.kind} of {robot.n}",
         "gear_ratios": robot.ratio.tolist(), "gravity": robot.gravity, "period": robot.period,
         "discretisation": robot.discretisation,
-        "excitations": [motion.excitation for motion in motions],
-        "seconds": [round(len(motion.q_d) * robot.period, 3) for motion in motions],
-        "gap": {"nominal": judged, "true_model": least,
-                "achievable_reduction": 1 - least / judged}}
+        "excitations": [experiment.excitation for experiment in experiments],
+        "seconds": [round(len(experiment.q_d) * robot.period, 3) for experiment in experiments],
+        "gap": {"nominal": nominal, "true_model": least,
+                "achievable_reduction": 1 - least / nominal}}
 
 
-def _changed(hidden, size):
+def _changes(hidden: HiddenEffect, size: float) -> dict[str, list[float]]:
     return {key: np.asarray(value).tolist() for key, value in hidden.change(size).items()}
 
 
-HIDDEN = Family(_draw)
+STANDARD = Population(_draw)

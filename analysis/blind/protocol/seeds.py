@@ -1,39 +1,42 @@
-"""Which robots were used for what: those that report are none of those that taught."""
+"""Which robots were used for what: those that report are none of those that trained."""
 
 import json
+from collections.abc import Sequence
 from importlib import resources
+from typing import Any
 
 # seeds of `clie blind` on which the method was developed; those of two digits were published
-DEVELOPED = (
+DEVELOPMENT_SEEDS = (
     range(41, 46), range(51, 56), range(61, 66), range(71, 76), range(1000, 10000))
-OWN = "own_robots"  # the engine of the calibration, which no blind trial comes from
-LEARNED = "thresholds and probability map"
+OWN_ENGINE = "own_robots"  # the engine of the calibration, which no blind trial comes from
+CALIBRATED = "thresholds and probability map"
 
 
-def taught():
+def training_sources() -> list[tuple[str, str, str, str]]:
     """Return what thresholds and maps were learned from, as rows of use, engine, robots, seeds."""
-    told = _told()
+    facts = _calibration_facts()
     rows = [("development of the method", "MuJoCo", "-",
-             ", ".join(f"{seeds.start} to {seeds.stop - 1}" for seeds in DEVELOPED))]
-    if told:
-        rows.append((LEARNED, OWN, str(told["robots"]), str(told["seed"])))
-    if learned():
-        rows.append((LEARNED, "MuJoCo", str(told["trials"]), ", ".join(map(str, learned()))))
+             ", ".join(f"{seeds.start} to {seeds.stop - 1}" for seeds in DEVELOPMENT_SEEDS))]
+    if facts:
+        rows.append((CALIBRATED, OWN_ENGINE, str(facts["robots"]), str(facts["seed"])))
+    if calibration_seeds():
+        rows.append((CALIBRATED, "MuJoCo", str(facts["trials"]),
+                     ", ".join(map(str, calibration_seeds()))))
     return rows
 
 
-def learned():
-    """Return the seeds of `clie blind` whose opened trials taught the calibration."""
-    return _told().get("seeds", [])
+def calibration_seeds() -> list[int]:
+    """Return the seeds of `clie blind` whose opened trials trained the calibration."""
+    return _calibration_facts().get("seeds", [])
 
 
-def disjoint(seeds):
+def are_fresh(seeds: Sequence[int]) -> bool:
     """Whether no seed of a study made robots that the method or its calibration has seen."""
-    seen = (*DEVELOPED, learned())
-    return not any(seed in some for seed in seeds for some in seen)
+    seen = (*DEVELOPMENT_SEEDS, calibration_seeds())
+    return not any(seed in used for seed in seeds for used in seen)
 
 
-def _told():
-    """What the calibration says of itself; empty where the numbers are those set by hand."""
+def _calibration_facts() -> dict[str, Any]:
+    """Return what the stored calibration says of its origin; nothing if it was set by hand."""
     path = resources.files("clie_blocks.analysis.gap.method").joinpath("method.json")
     return json.loads(path.read_text()) if path.is_file() else {}

@@ -1,47 +1,41 @@
 """A study: make trials, seal their labels, diagnose them, open the labels."""
 
 import json
+import os
 import shutil
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
-from clie_blocks.analysis.blind.population.maker import make_trial
-from clie_blocks.analysis.blind.population.standard import HIDDEN
+from clie_blocks.analysis.blind.population.maker import Population, make_trial
+from clie_blocks.analysis.blind.population.standard import STANDARD
 from clie_blocks.analysis.blind.protocol import seal
 from clie_blocks.errors import ClieError
 from clie_blocks.output import progress, to_json, write
 
 TRIALS, DIAGNOSES = "trials", "diagnoses.json"
 OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
+Entry = TypeVar("Entry")
 
 
-def folders(folder, seeds):
+def seed_folders(folder: str | os.PathLike[str], seeds: Sequence[int]) -> dict[int, Path]:
     """Return the folder of each seed: the study's own for one seed, one below it for more."""
     folder = Path(folder)
     return {seeds[0]: folder} if len(seeds) == 1 else {
         seed: folder / f"seed-{seed}" for seed in seeds}
 
 
-def merged(by_seed):
-    """Trials of several seeds as one dictionary; their names carry the seed."""
+def merge_seeds(by_seed: dict[int, dict[str, Entry]]) -> dict[str, Entry]:
+    """Return the trials of several seeds as one dictionary; their names carry the seed."""
     if len(by_seed) == 1:
         return next(iter(by_seed.values()))
     return {f"{seed}/{name}": entry for seed, entries in by_seed.items()
             for name, entry in entries.items()}
 
 
-def make(folder, trials, seed, jobs=1, family=HIDDEN):
-    """Make the trials of a study and seal their labels; a study that stands is kept.
-
-    Parameters
-    ----------
-    folder : path-like
-        Of the study.
-    trials, seed : int
-        How many, and the seed of all of them.
-    jobs : int
-        Processes.
-    family : Family
-        Kind of trials.
+def make_trials(folder: str | os.PathLike[str], trials: int, seed: int, jobs: int = 1,
+                population: Population = STANDARD) -> None:
+    """Make the trials of a study and seal their labels; an existing study is kept.
 
     Raises
     ------
@@ -50,39 +44,27 @@ def make(folder, trials, seed, jobs=1, family=HIDDEN):
 
     """
     folder = Path(folder)
-    if _stands(folder, trials, seed):
+    if _already_made(folder, trials, seed):
         return
-    labels = dict(sorted(_spread(folder, trials, seed, jobs, family)))
-    if _stands(folder, trials, seed):  # another process was faster
+    labels = dict(sorted(_make_in_parallel(folder, trials, seed, jobs, population)))
+    if _already_made(folder, trials, seed):  # another process was faster
         return
-    seal.note(folder, "made", trials=trials, seed=seed,
-              digest=seal.folder_digest(folder / TRIALS))
+    seal.append_event(folder, "made", trials=trials, seed=seed,
+                      digest=seal.folder_digest(folder / TRIALS))
     seal.seal(folder, labels)
     shutil.rmtree(folder / OPEN)
 
 
-def _stands(folder, trials, seed):
-    made = next((line for line in seal.verified(folder) if line["event"] == "made"), None)
+def _already_made(folder: Path, trials: int, seed: int) -> bool:
+    made = next((line for line in seal.read_log(folder) if line["event"] == "made"), None)
     if made is not None and (made["trials"], made["seed"]) != (trials, seed):
         raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
                         f"{made['seed']}; choose another folder with -o DIR")
     return made is not None
 
 
-def diagnose(folder, jobs=1):
-    """Diagnose all trials of a study through the public interface.
-
-    Parameters
-    ----------
-    folder : path-like
-        Of the study.
-    jobs : int
-        Processes.
-
-    Returns
-    -------
-    dict
-        Answers by trial.
+def diagnose_trials(folder: str | os.PathLike[str], jobs: int = 1) -> dict[str, dict[str, Any]]:
+    """Diagnose all trials of a study through the public interface; return answers by trial.
 
     Raises
     ------
@@ -93,61 +75,50 @@ def diagnose(folder, jobs=1):
     from clie_blocks.analysis.gap import batch
 
     folder = Path(folder)
-    made = next(line for line in seal.verified(folder) if line["event"] == "made")
+    made = next(line for line in seal.read_log(folder) if line["event"] == "made")
     if made["digest"] != seal.folder_digest(folder / TRIALS):
         raise ClieError(f"the trials in {folder / TRIALS} were changed since they were made; "
                         "their diagnoses would not be blind: make the study anew")
-    found = batch.find_tasks([folder / TRIALS])
-    answers = dict(batch.diagnose_all(found, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
+    tasks = batch.find_tasks([folder / TRIALS])
+    answers = dict(batch.diagnose_all(tasks, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
     text = to_json(dict(sorted(answers.items())))
     write(folder / DIAGNOSES, text)
-    seal.note(folder, "diagnosed", trials=len(answers), digest=seal.digest(text.encode()))
+    seal.append_event(folder, "diagnosed", trials=len(answers), digest=seal.digest(text.encode()))
     return json.loads(text)
 
 
-def sealed(folder, trials, seed, jobs=1, family=HIDDEN):
-    """Make, diagnose and open a study in one go.
-
-    Parameters
-    ----------
-    folder : path-like
-        Of the study.
-    trials, seed, jobs : int
-        How many, the seed of all of them, processes.
-    family : Family
-        Kind of trials.
-
-    Returns
-    -------
-    diagnoses, labels : dict
-        By trial.
-
-    """
-    make(folder, trials, seed, jobs, family)
-    return diagnose(folder, jobs), seal.unseal(Path(folder))
+def run_sealed(folder: str | os.PathLike[str], trials: int, seed: int, jobs: int = 1,
+               population: Population = STANDARD) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Make, diagnose and open a study in one go; return diagnoses and labels, each by trial."""
+    make_trials(folder, trials, seed, jobs, population)
+    return diagnose_trials(folder, jobs), seal.unseal(Path(folder))
 
 
-def _spread(folder, trials, seed, jobs, family):
+def _make_in_parallel(folder: Path, trials: int, seed: int, jobs: int,
+                      population: Population) -> Iterator[tuple[str, dict[str, Any]]]:
     from concurrent.futures import as_completed
 
     from clie_blocks.analysis.workers import workers
 
     with workers(jobs) as pool:
-        running = [pool.submit(_made, folder, seed, index, family) for index in range(trials)]
+        running = [pool.submit(_make_one, folder, seed, index, population)
+                   for index in range(trials)]
         with progress("making trials", trials) as advance:
             for future in as_completed(running):
                 yield future.result()
                 advance(1)
 
 
-def _made(folder, seed, index, family):
+def _make_one(folder: Path, seed: int, index: int,
+              population: Population) -> tuple[str, dict[str, Any]]:
+    """Make a trial unless it is on disk; return its name and label."""
     from clie_blocks.analysis.blind.population.files import write_trial
 
     name = f"trial-{index:03d}"
     kept = folder / OPEN / f"{seed}-{index}.json"
     if kept.is_file():
         return name, json.loads(kept.read_text())
-    trial = make_trial(family, seed, index)
+    trial = make_trial(population, seed, index)
     write_trial(trial, folder / TRIALS / name)
     text = to_json(trial.label)
     write(kept, text)

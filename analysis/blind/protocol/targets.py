@@ -1,23 +1,25 @@
-"""What the diagnosis is meant to reach, beside what a study measured."""
+"""What the diagnosis is meant to reach, next to what a study measured."""
+
+from typing import Any
 
 TARGETS = (  # key, words, target, whether more is better
-    ("top_1_medium_strong", "single effect right first, medium and strong", 0.92, True),
-    ("top_1_mild", "single effect right first, mild", 0.80, True),
+    ("top_1_medium_strong", "single effect ranked first, medium and strong", 0.92, True),
+    ("top_1_mild", "single effect ranked first, mild", 0.80, True),
     ("top_3", "single effect among the first three", 0.97, True),
-    ("joint", "right joint, effect found", 0.98, True),
+    ("joint", "right joint, where the effect is right", 0.98, True),
     ("false_alarm", "false alarm on a healthy robot", 0.02, False),
-    ("unknown_detected", "effect outside the library called unknown", 0.88, True),
-    ("false_unknown", "known or nothing called unknown", 0.05, False),
-    ("pair_all_in_top_2", "both of a pair in the first two", 0.65, True),
-    ("set_coverage", "90 % set holds the truth", 0.90, True),
-    ("set_size", "names in the 90 % set, mean", 1.5, False),
+    ("unknown_detected", "effect outside the library reported as unknown", 0.88, True),
+    ("false_unknown", "known effect or none reported as unknown", 0.05, False),
+    ("pair_all_in_top_2", "both effects of a pair ranked first", 0.65, True),
+    ("set_coverage", "90 % set contains the truth", 0.90, True),
+    ("set_size", "size of the 90 % set, mean", 1.5, False),
     ("ece", "expected calibration error", 0.05, False),
-    ("against_true_model", "gap after a right diagnosis over the true model's, median", 1.05,
-     False))
+    ("against_true_model", "gap after a right diagnosis, relative to the true model, median",
+     1.05, False))
 REACHED, OPEN, MISSED = "yes", "not shown", "no"
 
 
-def judged(found):
+def compare_with_targets(board: dict[str, Any]) -> list[dict[str, Any]]:
     """Return one row per target: key, words, target, measured, interval, reached.
 
     Reached means that the measured figure is as good as the target; not shown, that it is worse
@@ -25,13 +27,13 @@ def judged(found):
 
     Parameters
     ----------
-    found : dict
+    board : dict
         From `score.score`.
 
     """
     rows = []
     for key, words, target, more in TARGETS:
-        value, interval, of = _measured(found, key)
+        value, interval, of = _measurement(board, key)
         if value is None:
             continue
         best = interval[1] if more else interval[0]
@@ -42,11 +44,12 @@ def judged(found):
     return rows
 
 
-def _measured(found, key):
-    held = found["calibration"]["ece"] if key == "ece" else found[key]
+def _measurement(board: dict[str, Any], key: str) -> tuple[float | None, list[float], int]:
+    """Value, interval and number of trials of a figure."""
+    held = board["calibration"]["ece"] if key == "ece" else board[key]
     value = next((held[name] for name in ("rate", "median", "value") if name in held), None)
     return value, held["interval"], held["of"]
 
 
-def _as_good(value, target, more):
+def _as_good(value: float, target: float, more: bool) -> bool:
     return value >= target if more else value <= target

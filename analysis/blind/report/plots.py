@@ -1,28 +1,19 @@
-"""Pictures of the scoreboard."""
+"""Plots of the scoreboard."""
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 
-def confusion_matrix(confusion):
-    """Draw how often each truth was decided to be what.
-
-    Parameters
-    ----------
-    confusion : dict
-        Truth -> decision -> count.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    """
+def confusion_matrix(confusion: dict[str, dict[str, int]]) -> Figure:
+    """Draw how often each truth led to which decision, from counts by truth and decision."""
     truths = sorted(confusion)
-    decisions = truths + sorted({said for row in confusion.values() for said in row}
+    decisions = truths + sorted({decision for row in confusion.values() for decision in row}
                                 - set(truths))
-    counts = np.array([[confusion[true].get(said, 0) for said in decisions] for true in truths],
-                      float).reshape(len(truths), len(decisions))
+    counts = np.array([[confusion[true].get(decision, 0) for decision in decisions]
+                       for true in truths], float).reshape(len(truths), len(decisions))
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     size = 2.5 + 0.3 * len(decisions), 2.0 + 0.3 * len(truths)
     figure = Figure(figsize=size, layout="constrained")
@@ -38,20 +29,8 @@ def confusion_matrix(confusion):
     return figure
 
 
-def reliability(table):
-    """Draw stated against observed shares of right decisions.
-
-    Parameters
-    ----------
-    table : list of dict
-        ``stated`` and ``observed`` per bin, from `calibration`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    """
+def reliability(table: Sequence[dict[str, Any]]) -> Figure:
+    """Draw stated against observed shares of right decisions, one row of `calibration` per bin."""
     figure = Figure(figsize=(7.0, 3.2), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", lw=1)
@@ -62,26 +41,14 @@ def reliability(table):
         axes.annotate(str(row["observed"]["of"]), (row["stated"], row["observed"]["rate"]),
                       textcoords="offset points", xytext=(5, -9), fontsize=7)
     axes.set_xlabel("stated probability of the decision")
-    axes.set_ylabel("share that was right")
+    axes.set_ylabel("share of right decisions")
     axes.set_xlim(0, 1.03)
     axes.set_ylim(0, 1.03)
     return figure
 
 
-def shares(table):
-    """Draw rates with their intervals, one line per name.
-
-    Parameters
-    ----------
-    table : dict
-        Name -> rate, from `rates.rate`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
-    """
+def shares(table: dict[str, dict[str, Any]]) -> Figure:
+    """Draw rates of `intervals.rate` with their intervals, one line per name."""
     figure = Figure(figsize=(7.0, 1.1 + 0.22 * len(table)), layout="constrained")
     axes = figure.add_subplot()
     for row, share in enumerate(table.values()):
@@ -97,29 +64,20 @@ def shares(table):
     return figure
 
 
-def reductions(points):
+def reductions(points: Sequence[tuple[float, float, bool]]) -> Figure:
     """Draw achieved against achievable reduction of the gap, one point per trial.
 
-    Parameters
-    ----------
-    points : list of (float, float, bool)
-        Achievable, achieved, and whether the diagnosis was right.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
-
+    The third entry of a point says whether the diagnosis was right.
     """
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", lw=1)
     for right, mark, name in ((True, "o", "right"), (False, "x", "not right")):
-        found = [point[:2] for point in points if point[2] == right]
-        if found:
-            axes.plot(*zip(*found), mark, ms=4, alpha=0.7, label=f"diagnosis {name}")
-    axes.set_xlabel("reduction of the gap that the true model brings")
-    axes.set_ylabel("reduction that was achieved")
+        pairs = [point[:2] for point in points if point[2] == right]
+        if pairs:
+            axes.plot(*zip(*pairs), mark, ms=4, alpha=0.7, label=f"diagnosis {name}")
+    axes.set_xlabel("achievable reduction of the gap (true model)")
+    axes.set_ylabel("achieved reduction of the gap")
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-0.25, 1.02)
     if points:

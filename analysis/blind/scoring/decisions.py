@@ -1,5 +1,7 @@
 """A diagnosis and the truth in the same words, so that they can be compared."""
 
+from typing import Any
+
 FAMILIES = {
     "friction": ("coulomb", "stribeck", "asymmetric_coulomb", "quadratic_drag",
                  "load_dependent_friction", "presliding", "friction_drift"),
@@ -12,7 +14,7 @@ FAMILIES = {
 FAMILY = {name: family for family, names in FAMILIES.items() for name in names}
 NO_EFFECTS = ("none", "unknown", "parametric")  # answers that are no effects
 SEVERAL = ("pair", "triple")  # kinds of trial with more than one effect
-HELD = ("single", *SEVERAL)  # kinds of trial whose effects the library holds
+IN_LIBRARY = ("single", *SEVERAL)  # kinds of trial whose effects the library contains
 
 
 class Answer:
@@ -25,52 +27,55 @@ class Answer:
 
     """
 
-    def __init__(self, diagnosis):
+    def __init__(self, diagnosis: dict[str, Any]) -> None:
         self.failed = "error" in diagnosis
-        rows = diagnosis.get("effects", [])
-        self.probability = {row["effect"]: min(max(row["probability"], 0.0), 1.0) for row in rows}
-        self.joints = {row["effect"]: set(row["joint"] or ()) for row in rows}
+        rows: list[dict[str, Any]] = diagnosis.get("effects", [])
+        self.probability: dict[str, float] = {
+            row["effect"]: min(max(row["probability"], 0.0), 1.0) for row in rows}
+        self.joints: dict[str, set[int]] = {
+            row["effect"]: set(row["joint"] or ()) for row in rows}
         self.rank = sorted(self.probability, key=lambda name: -self.probability[name])
         self.known = [name for name in self.rank if name not in NO_EFFECTS]
-        self.set_90 = diagnosis.get("set_90", [])
-        self.before, self.after = diagnosis.get("gap_before"), diagnosis.get("gap_after")
-        self.seconds = diagnosis.get("seconds")
+        self.set_90: list[str] = diagnosis.get("set_90", [])
+        self.before: float | None = diagnosis.get("gap_before")
+        self.after: float | None = diagnosis.get("gap_after")
+        self.seconds: float | None = diagnosis.get("seconds")
         self.decision = "failed" if self.failed else self._decision(diagnosis)
         self.confidence = self.probability.get(self.decision, 0.0)
 
-    def _decision(self, diagnosis):
+    def _decision(self, diagnosis: dict[str, Any]) -> str:
         top = self.probability.get(self.known[0], 0.0) if self.known else 0.0
         if diagnosis["unexplained"] and top < 0.5:
             return "unknown"
         return max(self.rank, key=lambda name: self.probability[name])
 
     @property
-    def order(self):
+    def order(self) -> list[str]:
         """Names in the order in which they are put forward: the decision, then the effects."""
         return [self.decision, *(name for name in self.known if name != self.decision)]
 
 
-def truth_of(label):
+def truth_of(label: dict[str, Any]) -> set[str]:
     """Right decision on a trial: an effect, a word for its kind, or all effects of several."""
-    return set(label["labels"]) if label["kind"] in HELD else {label["kind"]}
+    return set(label["labels"]) if label["kind"] in IN_LIBRARY else {label["kind"]}
 
 
-def right(label, answer):
+def is_right(label: dict[str, Any], answer: Answer) -> bool:
     """Whether the decision is the truth, or one of several effects."""
     return answer.decision in truth_of(label)
 
 
-def leads(label, answer):
-    """Whether all that is true leads: the decision, or the first effects where there are more."""
+def leads(label: dict[str, Any], answer: Answer) -> bool:
+    """Whether the whole truth is ranked first: the decision, or all effects of several."""
     truth = truth_of(label)
     if label["kind"] not in SEVERAL:
-        return right(label, answer)
+        return is_right(label, answer)
     return truth == set(answer.known[:len(truth)])
 
 
-def joint_right(label, answer):
-    """Whether the joints of the effect decided for are those that have it."""
+def joints_right(label: dict[str, Any], answer: Answer) -> bool:
+    """Whether the joints of the effect decided for are among those that have it."""
     true = {joint for one in label["effects"] if one["effect"] == answer.decision
             for joint in one["joints"]}
-    said = answer.joints.get(answer.decision, set())
-    return not true or (bool(said) and said <= true)
+    named = answer.joints.get(answer.decision, set())
+    return not true or (bool(named) and named <= true)

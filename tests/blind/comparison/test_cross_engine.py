@@ -1,4 +1,4 @@
-"""Maps learned on one engine and judged on the other, on tables whose outcome is plain."""
+"""Maps learned on one engine and tested on the other, on tables whose outcome is plain."""
 
 import json
 
@@ -31,19 +31,20 @@ def test_tables_of_a_study_are_read_with_their_truth():
     assert found[0].table.rows[0].excess == CLEAR.rows[0].excess
 
 
-def test_each_engine_judges_what_the_other_taught(tmp_path):
+def test_each_engine_tests_what_the_other_trained(tmp_path):
     diagnoses, labels = study("single", "none", "single", "none")
-    own = [{**diagnoses["0"]["evidence"], "truth": ["coulomb"]}] * 3
-    (tmp_path / "own.json").write_text(json.dumps(own))
-    rows = cross_engine.compared(tmp_path / "own.json", diagnoses, labels)
+    robots = [{**diagnoses["0"]["evidence"], "truth": ["coulomb"]}] * 3
+    (tmp_path / "own.json").write_text(json.dumps(robots))
+    rows = cross_engine.calibrate_across_engines(tmp_path / "own.json", diagnoses, labels)
     ways = [(row["learned_on"], row["tested_on"], row["robots"]) for row in rows]
-    assert ways == [(cross_engine.BY_HAND, "MuJoCo", 4), (cross_engine.OWN, "MuJoCo", 4),
-                    (cross_engine.BY_HAND, cross_engine.OWN, 3), ("MuJoCo", cross_engine.OWN, 3)]
+    by_hand, own_engine = cross_engine.BY_HAND, cross_engine.OWN_ENGINE
+    assert ways == [(by_hand, "MuJoCo", 4), (own_engine, "MuJoCo", 4),
+                    (by_hand, own_engine, 3), ("MuJoCo", own_engine, 3)]
     assert all(row["top_1"]["rate"] == 1.0 for row in rows)
     assert all(0.0 <= row["loss"]["value"] < 0.5 for row in rows)
 
 
 def test_the_loss_is_that_of_the_calibration():
     robots = cross_engine.examples(*study("single", "none"))
-    found = cross_engine.judged(Calibration(), robots, cross_engine.BY_HAND, "MuJoCo")
+    found = cross_engine.evaluate_map(Calibration(), robots, cross_engine.BY_HAND, "MuJoCo")
     assert found["loss"]["value"] == pytest.approx(learn.loss(Calibration(), robots))

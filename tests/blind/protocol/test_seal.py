@@ -15,9 +15,9 @@ def test_labels_cannot_be_read_before_the_diagnoses_are_on_record(tmp_path):
     assert b"coulomb" not in (tmp_path / seal.SEALED).read_bytes()
     with pytest.raises(RecordError, match="no diagnoses yet"):
         seal.unseal(tmp_path)
-    seal.note(tmp_path, "diagnosed", digest="0")
+    seal.append_event(tmp_path, "diagnosed", digest="0")
     assert seal.unseal(tmp_path) == LABELS
-    assert [line["event"] for line in seal.verified(tmp_path)] == [
+    assert [line["event"] for line in seal.read_log(tmp_path)] == [
         "sealed", "diagnosed", "unsealed"]
 
 
@@ -26,7 +26,7 @@ def test_other_labels_than_those_committed_to_are_refused(tmp_path):
     commitment = (tmp_path / seal.LOG).read_text()
     seal.seal(tmp_path, {"trial-000": {"kind": "none", "labels": ["none"]}})
     (tmp_path / seal.LOG).write_text(commitment)
-    seal.note(tmp_path, "diagnosed", digest="0")
+    seal.append_event(tmp_path, "diagnosed", digest="0")
     with pytest.raises(RecordError, match="does not hold the labels committed to"):
         seal.unseal(tmp_path)
 
@@ -34,7 +34,7 @@ def test_other_labels_than_those_committed_to_are_refused(tmp_path):
 def test_of_two_seals_before_the_diagnoses_the_last_counts_and_after_them_none(tmp_path):
     seal.seal(tmp_path, {"trial-000": {"kind": "none", "labels": ["none"]}})
     seal.seal(tmp_path, LABELS)
-    seal.note(tmp_path, "diagnosed", digest="0")
+    seal.append_event(tmp_path, "diagnosed", digest="0")
     assert seal.unseal(tmp_path) == LABELS
     seal.seal(tmp_path, {"trial-000": {"kind": "none", "labels": ["none"]}})
     with pytest.raises(RecordError, match="does not hold the labels committed to"):
@@ -43,12 +43,12 @@ def test_of_two_seals_before_the_diagnoses_the_last_counts_and_after_them_none(t
 
 def test_a_line_of_the_log_that_was_changed_is_found(tmp_path):
     for event in ("made", "sealed", "diagnosed"):
-        seal.note(tmp_path, event, count=1)
+        seal.append_event(tmp_path, event, count=1)
     rows = (tmp_path / seal.LOG).read_text().splitlines()
     rows[1] = json.dumps({**json.loads(rows[1]), "count": 2})
     (tmp_path / seal.LOG).write_text("\n".join(rows) + "\n")
     with pytest.raises(RecordError, match=r"run\.log:3 does not follow"):
-        seal.verified(tmp_path)
+        seal.read_log(tmp_path)
 
 
 def test_the_digest_of_a_folder_follows_names_and_contents(tmp_path):

@@ -10,10 +10,10 @@ import pytest
 
 from clie_blocks.analysis.blind.comparison import leave_one_out, methods
 from clie_blocks.analysis.blind.population import spatial_arms, wrong_controller
-from clie_blocks.analysis.blind.protocol.targets import judged
+from clie_blocks.analysis.blind.protocol.targets import compare_with_targets
 from clie_blocks.analysis.blind.report.page import save_page
 from clie_blocks.analysis.blind.scoring import robustness
-from clie_blocks.analysis.blind.scoring.intervals import figure, rate
+from clie_blocks.analysis.blind.scoring.intervals import estimate, rate
 from clie_blocks.analysis.blind.scoring.score import score
 
 PHONE = 390
@@ -27,13 +27,13 @@ def trials(count):
     names = ("load_dependent_friction", "velocity_filter_mismatch", "encoder_eccentricity")
     labels, answers = {}, {}
     for i in range(count):
-        name, said = names[i % 3], names[i % 3 if i % 5 else (i + 1) % 3]
+        name, named = names[i % 3], names[i % 3 if i % 5 else (i + 1) % 3]
         labels[f"{41 + i % 2}/trial-{i:03d}"] = {
             **label, "kind": "single", "labels": [name],
             "effects": [{"effect": name, "joints": [1]}]}
         answers[f"{41 + i % 2}/trial-{i:03d}"] = {
-            "effects": [{"effect": said, "joint": [1], "probability": 0.95}],
-            "set_90": [said], "unexplained": False, "gap_before": 4e-4, "gap_after": 1e-4,
+            "effects": [{"effect": named, "joint": [1], "probability": 0.95}],
+            "set_90": [named], "unexplained": False, "gap_before": 4e-4, "gap_after": 1e-4,
             "seconds": 3.0}
     return answers, labels
 
@@ -41,30 +41,33 @@ def trials(count):
 @pytest.fixture
 def page(tmp_path):
     answers, labels = trials(60)
-    found = {"seeds": [41, 42], "command": "clie blind --trials 30 --seed 41 42 --baselines",
+    board = {"seeds": [41, 42], "command": "clie blind --trials 30 --seed 41 42 --baselines",
              **score(answers, labels)}
-    found |= {"targets": judged(found), **leave_one_out.scored(answers, labels),
-              "compared": [methods.row(name, answers, labels)
-                           | {"paired": methods.paired(answers, answers, labels)}
+    board |= {"targets": compare_with_targets(board),
+              **leave_one_out.score_left_out(answers, labels),
+              "compared": [methods.method_row(name, answers, labels)
+                           | {"paired": methods.paired_differences(answers, answers, labels)}
                            for name in (methods.FULL, "no sensitivity filter")],
-              "controllers": robustness.scored(answers, {
-                  name: {"labels": [list(wrong_controller.WRONG)[i % 6]], "wrong": "x 1.1",
+              "controllers": robustness.score_misdescribed(answers, {
+                  name: {"labels": [list(wrong_controller.MISSTATEMENTS)[i % 6]], "wrong": "x 1.1",
                          "robot": "arm of 2",
                          "present": []} for i, name in enumerate(labels)}),
-              "spatial": robustness.scored(answers, {
-                  name: {"labels": [spatial_arms.UNTOLD], "wrong": "links hold 12% of the inertia",
-                         "robot": "spatial of 3", "present": []} for name in labels}),
+              "spatial": robustness.score_misdescribed(answers, {
+                  name: {"labels": [spatial_arms.LINKS_ONLY], "robot": "spatial of 3",
+                         "wrong": "links hold 12% of the inertia", "present": []}
+                  for name in labels}),
               "engines": [{"learned_on": "own_robots", "tested_on": "MuJoCo", "robots": 60,
-                           "loss": figure([0.1, 0.2], max), "top_1": rate([True, False]),
-                           "ece": figure([0.1, 0.2], max)}]}
-    return Path(save_page(found, tmp_path)).read_text()
+                           "loss": estimate([0.1, 0.2], max), "top_1": rate([True, False]),
+                           "ece": estimate([0.1, 0.2], max)}]}
+    return Path(save_page(board, tmp_path)).read_text()
 
 
 def test_page_has_every_section_and_needs_no_network(page):
-    for title in ("Target and measured", "How honest, how far", "Confusions", "By gear ratio",
-                  "Each effect taken out of the library", "other methods reach", "Protocol",
-                  "Controllers described wrong", "Arms that no planar chain describes",
-                  "Calibrated on one engine, tested on the other", "Not right"):
+    for title in ("Target and measured", "Calibration and gap reduction", "Confusions",
+                  "By gear ratio", "Each effect removed from the library", "other methods reach",
+                  "Protocol",
+                  "Wrong description of the controller", "Arms that no planar chain describes",
+                  "Calibrated on one engine, tested on the other", "Wrong decisions"):
         assert title in page
     assert len(page) < 2_000_000 and not re.search(r'(src|href)="(?!#|data:)', page)
     assert not re.search(r">(None|nan)\b", page)

@@ -4,7 +4,7 @@ import pytest
 
 from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
-from clie_blocks.analysis.blind.population.standard import HIDDEN
+from clie_blocks.analysis.blind.population.standard import STANDARD
 from clie_blocks.analysis.gap import batch
 
 
@@ -14,18 +14,18 @@ from clie_blocks.analysis.gap import batch
     (71, 71, "soft_stop", set())])
 def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_set(
         tmp_path, seed, index, foreign, alike):
-    made = make_trial(HIDDEN, seed, index)
+    made = make_trial(STANDARD, seed, index)
     assert made.label["effects"][0]["effect"] == foreign
     write_trial(made, tmp_path / "trial")
-    said = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
-    assert said["verdict"] == "unexplained"
-    assert {"unknown", *alike} <= set(said["set_90"])
+    answer = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
+    assert answer["verdict"] == "unexplained"
+    assert {"unknown", *alike} <= set(answer["set_90"])
 
 
 @pytest.mark.slow
 def test_a_fault_that_truly_sets_in_has_no_rival(tmp_path):
-    made = make_trial(HIDDEN, 75, 61)
+    made = make_trial(STANDARD, 75, 61)
     write_trial(made, tmp_path / "trial")
-    said = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
-    assert said["effects"][0] == {**said["effects"][0], "effect": "step_fault", "rival": ""}
-    assert said["effects"][0]["probability"] > 0.95
+    answer = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
+    assert answer["effects"][0] == {**answer["effects"][0], "effect": "step_fault", "rival": ""}
+    assert answer["effects"][0]["probability"] > 0.95

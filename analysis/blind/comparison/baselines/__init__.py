@@ -1,8 +1,11 @@
-"""Methods that users have today, each at its best practice, in the answer form of the diagnosis.
+"""Methods that are in use today, each at its best practice, in the answer form of the diagnosis.
 
-All of them see what the diagnosis sees: the logs, of which the last one only judges, the robot
+All of them see what the diagnosis sees: the logs, of which the last one is held out, the robot
 file, the control law.  Each is a function from that, a `Problem`, to an answer.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 from clie_blocks.analysis.blind.comparison.baselines.inverse_dynamics import inverse_dynamics
 from clie_blocks.analysis.blind.comparison.baselines.output_error import (
@@ -10,16 +13,10 @@ from clie_blocks.analysis.blind.comparison.baselines.output_error import (
     simulator_fit,
 )
 from clie_blocks.analysis.blind.comparison.baselines.sparse_regression import sparse_regression
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 
-
-def _asked(method):
-    """Method of a problem as one of robot and records."""
-    return lambda robot, records: method(problem(robot, records))
-
-
-BASELINES = {name: _asked(method) for name, method in (
-    ("inverse dynamics, BIC", inverse_dynamics),
-    ("friction menu, closed loop", friction_menu),
-    ("sparse regression", sparse_regression),
-    ("simulator parameter fit", simulator_fit))}
+BASELINES: dict[str, Callable[[Problem], dict[str, Any]]] = {
+    "inverse dynamics, BIC": inverse_dynamics,
+    "friction menu, closed loop": friction_menu,
+    "sparse regression": sparse_regression,
+    "simulator parameter fit": simulator_fit}

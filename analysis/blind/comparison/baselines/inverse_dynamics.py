@@ -7,72 +7,94 @@ needs a state, a delay or the inside of the drive is out of reach of this method
 """
 
 import itertools
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from clie_blocks.analysis.blind.comparison.baselines import smoothed_motion
 from clie_blocks.analysis.blind.comparison.baselines.model_selection import Model, answer, bic
+from clie_blocks.analysis.blind.comparison.baselines.smoothed_motion import (
+    SmoothedMotion,
+    Values,
+    motion_scene,
+    net_command,
+    opposing_torque,
+    parallel_filter,
+    regressors,
+    smooth_motions,
+)
 from clie_blocks.analysis.gap.causes import CAUSES
+from clie_blocks.analysis.gap.causes.cause import Cause, Probe
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.problem.problem import Problem
 
 LEADERS = 6  # causes that enter the search over pairs
 
 
-def inverse_dynamics(problem):
+class Shape(NamedTuple):
+    """A cause at one point of its search grid, with its columns, shape (amplitudes, N, n)."""
+
+    cause: Cause
+    probe: Probe
+    columns: np.ndarray
+
+
+def inverse_dynamics(problem: Problem) -> dict[str, Any]:
     """Diagnose a robot by regression of its torque on the measured motion."""
-    found = smoothed_motion.motions(problem, problem.fit)
-    target = smoothed_motion.filtered(problem, [smoothed_motion.net_command(m) for m in found])
-    base = base_columns(problem, found)
-    plain = regressed(problem, target, base, ())
-    single = [alone(problem, target, base, looks) for looks in probes(problem, found).values()]
-    single.sort(key=lambda one: one[0].bic)
-    pairs = [regressed(problem, target, base, (one, two)) for (_, one), (_, two)
-             in itertools.combinations(single[:LEADERS], 2)]
-    return answer(problem, [plain, *(model for model, _ in single), *pairs])
+    motions = smooth_motions(problem, problem.fit)
+    target = parallel_filter(problem, [net_command(motion) for motion in motions])
+    base = base_columns(problem, motions)
+    nominal = regress(problem, target, base, ())
+    singles = [best_shape(problem, target, base, shapes)
+               for shapes in probe_columns(problem, motions).values()]
+    singles.sort(key=lambda single: single[0].bic)
+    pairs = [regress(problem, target, base, (one, two)) for (_, one), (_, two)
+             in itertools.combinations(singles[:LEADERS], 2)]
+    return answer(problem, [nominal, *(model for model, _ in singles), *pairs])
 
 
-def alone(problem, target, base, looks):
-    """Model of one cause in the shape that does best, and that entry of `probes`."""
-    tried = [(regressed(problem, target, base, (look,)), look) for look in looks]
-    return min(tried, key=lambda one: one[0].bic)
+def best_shape(problem: Problem, target: np.ndarray, base: np.ndarray,
+               shapes: Iterable[Shape]) -> tuple[Model, Shape]:
+    """Model of one cause in the shape that fits best, and that shape."""
+    models = [(regress(problem, target, base, (shape,)), shape) for shape in shapes]
+    return min(models, key=lambda one: one[0].bic)
 
 
-def base_columns(problem, found):
+def base_columns(problem: Problem, motions: Sequence[SmoothedMotion]) -> np.ndarray:
     """Filtered acceleration, velocity and one, shape (3, N, n)."""
-    return np.stack([smoothed_motion.filtered(problem, x) for x in (
-        [m.ddq for m in found], [m.state.dq for m in found],
-        [np.ones_like(m.ddq) for m in found])])
+    return np.stack([parallel_filter(problem, x) for x in (
+        [m.ddq for m in motions], [m.state.dq for m in motions],
+        [np.ones_like(m.ddq) for m in motions])])
 
 
-def probes(problem, found):
-    """Return the places to look of every cause in reach: key -> list of (cause, probe, columns).
-
-    Columns have shape (amplitudes, N, n).
-    """
-    look, result = smoothed_motion.sizes(problem, found), {}
-    for cause in smoothed_motion.regressors(problem, CAUSES):
-        group = [(cause, probe, columns(problem, found, cause, probe))
-                 for probe in cause.probes(look)]
-        if group:
-            result[cause.key] = group
-    return result
+def probe_columns(problem: Problem, motions: Sequence[SmoothedMotion]) -> dict[str, list[Shape]]:
+    """Return the shapes of every cause in reach, by its key."""
+    sizes, by_cause = motion_scene(problem, motions), {}
+    for cause in regressors(problem, CAUSES):
+        shapes = [Shape(cause, probe, _columns(problem, motions, cause, probe))
+                  for probe in cause.probes(sizes)]
+        if shapes:
+            by_cause[cause.key] = shapes
+    return by_cause
 
 
-def columns(problem, found, cause, probe):
+def _columns(problem: Problem, motions: Sequence[SmoothedMotion], cause: Cause,
+             probe: Probe) -> np.ndarray:
     """Filtered torque of a probe, with one of its amplitudes at a time."""
     sets = [{name: value if active in (None, name) or name not in probe.amplitudes
              else 0.0 * value for name, value in probe.values.items()}
             for active in probe.amplitudes or (None,)]
-    return np.stack([smoothed_motion.filtered(problem, [
-        smoothed_motion.opposing(m, cause, _of_log(values, j)) for j, m in enumerate(found)])
+    return np.stack([parallel_filter(problem, [
+        opposing_torque(motion, cause, _of_log(values, j)) for j, motion in enumerate(motions)])
         for values in sets])
 
 
-def _of_log(values, j):
+def _of_log(values: Values, j: int) -> Values:
     return {name: value[j] if np.ndim(value) == 2 else value for name, value in values.items()}
 
 
-def regressed(problem, target, base, looks, subsets=None):
+def regress(problem: Problem, target: np.ndarray, base: np.ndarray, shapes: Sequence[Shape],
+            subsets: Callable[[int], Iterable[tuple[int, ...]]] | None = None) -> Model:
     """Fit some causes at all joints, and leave them out where BIC does.
 
     Parameters
@@ -83,61 +105,62 @@ def regressed(problem, target, base, looks, subsets=None):
         Filtered torque.
     base : ndarray, shape (3, N, n)
         See `base_columns`.
-    looks : tuple
-        Entries of `probes`.
+    shapes : sequence of Shape
+        The causes.
     subsets : callable, optional
-        ``subsets(k)`` lists what may act at joint k, as positions in looks; by default anything.
+        ``subsets(k)`` lists what may act at joint k, as positions in shapes; by default anything.
 
     """
-    subsets = subsets or (lambda k: _parts(looks))
+    subsets = subsets or (lambda k: _subsets(len(shapes)))
     n, total = problem.n, 0.0
-    numbers = np.zeros((3, n))
-    amplitudes = [np.zeros((len(look[2]), n)) for look in looks]
-    used = [set() for _ in looks]
+    joint_model = np.zeros((3, n))
+    amplitudes = [np.zeros((len(shape.columns), n)) for shape in shapes]
+    used: list[set[int]] = [set() for _ in shapes]
     for k in range(n):
-        score, theta, inside = min(((*_joint(target[:, k], base[:, :, k], [
-            looks[i] for i in part], k), part) for part in subsets(k)), key=lambda one: one[0])
+        score, theta, subset = min(((*_fit_joint(target[:, k], base[:, :, k], [
+            shapes[i] for i in subset], k), subset) for subset in subsets(k)),
+            key=lambda one: one[0])
         total += score
-        numbers[:, k] = theta[:3]
+        joint_model[:, k] = theta[:3]
         at = 3
-        for i in inside:
+        for i in subset:
             width = len(amplitudes[i])
             amplitudes[i][:, k] = theta[at:at + width]
             used[i].add(k)
             at += width
-    members = tuple(_member(look, amplitude, sorted(joints))
-                    for look, amplitude, joints in zip(looks, amplitudes, used) if joints)
-    inertia, damping, load = numbers
-    stated = problem.nominal.inertia
-    return Model(members, total, {"inertia": np.maximum(inertia, 0.2 * stated),
+    members = tuple(_member(shape, amplitude, sorted(joints))
+                    for shape, amplitude, joints in zip(shapes, amplitudes, used) if joints)
+    inertia, damping, load = joint_model
+    return Model(members, total, {"inertia": np.maximum(inertia, 0.2 * problem.nominal.inertia),
                                   "damping": np.maximum(damping, 0.0), "load": load})
 
 
-def _parts(looks):
-    """Subsets of the causes of a model, as positions; none of them comes first."""
-    for count in range(len(looks) + 1):
-        yield from itertools.combinations(range(len(looks)), count)
+def _subsets(causes: int) -> Iterator[tuple[int, ...]]:
+    """Subsets of the causes of a model, as positions; the empty one comes first."""
+    for count in range(causes + 1):
+        yield from itertools.combinations(range(causes), count)
 
 
-def _joint(target, base, parts, k):
-    """BIC and numbers of joint k with some causes; infinite where a number has no meaning."""
-    matrix = np.concatenate([base, *(look[2][:, :, k] for look in parts)]).T
+def _fit_joint(target: np.ndarray, base: np.ndarray, shapes: Sequence[Shape],
+               k: int) -> tuple[float, np.ndarray]:
+    """BIC and parameters of joint k with some causes; infinite where one has no meaning."""
+    matrix = np.concatenate([base, *(shape.columns[:, :, k] for shape in shapes)]).T
     theta = np.linalg.lstsq(matrix, target, rcond=None)[0]
-    lower = np.concatenate([np.zeros(2), [-np.inf], *(_lower(look) for look in parts)])
+    lower = np.concatenate([np.zeros(2), [-np.inf], *(_lower_bounds(shape) for shape in shapes)])
     if np.any(theta < lower):
-        return (np.inf if parts else 1e300), theta
-    left = target - matrix @ theta
-    return bic(left @ left, len(target), len(theta)), theta
+        return (np.inf if shapes else 1e300), theta
+    residual = target - matrix @ theta
+    return bic(residual @ residual, len(target), len(theta)), theta
 
 
-def _lower(look):
-    numbers = {number.name: number for number in look[0].numbers}
-    return [0.0 if numbers[name].lower == 0.0 else -np.inf for name in look[1].amplitudes] or [0.0]
+def _lower_bounds(shape: Shape) -> list[float]:
+    numbers = {number.name: number for number in shape.cause.numbers}
+    return [0.0 if numbers[name].lower == 0.0 else -np.inf
+            for name in shape.probe.amplitudes] or [0.0]
 
 
-def _member(look, amplitude, joints):
-    cause, probe, _ = look
-    values = {name: np.array(value, float) for name, value in probe.values.items()}
-    for name, factor in zip(probe.amplitudes, amplitude):
+def _member(shape: Shape, amplitude: np.ndarray, joints: Sequence[int]) -> Member:
+    values = {name: np.array(value, float) for name, value in shape.probe.values.items()}
+    for name, factor in zip(shape.probe.amplitudes, amplitude):
         values[name] = values[name] * factor
-    return Member(cause, tuple(joints), values, probe.values)
+    return Member(shape.cause, tuple(joints), values, shape.probe.values)

@@ -1,14 +1,18 @@
 """Measured motion as textbook identification uses it: smoothed, differentiated, filtered alike."""
 
 import dataclasses
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.cause import Cause, Scene
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.planar_chain import (
     coupling_torque,
     gravity_torque,
     tip_load_torque,
 )
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.screening import scene
 from clie_blocks.analysis.gap.simulation.dynamics import State
 
@@ -18,43 +22,38 @@ KEPT = 2.5  # samples per period of the parallel filter's corner
 EDGE = 0.5  # s left out at both ends of a log
 OPPOSING = ("load", "friction")  # ports of causes that are a torque of the measured motion
 BODIES = {"payload": tip_load_torque, "coupling": coupling_torque}
+Values = dict[str, np.ndarray]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Motion:
-    """Measured motion of one log.
+class SmoothedMotion:
+    """Measured motion of one log: positions, velocities and commands, and accelerations.
 
-    Parameters
-    ----------
-    state : State
-        Positions, velocities and commands, shape (N, n).
-    ddq : ndarray, shape (N, n)
-        Accelerations [rad/s^2].
-
+    All have shape (N, n); accelerations are in rad/s^2.
     """
 
     state: State
     ddq: np.ndarray
 
 
-def motions(problem, logs):
+def smooth_motions(problem: Problem, logs: Iterable[Log]) -> list[SmoothedMotion]:
     """Measured motion of some logs, by zero-phase smoothing and central differences."""
-    return [_motion(problem, log) for log in logs]
+    return [_smooth_motion(problem, log) for log in logs]
 
 
-def _motion(problem, log):
+def _smooth_motion(problem: Problem, log: Log) -> SmoothedMotion:
     from scipy.signal import butter, sosfiltfilt
 
     h = problem.period
-    low = butter(4, min(SMOOTH, 0.2 / h), fs=1.0 / h, output="sos")
-    q = sosfiltfilt(low, log.q, axis=0)
+    low_pass = butter(4, min(SMOOTH, 0.2 / h), fs=1.0 / h, output="sos")
+    q = sosfiltfilt(low_pass, log.q, axis=0)
     dq = np.gradient(q, h, axis=0)
     time = h * np.arange(len(q))[:, None]
-    return Motion(State(q, dq, log.u, time, h, problem.chain, problem.gear_ratio),
-                  np.gradient(dq, h, axis=0))
+    return SmoothedMotion(State(q, dq, log.u, time, h, problem.chain, problem.gear_ratio),
+                          np.gradient(dq, h, axis=0))
 
 
-def net_command(motion):
+def net_command(motion: SmoothedMotion) -> np.ndarray:
     """Command less the link torques that the nominal model knows [N m], shape (N, n)."""
     s, torque = motion.state, motion.state.u
     if s.chain.has_coupling:
@@ -64,8 +63,8 @@ def net_command(motion):
     return torque
 
 
-def opposing(motion, cause, values):
-    """Torque that a cause would oppose to the measured motion [N m], shape (N, n)."""
+def opposing_torque(motion: SmoothedMotion, cause: Cause, values: Values) -> np.ndarray:
+    """Torque with which a cause would oppose the measured motion [N m], shape (N, n)."""
     s, torque = motion.state, np.zeros_like(motion.state.q)
     if cause.name in BODIES:
         size = next(iter(values.values()))
@@ -79,7 +78,7 @@ def opposing(motion, cause, values):
     return torque
 
 
-def regressors(problem, causes):
+def regressors(problem: Problem, causes: Iterable[Cause]) -> list[Cause]:
     """Return the causes whose torque follows from the measured motion alone, at any time."""
     return [cause for cause in causes
             if (cause.name in BODIES or all(piece.port in OPPOSING and not piece.states
@@ -88,17 +87,24 @@ def regressors(problem, causes):
             and all(number.scope != "log" for number in cause.numbers)]
 
 
-def sizes(problem, found):
-    """Sizes of the measured motion, from which causes choose where to look."""
-    nominal = type("Nominal", (), {"values": {"inertia": problem.nominal.inertia}})
-    return scene(problem, nominal, [motion.state for motion in found])
+@dataclasses.dataclass(frozen=True)
+class _StatedInertia:
+    """The joint model from which the search grid takes its inertia."""
+
+    values: Values
 
 
-def filtered(problem, signals):
+def motion_scene(problem: Problem, motions: Sequence[SmoothedMotion]) -> Scene:
+    """Sizes of the measured motion, from which causes choose their search grid."""
+    stated = _StatedInertia({"inertia": problem.nominal.inertia})
+    return scene(problem, stated, [motion.state for motion in motions])
+
+
+def parallel_filter(problem: Problem, signals: Iterable[np.ndarray]) -> np.ndarray:
     """Signals of several logs, (N, n) each, after the parallel filter, thinned and joined."""
     from scipy.signal import butter, sosfiltfilt
 
     h = problem.period
-    low = butter(4, min(CORNER, 0.2 / h), fs=1.0 / h, output="sos")
+    low_pass = butter(4, min(CORNER, 0.2 / h), fs=1.0 / h, output="sos")
     edge, step = round(EDGE / h), max(1, round(1.0 / (KEPT * CORNER * h)))
-    return np.concatenate([sosfiltfilt(low, x, axis=0)[edge:-edge:step] for x in signals])
+    return np.concatenate([sosfiltfilt(low_pass, x, axis=0)[edge:-edge:step] for x in signals])
