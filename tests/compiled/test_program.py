@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import METHODS, Program, compile_diagram
-from clie_blocks.compiled.verification import CompiledDifferenceError
 from clie_blocks.errors import ClieError, DivergedError
 from clie_blocks.signals import DiagramError
 
@@ -184,17 +183,6 @@ def test_sources_by_name(loop):
         program.source("pyhton")
     with pytest.raises(ClieError, match="no engine 'numba'"):
         compile_diagram(loop, "numba")
-
-
-def test_a_block_that_is_not_pure_is_found(make_block):
-    calls = []
-
-    def output(t, x, u, params):
-        calls.append(1)
-        return u * (1.0 if len(calls) > 1 else 2.0)
-
-    with pytest.raises(CompiledDifferenceError, match=r"compiled output of y\[0\] is"):
-        compile_diagram(make_block("counter", None, output))
 
 
 def test_without_llvmlite_plain_python_serves(loop, monkeypatch, capsys):

@@ -83,23 +83,26 @@ def test_without_machine_code_it_is_the_program_itself(difference, folder, monke
 
 
 def test_changed_sources_are_other_programs(tmp_path, monkeypatch):
-    (tmp_path / "some_blocks").mkdir()
-    file = tmp_path / "some_blocks" / "__init__.py"
+    package = tmp_path / "some_blocks"
+    (package / "deep" / "deeper").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
-    found = set()
-    for text in ("gain = 1", "gain = 2"):
-        file.write_text(text)
+    digests = []
+    for file, text in (("__init__.py", "gain = 1"), ("__init__.py", "gain = 2"),
+                       ("deep/law.py", "gain = 1"), ("deep/deeper/law.py", "gain = 1"),
+                       ("deep/deeper/law.py", "gain = 2"), ("deep/notes.txt", "no source")):
+        (package / file).write_text(text)
         source_digest.cache_clear()
-        found.add(source_digest("some_blocks"))
-    assert len(found) == 2
+        digests.append(source_digest("some_blocks"))
+    assert len(set(digests)) == 5 and digests[-1] == digests[-2]
 
 
-def test_a_description_says_all_that_the_program_says(difference):
+def test_a_description_has_all_labels_of_the_program(difference):
     program = compile_diagram(difference)
-    told = parse_description(program.description.text())
+    description = parse_description(program.description.text())
     for name in ("name", "inputs", "outputs", "states", "period"):
-        assert getattr(told, name) == getattr(program, name)
-    np.testing.assert_array_equal(told.parameters.vector({"map.gain": 0.1}, "map"),
+        assert getattr(description, name) == getattr(program, name)
+    np.testing.assert_array_equal(description.parameters.vector({"map.gain": 0.1}, "map"),
                                   [0.1, 1.0, 1.0])
 
 

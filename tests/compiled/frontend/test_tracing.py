@@ -254,3 +254,10 @@ def test_blocks_are_left_as_they_were(loop):
     before = loop.dynamics(0.3, np.arange(4.0), [1.0, -1.0])
     trace(loop)
     np.testing.assert_array_equal(loop.dynamics(0.3, np.arange(4.0), [1.0, -1.0]), before)
+
+
+def test_nan_to_num_counts_as_in_numpy(make_block):
+    block = make_block("clean", None, lambda t, x, u, params: np.nan_to_num(u, nan=7.0))
+    program = compile_diagram(block)
+    for value in (np.nan, np.inf, -np.inf, 1.5):
+        assert program.output(0, [], [value])[0] == np.nan_to_num(value, nan=7.0)
