@@ -5,26 +5,23 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context, parent_process
 
 
-def workers(jobs):
-    """Return a pool of processes that begin afresh.
-
-    Parameters
-    ----------
-    jobs : int
-        How many.
-
-    """
+def workers(jobs: int) -> ProcessPoolExecutor:
+    """Pool of so many fresh processes, which share no state with this one."""
     return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"),
                                initializer=end_with_parent)
 
 
-def end_with_parent():
-    """Make a worker process end, without a word, when its parent is killed or interrupted."""
+def end_with_parent() -> None:
+    """Make a worker process end silently when its parent is killed or interrupted."""
     import signal
     import threading
 
-    def wait():
-        parent_process().join()
+    parent = parent_process()
+    if parent is None:
+        return  # not a worker
+
+    def wait() -> None:
+        parent.join()
         os._exit(1)
 
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.identification.motion import Run, stiction
-from clie_blocks.analysis.records.robot import Links, Robot
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError, nearest
+from clie_blocks.manipulator import coriolis, gravity, mass_matrix
 
 BASE = ("inertia", "viscous", "offset")
 EXTRA = {"coulomb": "dry friction, constant against the motion",
@@ -52,30 +53,26 @@ def known_load(run: Run, robot: Robot) -> np.ndarray:
     """
     zero = np.zeros(run.q.shape)
     links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
-    if links.mass is None or links.com is None or ratio is None or robot.n > 2:
+    mass, com, length = links.mass, links.com, links.length
+    if mass is None or com is None or ratio is None or robot.n > 2:
         return zero
-    load = _weight(run.q, links.mass * links.com, links, nominal.g) if nominal.gravity else zero
-    if nominal.coupling and robot.n == 2 and links.length is not None:
-        load = load + _coupling(run, links)
+    load = zero
+    if nominal.gravity and robot.n == 1:
+        load = mass * com * nominal.g * np.cos(run.q)
+    elif nominal.gravity and length is not None:
+        load = gravity(run.q.T, mass, length, com, nominal.g).T
+    if nominal.coupling and robot.n == 2 and length is not None:
+        own = np.zeros(2) if links.inertia is None else links.inertia
+        load = load + _coupling(run, mass, length, com, own)
     return load / (ratio if robot.motor.torque_gain is None else ratio * robot.motor.torque_gain)
 
 
-def _weight(q: np.ndarray, moment: np.ndarray, links: Links, g: float) -> np.ndarray:
-    """Torque of the weight, with the first moment of the mass of a single link."""
-    if q.shape[1] == 1:
-        return moment * g * np.cos(q)
-    from clie_blocks.manipulator import gravity
-
-    return gravity(q.T, links.mass, links.length, links.com, g).T
-
-
-def _coupling(run: Run, links: Links) -> np.ndarray:
-    from clie_blocks.manipulator import coriolis, mass_matrix
-
-    own = np.zeros(2) if links.inertia is None else links.inertia
-    own = np.broadcast_to(own[:, None], run.q.T.shape)  # every entry of M gets the time axis
-    matrix = mass_matrix(run.q.T, links.mass, links.length, links.com, own)
+def _coupling(run: Run, mass: np.ndarray, length: np.ndarray, com: np.ndarray,
+              inertia: np.ndarray) -> np.ndarray:
+    """Torque of the mass matrix beyond its first diagonal, and of the Coriolis matrix, (N, 2)."""
+    own = np.broadcast_to(inertia[:, None], run.q.T.shape)  # M gets the time axis
+    matrix = mass_matrix(run.q.T, mass, length, com, own)
     constant = np.diag(np.diag(matrix[..., 0]))
-    spin = coriolis(run.q.T, run.dq.T, links.mass, links.length, links.com)
+    spin = coriolis(run.q.T, run.dq.T, mass, length, com)
     return (np.einsum("ijt,tj->ti", matrix - constant[..., None], run.ddq)
             + np.einsum("ijt,tj->ti", spin, run.dq))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.analysis.identification.motion import rough_inertia
 from clie_blocks.analysis.identification.signals_of_log import (
@@ -90,8 +91,9 @@ class LogLoop:
         """One pass over the log from the estimates `theta`; `frozen` keeps them."""
         record, program = self.record, self.program
         blocks = {block for block, _ in program.states}
-        start = {"model": [*record.q[0], *np.zeros(record.n)], "update": theta,
-                 "velocity": resting_state(self.velocity, record.q[0])}
+        start: dict[str, ArrayLike] = {
+            "model": [*record.q[0], *np.zeros(record.n)], "update": theta,
+            "velocity": resting_state(self.velocity, record.q[0])}
         inputs = {"u": command(record), "q_d": reference(record), "pe": excitation(record)}
         if "q[0]" in program.inputs:
             inputs["q"] = record.q
@@ -129,7 +131,8 @@ def velocity_block(controller: Controller, n: int, period: float) -> ct.StateSpa
     Its field `velocity_filter` decides; the block is called ``velocity``.
     """
     if controller.velocity_filter == "two_corner":
-        continuous = velocity_filter(n, highpass=controller.highpass, lowpass=controller.lowpass)
+        corners = {name: getattr(controller, name) for name in ("highpass", "lowpass")}
+        continuous = velocity_filter(n, **corners)
         rule = RULES[controller.discretisation or "tustin"]
         return ct.sample_system(continuous, period, rule, name="velocity")
     taps = 2 if controller.velocity_filter == "two_tap" else 1

@@ -1,1 +1,1 @@
-"""Parts of the stability report: the numbers, the study behind them, pages and plots."""
+"""The stability report: quantities, the study that they belong to, the document and its plots."""

@@ -1,54 +1,29 @@
 """``clie bounds``: is this set of gains safe, and why; one report as HTML, Markdown and JSON."""
 
+from __future__ import annotations
+
 import argparse
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from clie_blocks import paper
 from clie_blocks.errors import ClieError
-from clie_blocks.output import progress, run_main, to_json
+from clie_blocks.output import command_parser, print_table, progress, run_main, to_json
+
+if TYPE_CHECKING:
+    from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
+    from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
+    from clie_blocks.analysis.stability_report.quantities import Quantities
+    from clie_blocks.analysis.stability_report.study import Study
+    from clie_blocks.analysis.theory.bounds import Condition
+    from clie_blocks.analysis.theory.excitation_level import Excitation
 
 
-def analyse(study, advance=lambda part: None):
-    """Compute everything that the report says.
-
-    Parameters
-    ----------
-    study : Study
-        Robot, gains, excitation.
-    advance : callable
-        Told after each of the four parts.
-
-    Returns
-    -------
-    dict
-        ``bounds``, ``linear``, ``convergence``, ``excitation``.
-
-    """
-    from clie_blocks.analysis.stability_report import quantities as numbers
-
-    parts = {"bounds": numbers.bounds_of, "linear": numbers.linear_analysis_of,
-             "convergence": numbers.convergence_of, "excitation": numbers.excitation_of}
-    found = {}
-    for name, compute in parts.items():
-        found[name] = compute(study)
-        advance(1)
-    return found
-
-
-def as_dict(study, found):
-    """Return the numbers of a report as plain values for JSON.
-
-    Parameters
-    ----------
-    study : Study
-        Robot, gains, excitation.
-    found : dict
-        See `analyse`.
-
-    """
-    b, joints = found["bounds"], study.joints
+def as_dict(study: Study, quantities: Quantities) -> dict[str, Any]:
+    """The quantities of a report as plain values for JSON."""
+    b, joints = quantities.bounds, study.joints
     condition, second, fourth = b.condition, b.second, b.fourth
     return {
         "schema_version": 1, "robot": study.name, "kp": joints.kp, "kd": joints.kd,
@@ -67,60 +42,50 @@ def as_dict(study, found):
                        "k_1": b.worst.theorem_2.k_1, "lower": study.box.lower,
                        "upper": study.box.upper},
         "simulated": {"pd_radius": b.radius, **b.measured},
-        **_linear(found["linear"]), "convergence": _convergence(study, found["convergence"]),
-        "excitation": found["excitation"] and _excitation(found["excitation"].model)}
+        **_linear(quantities.linear),
+        "convergence": _convergence(study, quantities.convergence),
+        "excitation": quantities.excitation and _excitation(quantities.excitation.model)}
 
 
-def _excitation(windows):
+def _excitation(windows: list[Excitation]) -> list[dict[str, Any]]:
     return [{"window": one.window, "weighted": one.weighted, "smallest": one.smallest,
              "largest": one.largest, "condition_number": one.condition_number,
              "weakest": one.weakest_in_words} for one in windows]
 
 
-def _condition(condition):
+def _condition(condition: Condition) -> dict[str, Any]:
     return {"holds": condition.holds, "per_joint": condition.per_joint,
             "margin": condition.margin, "smallest_kd": condition.smallest_kd,
             "largest_kp": condition.largest_kp}
 
 
-def _linear(linear):
+def _linear(linear: LinearAnalysis) -> dict[str, Any]:
     return {
-        "poles": {kind: [[p.real, p.imag] for p in found.values]
-                  for kind, found in linear.poles.items()},
+        "poles": {kind: [[p.real, p.imag] for p in poles.values]
+                  for kind, poles in linear.poles.items()},
         "margins": {kind: [{"gain": one.gain, "smallest_gain": one.least_gain,
                             "phase_deg": one.phase, "crossover": one.crossover,
                             "delay_s": one.delay, "peak_sensitivity": one.peak_sensitivity}
-                           for one in found] for kind, found in linear.margins.items()},
-        "filters": {name: {"amplitude_error": found.amplitude_error, "delay_s": found.delay,
+                           for one in per_joint] for kind, per_joint in linear.margins.items()},
+        "filters": {name: {"amplitude_error": curve.amplitude_error, "delay_s": curve.delay,
                            "noise_gain": linear.noise[name]}
-                    for name, found in linear.filters.items()}}
+                    for name, curve in linear.filters.items()}}
 
 
-def _convergence(study, found):
-    best_gamma, best = found.best
-    return {"rate": found.here.per_joint, "time_constant_s": found.here.time_constant,
+def _convergence(study: Study, convergence: Convergence) -> dict[str, Any]:
+    (best_gamma, best), here = convergence.best, convergence.here
+    return {"rate": here.per_joint, "time_constant_s": here.time_constant,
             "best_gamma": best_gamma, "best_time_constant_s": best.time_constant,
-            "wanted_time_s": study.time, "gamma_for_wanted_time": found.gain_for(study.time),
-            "over_alpha": {alpha: rates.slowest for alpha, rates in found.over_alpha.items()},
-            "gammas": found.gammas,
-            "rates": [one.slowest for one in found.rates],
-            "averaged": np.min(found.averaged, axis=1)}
+            "wanted_time_s": study.time, "gamma_for_wanted_time": convergence.gain_for(study.time),
+            "over_alpha": {alpha: rates.slowest
+                           for alpha, rates in convergence.over_alpha.items()},
+            "gammas": convergence.gammas,
+            "rates": [one.slowest for one in convergence.rates],
+            "averaged": np.min(convergence.averaged, axis=1)}
 
 
-def study_of(options):
-    """Return the study that the options ask for.
-
-    Parameters
-    ----------
-    options : argparse.Namespace
-        See `parser`.
-
-    Returns
-    -------
-    Study
-        The paper's robot, or that of ``--robot``.
-
-    """
+def study_of(options: argparse.Namespace) -> Study:
+    """The study that the options describe: the paper's robot, or that of ``--robot``."""
     from clie_blocks.analysis.stability_report.study import paper_study, robot_study
 
     if options.robot is None:
@@ -143,11 +108,11 @@ def study_of(options):
     return replace(study, gamma=options.gamma, alpha=options.alpha, time=options.time)
 
 
-def parser():
-    """Return the command-line options."""
-    options = argparse.ArgumentParser(
-        prog="clie bounds",
-        description="Is this set of PD gains safe for identification, and why.",
+def parser() -> argparse.ArgumentParser:
+    """Command-line options."""
+    options = command_parser(
+        "clie bounds", "Is this set of PD gains safe for identification, and why.",
+        output="out/bounds",
         epilog="Exit code 1: the gains are not safe, and the report says what to change.")
     add = options.add_argument
     add("--robot", metavar="FILE", help="robot.toml; by default the paper's two-link arm")
@@ -157,67 +122,42 @@ def parser():
     add("--theta", type=float, nargs="+", metavar="T",
         help="parameters a, b, d of eq. (9), such as estimates, instead of the robot's")
     add("--time", type=float, default=100.0,
-        help="wanted time [s] for estimates within 1 %% (default: %(default)s)")
+        help="wanted time [s] for estimates within 1 %%")
     add("--gamma", type=float, default=paper.GAMMA,
-        help="adaptation gain (default: %(default)s)")
+        help="adaptation gain")
     add("--balanced", action="store_true",
         help="diagonal Gamma, scaled so that all estimates converge alike (always with --robot)")
     add("--alpha", type=float, default=paper.ALPHA[2],
-        help="gain of the gradient method (default: %(default)s)")
+        help="gain of the gradient method")
     add("--eps-bar", type=float, metavar="E",
         help="bound on the modelling error [rad/s^2]; by default the paper's, or for a robot "
              "file the largest of a simulation")
-    add("--json", action="store_true", help="print one JSON object")
-    add("-o", "--output", metavar="DIR", default="out/bounds",
-        help="folder for the report (default: %(default)s)")
     return options
 
 
-def main(argv=None):
-    """Write the report and print its summary.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        0 if the gains are safe, 1 if not.
-
-    """
+def main(argv: list[str] | None = None) -> int:
+    """Write the report and print its summary; 1 if the gains are not safe."""
     options = parser().parse_args(argv)
     from clie_blocks.analysis.report.document import BAD
     from clie_blocks.analysis.report.render import save_document
     from clie_blocks.analysis.stability_report.document import document, verdict
+    from clie_blocks.analysis.stability_report.quantities import PARTS, analyse
 
     study = study_of(options)
-    with progress("analysing the loop", 5) as advance:
-        found = analyse(study, advance)
-        report = document(study, found)
+    with progress("analysing the loop", PARTS + 1) as advance:
+        quantities = analyse(study, advance)
+        report = document(study, quantities)
         files = save_document(report, options.output, "stability")
         advance(1)
-    sentence, mood, advice = verdict(study, found)
-    numbers = as_dict(study, found)
+    sentence, mood, advice = verdict(study, quantities)
     if options.json:
-        print(to_json({**numbers, "verdict": sentence, "advice": advice, "files": files}))
+        print(to_json({**as_dict(study, quantities), "verdict": sentence, "advice": advice,
+                       "files": files}))
     else:
-        print("\n".join((sentence, *advice, *summary(report), f"report: {files[0]}")))
+        print("\n".join((sentence, *advice, "")))
+        print_table(("quantity", "value"), report.facts, "<<")
+        print(f"\nreport: {files[0]}")
     return 1 if mood == BAD else 0
-
-
-def summary(report):
-    """Yield the facts of a report, one per line.
-
-    Parameters
-    ----------
-    report : Document
-        The report.
-
-    """
-    for name, value in report.facts:
-        yield f"  {name:26} {value}"
 
 
 if __name__ == "__main__":

@@ -1,85 +1,60 @@
-"""The stability report as a document: verdict first, then each condition with its numbers."""
+"""The stability report as a document: verdict first, then each condition."""
 
 import numpy as np
 
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Section
 from clie_blocks.analysis.reproduction.command import errata_section
+from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
+from clie_blocks.analysis.stability_report.quantities import Quantities
 from clie_blocks.analysis.stability_report.sections import (
     condition_section,
     convergence_section,
     excitation_section,
     identification_section,
+    join_values,
     linear_section,
-    listed,
     number,
     pd_bound_section,
 )
+from clie_blocks.analysis.stability_report.study import Study
+from clie_blocks.analysis.theory.bounds import Condition
 
 
-def document(study, found):
-    """Arrange the numbers of a study.
-
-    Parameters
-    ----------
-    study : Study
-        Robot, gains, excitation.
-    found : dict
-        ``bounds``, ``linear``, ``convergence``, ``excitation``, see
-        `clie_blocks.analysis.stability_report.quantities`.
-
-    Returns
-    -------
-    Document
-        Ready to be written.
-
-    """
-    sentence, mood, advice = verdict(study, found)
-    b, joints = found["bounds"], study.joints
+def document(study: Study, quantities: Quantities) -> Document:
+    """The report of a study, ready to be written."""
+    sentence, mood, advice = verdict(study, quantities)
+    b, joints = quantities.bounds, study.joints
     facts = (("smallest margin of K_bar", number(b.condition.margin)),
              ("mu_0", number(b.ultimate.mu_0)),
-             ("radius that holds", number(b.ultimate.invariant.outer)),
+             ("invariant radius", number(b.ultimate.invariant.outer)),
              ("simulated radius", number(b.radius)),
-             ("slowest estimate", f"{found['convergence'].here.time_constant:.3g} s"),
-             ("Kp; Kd", f"{listed(joints.kp)}; {listed(joints.kd)}"))
+             ("slowest estimate", f"{quantities.convergence.here.time_constant:.3g} s"),
+             ("Kp; Kd", f"{join_values(joints.kp)}; {join_values(joints.kd)}"))
     sections = [
-        Section("What to do" if advice else "What was assumed", (), (*advice, *study.remarks)),
+        Section("What to do" if advice else "Assumptions", (), (*advice, *study.remarks)),
         condition_section(study, b), pd_bound_section(study, b), identification_section(study, b),
-        linear_section(study, found["linear"]), convergence_section(study, found["convergence"]),
-        excitation_section(found["excitation"])]
+        linear_section(study, quantities.linear),
+        convergence_section(study, quantities.convergence),
+        excitation_section(quantities.excitation)]
     if study.is_paper:
         sections.append(errata_section())
     return Document(f"Stability of {study.name}", sentence, mood, tuple(sections), facts)
 
 
-def verdict(study, found):
-    """Say whether the gains are safe, and if not what to change.
+def verdict(study: Study, quantities: Quantities) -> tuple[str, str, tuple[str, ...]]:
+    """Whether the gains are safe in a sentence, its mood, and what to change joint by joint.
 
-    Parameters
-    ----------
-    study : Study
-        Robot and gains.
-    found : dict
-        As in `document`.
-
-    Returns
-    -------
-    sentence : str
-        The answer.
-    mood : str
-        ``'good'``, ``'unsure'`` (nominally, not over the whole box) or ``'bad'``.
-    advice : tuple of str
-        What to change, joint by joint.
-
+    The mood is ``'good'``, ``'unsure'`` (safe nominally, not over the whole box) or ``'bad'``.
     """
-    b, poles = found["bounds"], found["linear"].poles
+    b, poles = quantities.bounds, quantities.linear.poles
     advice = _advice(study, b.condition, "") if not b.condition.holds else ()
     if not poles["G1"].stable:
         return ("Unstable: with velocity through G1 the PD loop itself has poles in the right "
-                "half-plane.", BAD, (*advice, _lower(found["linear"])))
+                "half-plane.", BAD, (*advice, _lower(quantities.linear)))
     if advice:
         return (f"Not safe: K_bar = Kp^-1 Kd A_bar - I is {b.condition.margin:.3g}, not positive, "
-                f"so that the identification loop has no proof of stability; {_indeed(found)}.",
-                BAD, advice)
+                "so that the identification loop has no proof of stability; "
+                f"{_pd_loop(quantities)}.", BAD, advice)
     if not b.worst.condition.holds:
         return (f"Safe for the nominal parameters (margin {b.condition.margin:.3g}), but not for "
                 f"all that are possible (margin {b.worst.condition.margin:.3g}).", UNSURE,
@@ -89,7 +64,7 @@ def verdict(study, found):
             "parameters.", GOOD, ())
 
 
-def _advice(study, condition, purpose):
+def _advice(study: Study, condition: Condition, purpose: str) -> tuple[str, ...]:
     joints = study.joints
     return tuple(
         f"Joint {k + 1}: raise Kd from {joints.kd[k]:.4g} above {condition.smallest_kd[k]:.4g} "
@@ -97,12 +72,12 @@ def _advice(study, condition, purpose):
         f"N m/rad{purpose}." for k in np.flatnonzero(condition.per_joint <= 0))
 
 
-def _indeed(found):
-    if found["convergence"].here.slowest < 0:
-        return "linearised about the true parameters it is indeed unstable at this Gamma"
-    return "the PD loop alone is stable, and small errors still die out at this Gamma"
+def _pd_loop(quantities: Quantities) -> str:
+    if quantities.convergence.here.slowest < 0:
+        return "linearised about the true parameters it is unstable at this Gamma"
+    return "the PD loop alone is stable, and small errors still decay at this Gamma"
 
 
-def _lower(linear):
+def _lower(linear: LinearAnalysis) -> str:
     factor = min(one.least_gain for one in linear.margins["G1"])
-    return f"Lower both gains, to less than {factor:.3g} of what they are."
+    return f"Lower both gains to less than {factor:.3g} times their values."

@@ -3,22 +3,27 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from clie_blocks.analysis.theory.frequency import PAPER_TONES, filter_response, gain_sweep
+from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
+from clie_blocks.analysis.stability_report.loop_bounds import Bounds
+from clie_blocks.analysis.stability_report.simulated_bounds import Trajectory
+from clie_blocks.analysis.stability_report.study import Study
+from clie_blocks.analysis.stability_report.worst_case import ParameterBox
+from clie_blocks.analysis.theory.bounds import ControlledJoints, UltimateBound
+from clie_blocks.analysis.theory.frequency import (
+    PAPER_TONES,
+    Margins,
+    filter_response,
+    gain_sweep,
+)
 from clie_blocks.filters import lowpass, velocity_filter
 
 SWEEP = np.geomspace(0.1, 300, 50)
 
 
-def gain_plane(joints, box):
+def gain_plane(joints: ControlledJoints, box: ParameterBox) -> Figure:
     """Plane of Kp and Kd with the region where the condition holds, and the chosen gains.
 
-    Parameters
-    ----------
-    joints : ControlledJoints
-        Robot and gains.
-    box : ParameterBox
-        Where the parameters lie; its slowest corner gives the worst edge.
-
+    The worst edge is that of the slowest corner of the box.
     """
     figure = Figure(figsize=(4.2 * min(joints.n, 3), 3.8), layout="constrained")
     axes = np.atleast_1d(figure.subplots(1, min(joints.n, 3), squeeze=False)[0])
@@ -38,7 +43,7 @@ def gain_plane(joints, box):
     return figure
 
 
-def filter_bode():
+def filter_bode() -> Figure:
     """Bode plot of G1 and G2 as errors against the ideal, with the excitation's tones marked."""
     figure = Figure(figsize=(9, 6), layout="constrained")
     axes = figure.subplots(3, 2, sharex=True)
@@ -46,17 +51,17 @@ def filter_bode():
     tones = 2 * np.pi * np.array(PAPER_TONES)
     for column, (block, name, rate) in enumerate(((velocity_filter(1), "G1, velocity", True),
                                                   (lowpass(1), "G2, low-pass", False))):
-        found = filter_response(block, omega, rate)
+        curve = filter_response(block, omega, rate)
         at_tones = filter_response(block, tones, rate)
         magnitude, phase, delay = axes[:, column]
-        magnitude.loglog(omega, np.abs(found.response))
+        magnitude.loglog(omega, np.abs(curve.response))
         magnitude.loglog(tones, np.abs(at_tones.response), "o", color="C3",
                          label="tones of the excitation")
-        for w, error, place in zip(tones, at_tones.amplitude_error, ((-42, 6), (6, -11))):
+        for w, error, offset in zip(tones, at_tones.amplitude_error, ((-42, 6), (6, -11))):
             magnitude.annotate(f"{100 * error:+.3f} %", (w, np.abs(block(1j * w))), fontsize=8,
-                               xytext=place, textcoords="offset points")
-        phase.semilogx(omega, np.degrees(np.unwrap(np.angle(found.response))))
-        delay.semilogx(omega, 1e3 * found.delay)
+                               xytext=offset, textcoords="offset points")
+        phase.semilogx(omega, np.degrees(np.unwrap(np.angle(curve.response))))
+        delay.semilogx(omega, 1e3 * curve.delay)
         delay.semilogx(tones, 1e3 * at_tones.delay, "o", color="C3")
         magnitude.set_title(name)
         magnitude.set_ymargin(0.15)
@@ -71,21 +76,15 @@ def filter_bode():
     return figure
 
 
-def loop_plots(margins, joint=0):
+def loop_plots(margins: dict[str, list[Margins]], joint: int = 0) -> Figure:
     """Loop transfer, and sensitivities at the plant input, with exact velocity and through G1.
 
-    Parameters
-    ----------
-    margins : dict
-        ``'exact'`` and ``'G1'`` to one `Margins` per joint.
-    joint : int
-        Which joint, from 0.
-
+    The keys of `margins` are ``'exact'`` and ``'G1'``; `joint` counts from 0.
     """
     figure = Figure(figsize=(9, 5.5), layout="constrained")
     (magnitude, sensitivity), (phase, complementary) = figure.subplots(2, 2, sharex=True)
-    for (kind, found), colour in zip(margins.items(), ("C0", "C3")):
-        one = found[joint]
+    for (kind, per_joint), colour in zip(margins.items(), ("C0", "C3")):
+        one = per_joint[joint]
         omega = np.geomspace(one.crossover / 100, one.crossover * 1000, 400)
         loop = np.squeeze(one.loop(1j * omega))
         s, t = one.sensitivities(omega)
@@ -109,15 +108,8 @@ def loop_plots(margins, joint=0):
     return figure
 
 
-def pole_map(study):
-    """Poles of the PD loop while both gains are scaled, with and without G1.
-
-    Parameters
-    ----------
-    study : Study
-        Robot and gains.
-
-    """
+def pole_map(study: Study) -> Figure:
+    """Poles of the PD loop while both gains are scaled, with and without G1."""
     figure = Figure(figsize=(9, 4), layout="constrained")
     joints = study.joints
     for ax, (filtered, title) in zip(figure.subplots(1, 2), ((False, "exact velocity"),
@@ -140,17 +132,8 @@ def pole_map(study):
     return figure
 
 
-def phase_plane(trajectory, ultimate):
-    """Motion of the PD loop against the mu_0 circle and the circle around its level set.
-
-    Parameters
-    ----------
-    trajectory : tuple
-        Time [s], position error [rad] and velocity [rad/s] of `pd_trajectory`.
-    ultimate : UltimateBound
-        The circles.
-
-    """
+def phase_plane(trajectory: Trajectory, ultimate: UltimateBound) -> Figure:
+    """Motion of the PD loop against the mu_0 circle and the circle around its level set."""
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     time, q_err, dq = trajectory
     x, y = (np.linalg.norm(rows, axis=0) for rows in (q_err, dq))
@@ -173,17 +156,8 @@ def phase_plane(trajectory, ultimate):
     return figure
 
 
-def rates_plot(convergence, gamma):
-    """Slowest Floquet rate of each joint over Gamma, and what averaging predicts.
-
-    Parameters
-    ----------
-    convergence : Convergence
-        See `clie_blocks.analysis.stability_report.quantities`.
-    gamma : float
-        The chosen gain.
-
-    """
+def rates_plot(convergence: Convergence, gamma: float) -> Figure:
+    """Slowest Floquet rate of each joint over Gamma, and what averaging predicts."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     ax = figure.subplots()
     rates = np.array([one.per_joint for one in convergence.rates])
@@ -204,15 +178,10 @@ def rates_plot(convergence, gamma):
     return figure
 
 
-def errors_plot(bounds):
-    """Identification error over time against mu_1, and the modelling error behind it.
-
-    Parameters
-    ----------
-    bounds : Bounds
-        See `clie_blocks.analysis.stability_report.quantities`.
-
-    """
+def errors_plot(bounds: Bounds) -> Figure:
+    """Identification error over time against mu_1, and the modelling error behind it."""
+    if bounds.errors is None:
+        raise ValueError("no errors to draw: the simulated identification diverged")
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     time = bounds.errors["time"]

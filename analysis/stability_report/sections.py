@@ -1,10 +1,17 @@
-"""The sections of a stability report: numbers of a study as sentences, tables and pictures."""
+"""The sections of a stability report: sentences, tables and pictures."""
+
+from collections.abc import Iterable
 
 import numpy as np
 
 from clie_blocks import paper
 from clie_blocks.analysis.report.document import BAD, GOOD, Picture, Section, Table
-from clie_blocks.analysis.stability_report import plots as plots
+from clie_blocks.analysis.stability_report import plots
+from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
+from clie_blocks.analysis.stability_report.excitation_windows import ExcitationReport
+from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
+from clie_blocks.analysis.stability_report.loop_bounds import Bounds
+from clie_blocks.analysis.stability_report.study import Study
 from clie_blocks.analysis.theory.bounds import (
     ControlledJoints,
     condition,
@@ -13,12 +20,12 @@ from clie_blocks.analysis.theory.bounds import (
 )
 from clie_blocks.analysis.theory.frequency import PAPER_TONES
 
-DIVERGED = ("The simulated identification left all numbers within 400 s: it is unstable, or too "
-            "stiff for steps of 1 ms.")
+DIVERGED = ("The simulated identification diverged within 400 s: it is unstable, or too stiff for "
+            "steps of 1 ms.")
 KINDS = {"exact": "exact velocity", "G1": "velocity through G1"}
 
 
-def condition_section(study, b):
+def condition_section(study: Study, b: Bounds) -> Section:
     """The condition of the theorems, joint by joint, and the gain plane."""
     joints, worst = study.joints, b.worst.condition
     rows = [(f"joint {k + 1}", number(b.condition.per_joint[k]), number(worst.per_joint[k]),
@@ -42,8 +49,8 @@ def condition_section(study, b):
                 "Gain plane: green is safe for all parameters of the box."),))
 
 
-def _with_estimates(joints, eta_norm):
-    """What the paper's estimates would have said instead of its real values."""
+def _with_estimates(joints: ControlledJoints, eta_norm: float) -> Table:
+    """The bounds by the paper's estimates instead of its real values."""
     rows = []
     for name, theta in (("these parameters", joints.theta),
                         *((f"estimates, CASE {case}", hat)
@@ -53,10 +60,10 @@ def _with_estimates(joints, eta_norm):
             condition(other).margin, theorem_2(other, 0.0).k_1,
             ultimate_bound(other, eta_norm).mu_0))))
     return Table(("parameters", "smallest K_bar", "k_1", "mu_0"), tuple(rows),
-                 "With the estimates of Table 2 in the place of the real values")
+                 "With the estimates of Table 2 instead of the real values")
 
 
-def pd_bound_section(study, b):
+def pd_bound_section(study: Study, b: Bounds) -> Section:
     """mu_0 with its ingredients, and the set that is invariant."""
     low, high = b.worst.mu_0
     printed = _printed_mu_0(study)
@@ -73,25 +80,25 @@ def pd_bound_section(study, b):
             ("simulated radius after 20 s", number(b.radius),
              DIVERGED if b.trajectory is None else
              f"mu_0 is {b.ultimate.mu_0 / b.radius:.3g} times as large", "-"))
-    return Section("How far the PD loop strays: mu_0", (
+    return Section("Ultimate bound of the PD loop: mu_0", (
         "Outside the ball of radius mu_0 the function V (14) falls. The ball itself is not "
-        f"invariant: what traps the loop is the level set V <= {b.ultimate.invariant.level:.4g} "
-        "that contains it, and the ball around that set is the bound that holds.",), (),
+        f"invariant: the invariant set is the level set V <= {b.ultimate.invariant.level:.4g} "
+        "that contains it, and the ball around that set is the valid bound.",), (),
         (Table(("quantity", "value", "remark", "printed"), rows),),
         () if b.trajectory is None else (
             Picture("phase_plane", plots.phase_plane(b.trajectory, b.ultimate),
-                    "The mu_0 circle round the simulated motion (quarter plane of norms)."),))
+                    "The mu_0 circle around the simulated motion (quarter plane of norms)."),))
 
 
-def _printed_mu_0(study):
+def _printed_mu_0(study: Study) -> str:
     gains = float(study.joints.kp[0]), float(study.joints.kd[0])
     same = np.all(study.joints.kp == gains[0]) and np.all(study.joints.kd == gains[1])
     known = study.is_paper and same and gains in paper.MU_0
     return f"{paper.MU_0[gains]:.4f}" if known else "-"
 
 
-def identification_section(study, b):
-    """Constants of Theorems 2 and 4, and what the loop does."""
+def identification_section(study: Study, b: Bounds) -> Section:
+    """Constants of Theorems 2 and 4, and the simulated errors."""
     second, fourth, measured = b.second, b.fourth, b.measured
     rows = (
         ("k_1", number(second.k_1), number(second.k_1_printed),
@@ -114,42 +121,42 @@ def identification_section(study, b):
             number(measured["mu_1"])),
            ("||(E, e_f)|| in the last 20 s", number(measured["sigma_late"]),
             number(measured["mu_2"])))
-    said = (DIVERGED if b.errors is None else "In the simulation mu_1 is "
-            f"{measured['mu_1'] / max(measured['e_late'], 1e-300):.3g} times the error that "
-            "remains.")
-    return Section("How far model and robot part: mu_1, mu_2", (
+    remark = (DIVERGED if b.errors is None else "In the simulation mu_1 is "
+              f"{measured['mu_1'] / max(measured['e_late'], 1e-300):.3g} times the error that "
+              "remains.")
+    return Section("Ultimate bounds of the identification error: mu_1, mu_2", (
         "mu_1 and mu_2 are radii outside which V (A.1) falls. V also holds the parametric error, "
         "so that E may exceed them while the estimates converge: no bound on E follows from them "
-        f"alone. {said}",), (), (
+        f"alone. {remark}",), (), (
         Table(("constant", "as it follows", "as printed", "difference"), rows),
         Table(("simulated", "value", "mu_1 or mu_2 with it"), run,
               f"Gamma = {study.gamma:g}; update law (27), and (40) with alpha = {study.alpha:g} "
               "for the last row")),
         () if b.errors is None else (
             Picture("identification_error", plots.errors_plot(b),
-                    "Identification error against mu_1, and the modelling error that feeds it."),))
+                    "Identification error against mu_1, and the modelling error behind it."),))
 
 
-def linear_section(study, linear):
+def linear_section(study: Study, linear: LinearAnalysis) -> Section:
     """Filters, poles and margins."""
     tones = PAPER_TONES
     filters = tuple(
-        (name, *(f"{100 * error:+.4f} %" for error in found.amplitude_error),
-         f"{1e3 * found.delay[0]:.3g}", number(linear.noise[name]))
-        for name, found in linear.filters.items())
+        (name, *(f"{100 * error:+.4f} %" for error in curve.amplitude_error),
+         f"{1e3 * curve.delay[0]:.3g}", number(linear.noise[name]))
+        for name, curve in linear.filters.items())
     rows = []
     for kind, label in KINDS.items():
         for k, one in enumerate(linear.margins[kind]):
             rows.append((f"joint {k + 1}, {label}", number(one.gain), number(one.least_gain),
                          f"{one.phase:.2f}", number(one.crossover), f"{1e3 * one.delay:.4g}",
                          number(one.peak_sensitivity)))
-    eaten = [bare.phase - lag.phase for bare, lag in zip(linear.margins["exact"],
-                                                         linear.margins["G1"])]
-    poles = tuple((KINDS[kind], _poles(found.values), number(float(np.min(found.damping))))
-                  for kind, found in linear.poles.items())
+    lost = [bare.phase - lag.phase for bare, lag in zip(linear.margins["exact"],
+                                                        linear.margins["G1"])]
+    poles = tuple((KINDS[kind], _poles(one.values), number(float(np.min(one.damping))))
+                  for kind, one in linear.poles.items())
     return Section("Frequency responses, poles, margins", (
-        "All from linearised diagrams. The lag of G1 eats "
-        f"{max(eaten):.3g} degrees of phase margin at most.",), (), (
+        "All from linearised diagrams. The lag of G1 costs at most "
+        f"{max(lost):.3g} degrees of phase margin.",), (), (
         Table(("filter", *(f"amplitude error at {tone:g} Hz" for tone in tones), "lag [ms]",
                "noise gain (1 ms)"), filters, "G1: velocity, noise gain in 1/s; G2: low-pass"),
         Table(("loop at the plant input", "gain margin", "smallest gain", "phase margin [deg]",
@@ -162,12 +169,12 @@ def linear_section(study, linear):
         Picture("poles", plots.pole_map(study), "Poles while both gains are scaled together.")))
 
 
-def _poles(values):
+def _poles(values: np.ndarray) -> str:
     return ", ".join(f"{p.real:.4g}" + (f"{p.imag:+.3g}j" if abs(p.imag) > 1e-6 else "")
                      for p in values)
 
 
-def convergence_section(study, found):
+def convergence_section(study: Study, found: Convergence) -> Section:
     """Predicted rates over Gamma and alpha."""
     best_gamma, best = found.best
     wanted = found.gain_for(study.time)
@@ -196,7 +203,7 @@ def convergence_section(study, found):
                     "linearised periodic loop, and averaging."),))
 
 
-def excitation_section(found):
+def excitation_section(found: ExcitationReport | None) -> Section:
     """Excitation per window, and a multisine that does better."""
     if found is None:
         return Section("Excitation", (DIVERGED,))
@@ -219,11 +226,11 @@ def excitation_section(found):
               "eigenvalue per second")))
 
 
-def number(value):
+def number(value: float) -> str:
     """Five significant digits."""
     return f"{value:.5g}"
 
 
-def listed(values):
+def join_values(values: Iterable[float]) -> str:
     """Values with commas."""
     return ", ".join(f"{value:g}" for value in values)

@@ -1,17 +1,37 @@
-"""What the loops really do beside what the bounds allow: how conservative each bound is."""
+"""Simulated loops: what they do, against what the bounds allow."""
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.analysis.theory.bounds import ControlledJoints
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.errors import DivergedError
 from clie_blocks.signals import signal
 
 STEP = 1e-3  # s; ode5 is exact to 8 digits here
 EVERY, IDENTIFICATION_EVERY = 5, 20
 
+Result = TypeVar("Result")
+Trajectory = tuple[np.ndarray, np.ndarray, np.ndarray]  # time, position error, velocity
 
-def pd_trajectory(plant, joints, q_d, pe, duration=40.0):
+
+def unless_diverged(simulate: Callable[..., Result], *arguments: Any, **options: Any,
+                    ) -> Result | None:
+    """Result of a simulation, or None where it diverged."""
+    try:
+        return simulate(*arguments, **options)
+    except DivergedError:
+        return None
+
+
+def pd_trajectory(plant: ct.NonlinearIOSystem, joints: ControlledJoints, q_d: np.ndarray,
+                  pe: Callable[[float], ArrayLike], duration: float = 40.0) -> Trajectory:
     """Run the PD loop, Fig. 1, from rest at zero.
 
     Parameters
@@ -40,7 +60,7 @@ def pd_trajectory(plant, joints, q_d, pe, duration=40.0):
     return run.time, np.asarray(q_d)[:, None] - signal(run, "q"), signal(run, "dq")
 
 
-def ultimate_radius(time, *rows, after=20.0):
+def ultimate_radius(time: np.ndarray, *rows: np.ndarray, after: float = 20.0) -> float:
     """Largest norm of stacked signals after a time.
 
     Parameters
@@ -56,7 +76,9 @@ def ultimate_radius(time, *rows, after=20.0):
     return float(np.max(np.linalg.norm(np.vstack(rows)[:, time >= after], axis=0)))
 
 
-def identification_errors(plant, joints, q_d, pe, *, gamma, alpha, duration=400.0):
+def identification_errors(plant: ct.NonlinearIOSystem, joints: ControlledJoints, q_d: np.ndarray,
+                          pe: Callable[[float], ArrayLike], *, gamma: ArrayLike, alpha: float,
+                          duration: float = 400.0) -> dict[str, np.ndarray]:
     """Run the identification loop and return its errors and modelling errors.
 
     Parameters
@@ -98,8 +120,9 @@ def identification_errors(plant, joints, q_d, pe, *, gamma, alpha, duration=400.
             "eps_f": signal(run, "e_f") + np.einsum("pns,ps->ns", phi_f, theta_err)}
 
 
-def modelling_error(plant, joints, q, dq, u):
-    """What eq. (9) leaves over, ``ddq + A dq - B u + D``: the error in (29), with its true sign.
+def modelling_error(plant: ct.NonlinearIOSystem, joints: ControlledJoints, q: np.ndarray,
+                    dq: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Residual of eq. (9), ``ddq + A dq - B u + D``: the error in (29), with its true sign.
 
     Parameters
     ----------

@@ -1,10 +1,16 @@
-"""What a stability report is about: a robot with its uncertainty, gains, excitation, set-point."""
+"""A robot with its uncertainty, gains, excitation and set-point: what a report analyses."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Self
 
+import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks import paper
+from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.stability_report.worst_case import ParameterBox
 from clie_blocks.analysis.theory.averaging import balanced_shape
 from clie_blocks.analysis.theory.bounds import ControlledJoints
@@ -53,55 +59,55 @@ class Study:
     time : float
         Wanted time [s] in which the estimates come within 1 %.
     remarks : tuple of str
-        What was assumed.
+        Assumptions.
     is_paper : bool
         Whether this is the paper's robot, so that its printed values stand beside.
 
     """
 
     name: str
-    plant: object
+    plant: ct.NonlinearIOSystem
     joints: ControlledJoints
     box: ParameterBox
     q_d: np.ndarray
     scale: np.ndarray
     gamma: float = paper.GAMMA
     alpha: float = paper.ALPHA[2]
-    shape: object = 1.0
+    shape: np.ndarray | float = 1.0
     eta_norm: float | None = None
-    eps_bar: tuple | None = None
+    eps_bar: tuple[float, float] | None = None
     time: float = 100.0
-    remarks: tuple = ()
+    remarks: tuple[str, ...] = ()
     is_paper: bool = False
 
     @property
-    def pe(self):
+    def pe(self) -> Callable[[float], np.ndarray]:
         """Excitation [N m] as a function of time, period 2 s."""
         scale = self.scale
         return lambda t: scale * paper_excitation(t)
 
     @property
-    def gamma_diagonal(self):
+    def gamma_diagonal(self) -> np.ndarray:
         """Diagonal of Gamma, shape (3n,)."""
         return self.gamma * self.shape * np.ones(3 * self.joints.n)
 
     @property
-    def loop(self):
+    def loop(self) -> PeriodicLoop:
         """The periodic identification loop around the true parameters."""
         return PeriodicLoop(self.joints, self.pe, q_d=self.q_d, shape=self.shape)
 
-    def with_gains(self, kp=None, kd=None):
+    def with_gains(self, kp: ArrayLike | None = None, kd: ArrayLike | None = None) -> Self:
         """Return the study with other PD gains, one number or one per joint."""
         n, old = self.joints.n, self.joints
         kp = old.kp if kp is None else vector(kp, "--kp", n=n, unit="N m/rad", above=0)
         kd = old.kd if kd is None else vector(kd, "--kd", n=n, unit="N m s/rad", above=0)
         return replace(self, joints=ControlledJoints(old.a, old.b, old.d, kp, kd))
 
-    def balanced(self):
+    def balanced(self) -> Self:
         """Return the study with a diagonal Gamma that lets all estimates converge alike."""
         return replace(self, shape=balanced_shape(self.loop), remarks=(*self.remarks, BALANCED))
 
-    def with_theta(self, theta):
+    def with_theta(self, theta: ArrayLike) -> Self:
         """Return the study with other parameters ``[a, b, d]``, such as estimates."""
         old = self.joints
         if np.size(theta) == 1:
@@ -111,7 +117,7 @@ class Study:
         return replace(self, joints=ControlledJoints.from_theta(theta, old.kp, old.kd), box=box)
 
 
-def paper_study():
+def paper_study() -> Study:
     """Return the paper's robot: Table 2 for A, B, D, its gains, the coupled arm to simulate."""
     arm = _Arm(paper.MASS, paper.LENGTH, paper.LENGTH, np.zeros(2), np.zeros(2), 9.81)
     drives = _Drives(paper.GEAR_RATIO, paper.J_MOTOR, paper.B_MOTOR, np.ones(2))
@@ -129,7 +135,7 @@ def paper_study():
         is_paper=True)
 
 
-def robot_study(robot, kp=None, kd=None):
+def robot_study(robot: Robot, kp: ArrayLike | None = None, kd: ArrayLike | None = None) -> Study:
     """Study of a robot as its file states it.
 
     Parameters
@@ -150,10 +156,10 @@ def robot_study(robot, kp=None, kd=None):
         If the motor data or gains that the analysis needs are missing.
 
     """
-    n, remarks = robot.n, []
+    remarks: list[str] = []
     drives, arm = _drives(robot), _arm(robot, remarks)
     kp, kd = _gains(robot, kp, kd)
-    q_d, scale = _experiment(robot, n, kp, remarks)
+    q_d, scale = _experiment(robot, robot.n, kp, remarks)
     theta, motor = _theta(arm, drives, q_d), robot.motor
     offset = motor.torque_offset_tolerance
     box = _box(arm, drives, motor.inertia_tolerance or 0.0,
@@ -180,58 +186,62 @@ class _Arm:
     h: np.ndarray
     g: float
 
-    def diagonal(self, q):
+    def diagonal(self, q: np.ndarray) -> np.ndarray:
         """Diagonal of the mass matrix [kg m^2] at a pose."""
         if self.mass.size == 2:
             return np.diag(mass_matrix(q, self.mass, self.length, self.com, self.inertia))
         return self.mass * self.com**2 + self.inertia
 
-    def weight(self, q):
+    def weight(self, q: np.ndarray) -> np.ndarray:
         """Gravity torque of the links [N m] at a pose."""
         if self.mass.size == 2:
             return gravity(q, self.mass, self.length, self.com, self.g)
         return self.mass * self.com * self.g * np.cos(q)
 
 
-def _drives(robot):
+def _drives(robot: Robot) -> _Drives:
     motor = robot.motor
-    for key, value in (("gear_ratio", motor.gear_ratio), ("inertia_kgm2", motor.inertia),
-                       ("viscous_friction_nms", motor.viscous_friction)):
+
+    def stated(key: str, value: np.ndarray | None) -> np.ndarray:
         if value is None:
             raise RecordError(f"{robot.source}: [motor] {key} is missing; without it A and B of "
                               "eq. (9) are unknown and no bound can be given")
-    gain = np.ones(robot.n) if motor.torque_gain is None else motor.torque_gain
-    return _Drives(motor.gear_ratio, motor.inertia, motor.viscous_friction, gain)
+        return value
+
+    return _Drives(stated("gear_ratio", motor.gear_ratio), stated("inertia_kgm2", motor.inertia),
+                   stated("viscous_friction_nms", motor.viscous_friction),
+                   np.ones(robot.n) if motor.torque_gain is None else motor.torque_gain)
 
 
-def _arm(robot, remarks):
+def _arm(robot: Robot, remarks: list[str]) -> _Arm:
     links, zero = robot.links, np.zeros(robot.n)
     needed = (links.mass, links.length, links.com)
     complete = robot.n <= 2 and all(value is not None for value in needed)
-    given = {key: zero if value is None or not complete else np.asarray(value, float)
-             for key, value in (("mass", links.mass), ("length", links.length),
-                                ("com", links.com), ("inertia", links.inertia),
-                                ("h", links.joint_viscous_friction))}
+    stated = {key: zero if value is None or not complete else np.asarray(value, float)
+              for key, value in (("mass", links.mass), ("length", links.length),
+                                 ("com", links.com), ("inertia", links.inertia),
+                                 ("h", links.joint_viscous_friction))}
     if not complete:
         remarks.append("Links are left out: the file does not state mass, length and centre of "
                        "mass of one or two links.")
-    return _Arm(**given, g=robot.nominal.g)
+    return _Arm(**stated, g=robot.nominal.g)
 
 
-def _gains(robot, kp, kd):
+def _gains(robot: Robot, kp: ArrayLike | None, kd: ArrayLike | None,
+           ) -> tuple[np.ndarray, np.ndarray]:
     law = robot.controller
-    stated = {"pd": (law.kp, law.kd)}
-    if law.law == "cascade":
-        stated["cascade"] = (law.kp * law.kv, law.kv)
-    own_kp, own_kd = stated.get(law.law, (None, None))
-    kp, kd = (own if given is None else given for own, given in ((own_kp, kp), (own_kd, kd)))
+    if law.law == "cascade" or law.law == "pd" and law.kd is not None:
+        own_kp, own_kd = gains(law)
+        kp = own_kp if kp is None else kp
+        kd = own_kd if kd is None else kd
     if kp is None or kd is None:
         raise RecordError(f"{robot.source}: [controller] states no PD gains (law {law.law!r}); "
                           "give --kp and --kd in N m/rad and N m s/rad, motor side")
-    return (vector(value, name, n=robot.n, above=0) for value, name in ((kp, "kp"), (kd, "kd")))
+    return vector(kp, "kp", n=robot.n, above=0), vector(kd, "kd", n=robot.n, above=0)
 
 
-def _experiment(robot, n, kp, remarks):
+def _experiment(robot: Robot, n: int, kp: np.ndarray, remarks: list[str],
+                ) -> tuple[np.ndarray, np.ndarray]:
     stated = list(robot.experiments.values())
     points = [one.set_point for one in stated if one.set_point is not None]
     scales = [one.scale for one in stated if one.scale is not None]
@@ -242,14 +252,15 @@ def _experiment(robot, n, kp, remarks):
     return vector(points[0] if points else np.zeros(n), "set_point", n=n), scale
 
 
-def _theta(arm, drives, q):
+def _theta(arm: _Arm, drives: _Drives, q: np.ndarray) -> np.ndarray:
     inertia, damping, load = motor_side(arm.diagonal(q), arm.h, drives.gear_ratio, drives.inertia,
                                         drives.friction)
     a, b, d = normalised(inertia, damping, load + arm.weight(q) / drives.gear_ratio)
     return np.concatenate((a, drives.torque_gain * b, d))
 
 
-def _box(arm, drives, inertia_tolerance=0.0, friction_tolerance=0.0, offset=0.0):
+def _box(arm: _Arm, drives: _Drives, inertia_tolerance: float = 0.0,
+         friction_tolerance: float = 0.0, offset: np.ndarray | float = 0.0) -> ParameterBox:
     """All poses and tolerances: inertia between folded and stretched, load up to the weight."""
     n = drives.gear_ratio.size
     folded, stretched = np.zeros(n), np.zeros(n)
@@ -267,13 +278,14 @@ def _box(arm, drives, inertia_tolerance=0.0, friction_tolerance=0.0, offset=0.0)
                         np.concatenate((rough / light, gain / light, load / light)))
 
 
-def _plant(arm, drives, theta):
-    """The arm or pendulum where it is known; their blocks know no torque gain but one."""
+def _plant(arm: _Arm, drives: _Drives, theta: np.ndarray) -> ct.NonlinearIOSystem:
+    """The arm or pendulum where it is stated; their blocks have a torque gain of one."""
     n, gear_ratio = drives.gear_ratio.size, drives.gear_ratio
     if not (np.any(arm.mass > 0) and np.all(drives.torque_gain == 1)):
-        return decoupled_joints(*theta.reshape(3, -1))
+        a, b, d = theta.reshape(3, -1)
+        return decoupled_joints(a, b, d)
     if n == 2:
         return two_link_arm(arm.mass, arm.length, gear_ratio, drives.inertia, drives.friction,
                             com=arm.com, j_link=arm.inertia, h=arm.h, g=arm.g)
     weight = LIBRARY["gravity"](weight=arm.mass * arm.com * arm.g, gear_ratio=gear_ratio)
-    return with_effects(decoupled_joints(*theta[:2], 0.0), [weight])
+    return with_effects(decoupled_joints(theta[:1], theta[1:2], 0.0), [weight])

@@ -7,13 +7,19 @@ convex, so that each has its worst value at a vertex; where the two vertices dif
 only bounds mu_0 from above, and the largest mu_0 over common vertices bounds it from below.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.analysis.theory.bounds import (
+    Condition,
     ControlledJoints,
+    Theorem2,
+    Theorem4,
     condition,
     disturbance_norm,
     theorem_2,
@@ -39,7 +45,7 @@ class ParameterBox:
     lower: np.ndarray
     upper: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         lower, upper = vector(self.lower, "lower"), vector(self.upper, "upper")
         if lower.size != upper.size or lower.size % 3 or not np.all(lower <= upper):
             raise DiagramError("a parameter box needs lower <= upper, each with 3 entries a "
@@ -48,13 +54,13 @@ class ParameterBox:
         object.__setattr__(self, "upper", upper)
 
     @classmethod
-    def around(cls, theta, relative, absolute=0.0):
+    def around(cls, theta: ArrayLike, relative: ArrayLike, absolute: ArrayLike = 0.0) -> Self:
         """Box of ``theta (1 +- relative) +- absolute``; both broadcast with theta."""
         theta = np.asarray(theta, float)
         half = np.abs(theta) * relative + absolute
         return cls(theta - half, theta + half)
 
-    def vertices(self):
+    def vertices(self) -> Iterator[np.ndarray]:
         """Yield the vertices, shape (3n,) each; degenerate intervals count once."""
         ends = [(low,) if low == high else (low, high)
                 for low, high in zip(self.lower, self.upper)]
@@ -82,15 +88,16 @@ class WorstCase:
 
     """
 
-    condition: object
+    condition: Condition
     eta_norm: float
-    mu_0: tuple
+    mu_0: tuple[float, float]
     blow_up: float
-    theorem_2: object
-    theorem_4: object
+    theorem_2: Theorem2
+    theorem_4: Theorem4
 
 
-def worst_case(box, kp, kd, pe, *, alpha, eps_bar, horizon=2.0):
+def worst_case(box: ParameterBox, kp: ArrayLike, kd: ArrayLike, pe: Callable[[float], ArrayLike],
+               *, alpha: float, eps_bar: float, horizon: float = 2.0) -> WorstCase:
     """Worst condition and bounds over a box of parameters.
 
     Parameters
@@ -106,7 +113,7 @@ def worst_case(box, kp, kd, pe, *, alpha, eps_bar, horizon=2.0):
     eps_bar : float
         Bound on the modelling error [rad/s^2].
     horizon : float
-        Time over which the excitation is looked at [s].
+        Time over which the excitation is evaluated [s].
 
     Returns
     -------
@@ -124,7 +131,7 @@ def worst_case(box, kp, kd, pe, *, alpha, eps_bar, horizon=2.0):
                      theorem_4(slowest, alpha, eps_bar))
 
 
-def worst_gain(box, kp, kd):
+def worst_gain(box: ParameterBox, kp: ArrayLike, kd: ArrayLike) -> float:
     """Largest factor ``mu_0 / eta_norm`` over a box, exact.
 
     It is the maximum over pairs of joints (j, k) of ``norm_b`` at j times ``1/lambda_min_a`` at
@@ -148,7 +155,9 @@ def worst_gain(box, kp, kd):
     return float(np.max(pairs))
 
 
-def worst_disturbance_norm(box, kp, kd, pe, horizon=2.0, step=1e-4):
+def worst_disturbance_norm(box: ParameterBox, kp: ArrayLike, kd: ArrayLike,
+                           pe: Callable[[float], ArrayLike], horizon: float = 2.0,
+                           step: float = 1e-4) -> float:
     """Largest ``||B PE - D||`` over time and box: joint by joint at one of four corners, exact.
 
     Parameters
@@ -160,18 +169,18 @@ def worst_disturbance_norm(box, kp, kd, pe, horizon=2.0, step=1e-4):
     pe : callable
         Excitation [N m].
     horizon, step : float
-        Time over which to look and its grid [s].
+        Time over which it is evaluated, and the grid [s].
 
     """
     n = ControlledJoints.from_theta(box.lower, kp, kd).n
     time = np.arange(0.0, horizon, step)
-    excitation = np.array([pe(t) * np.ones(n) for t in time])
+    excitation = np.array([np.broadcast_to(pe(t), n) for t in time])
     low, high = np.reshape(box.lower, (3, n)), np.reshape(box.upper, (3, n))
     corners = [np.abs(b * excitation - d) for b in (low[1], high[1]) for d in (low[2], high[2])]
     return float(np.max(np.linalg.norm(np.max(corners, axis=0), axis=1)))
 
 
-def _at_vertices(box, kp, kd):
+def _at_vertices(box: ParameterBox, kp: ArrayLike, kd: ArrayLike) -> list[ControlledJoints]:
     free = np.sum(box.lower < box.upper)
     if 2.0**free > MOST_VERTICES:
         raise DiagramError(f"the box has 2^{free} vertices; fix some parameters or take "

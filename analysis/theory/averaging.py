@@ -1,12 +1,13 @@
 """The update law by averaging: the estimates are taken as frozen over a period.
 
-Linear in Gamma, and right only while Gamma is small; `clie_blocks.analysis.theory.convergence` has the
-exact rates beside it.
+Linear in Gamma, and right only while Gamma is small; the exact rates are in
+`clie_blocks.analysis.theory.convergence`.
 """
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.analysis.theory.convergence import STEP, FloquetLoop, PeriodicLoop
 from clie_blocks.analysis.theory.opening import transfer
@@ -16,7 +17,7 @@ from clie_blocks.signals import signal
 PAPER_RATE = 1 / 400  # 1/s, averaged rate of the paper's loop at Gamma = I
 
 
-def averaged_matrix(loop):
+def averaged_matrix(loop: PeriodicLoop) -> np.ndarray:
     """Averaged dynamics of the parametric error, per unit of Gamma, shape (3n, 3n).
 
     ``mean(Phi Kd Kp^-1 (G Phi^T))`` over a period, where G, the response of e_u to a slow change
@@ -47,7 +48,7 @@ def averaged_matrix(loop):
     return loop.diagonal(1.0)[:, None] * matrix
 
 
-def averaged_rates(loop, gammas):
+def averaged_rates(loop: PeriodicLoop, gammas: ArrayLike) -> np.ndarray:
     """Slowest rate of each joint by averaging, shape (m, n) [1/s].
 
     Parameters
@@ -63,7 +64,7 @@ def averaged_rates(loop, gammas):
     return np.outer(np.atleast_1d(gammas), slowest)
 
 
-def steady_regressor(loop):
+def steady_regressor(loop: PeriodicLoop) -> np.ndarray:
     """Regressor (13) of each joint on the periodic orbit of the true loop, shape (3, samples, n).
 
     Parameters
@@ -79,7 +80,7 @@ def steady_regressor(loop):
     return np.array([dq, -u, np.ones_like(u)])
 
 
-def balanced_shape(loop):
+def balanced_shape(loop: PeriodicLoop) -> np.ndarray:
     """Diagonal of Gamma that lets all estimates converge alike, shape (3n,).
 
     Times a gain g the averaged rate of each joint is g/400 per second, which is what Gamma = g I
@@ -101,7 +102,7 @@ def balanced_shape(loop):
     return shape * np.tile(PAPER_RATE / slowest, 3)
 
 
-def _input_error_response(loop, omega):
+def _input_error_response(loop: PeriodicLoop, omega: np.ndarray) -> np.ndarray:
     """Response of e_u to an error of d_hat, joint by joint, shape (frequencies, n)."""
     robot = loop.joints
     diagram = PeriodicLoop(robot, loop.pe).diagram()

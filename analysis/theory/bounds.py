@@ -1,15 +1,18 @@
 """Conditions and ultimate bounds of the paper's theorems, as they follow and as printed.
 
-The condition ``Kp^-1 Kd A_bar - I > 0`` decides; mu_0 (18), mu_1 (A.5) and mu_2 (A.12) tell how
-far the loop may stray.  None of these balls is invariant; `clie_blocks.analysis.theory.lyapunov` gives
-the level set that is.
+The condition ``Kp^-1 Kd A_bar - I > 0`` decides; mu_0 (18), mu_1 (A.5) and mu_2 (A.12) bound how
+far the loop may move from rest.  None of these balls is invariant; the level set of
+`clie_blocks.analysis.theory.lyapunov` is.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from clie_blocks.analysis.theory.lyapunov import level_set_around, lyapunov_pd_matrices
+from clie_blocks.analysis.theory.lyapunov import LevelSet, level_set_around, lyapunov_pd_matrices
 from clie_blocks.signals import vector
 
 
@@ -32,7 +35,7 @@ class ControlledJoints:
     kp: np.ndarray
     kd: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         n = np.size(self.a)
         for key, unit, rule in (("a", "1/s", {"least": 0}), ("b", "1/(kg m^2)", {"above": 0}),
                                 ("d", "rad/s^2", {}), ("kp", "N m/rad", {"above": 0}),
@@ -41,32 +44,33 @@ class ControlledJoints:
             object.__setattr__(self, key, checked)
 
     @classmethod
-    def from_theta(cls, theta, kp, kd):
+    def from_theta(cls, theta: ArrayLike, kp: ArrayLike, kd: ArrayLike) -> Self:
         """Joints with the parameters ``theta = [a, b, d]``, shape (3n,)."""
-        return cls(*np.reshape(theta, (3, -1)), kp, kd)
+        a, b, d = np.reshape(theta, (3, -1))
+        return cls(a, b, d, np.asarray(kp), np.asarray(kd))
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of joints."""
         return self.a.size
 
     @property
-    def theta(self):
+    def theta(self) -> np.ndarray:
         """Parameters ``[a, b, d]``, shape (3n,)."""
         return np.concatenate((self.a, self.b, self.d))
 
     @property
-    def a_bar(self):
+    def a_bar(self) -> np.ndarray:
         """``W = A_bar = A + B Kd`` [1/s], eqs. (14), (24)."""
         return self.a + self.b * self.kd
 
     @property
-    def b_bar(self):
+    def b_bar(self) -> np.ndarray:
         """``B_bar = B Kp`` [1/s^2], eq. (24)."""
         return self.b * self.kp
 
     @property
-    def k_bar(self):
+    def k_bar(self) -> np.ndarray:
         """``K_bar = Kp^-1 Kd A_bar - I``, Theorem 1."""
         return self.kd / self.kp * self.a_bar - 1
 
@@ -91,17 +95,17 @@ class Condition:
     largest_kp: np.ndarray
 
     @property
-    def margin(self):
+    def margin(self) -> float:
         """Smallest entry of K_bar."""
         return float(np.min(self.per_joint))
 
     @property
-    def holds(self):
+    def holds(self) -> bool:
         """Whether the condition holds for every joint."""
         return self.margin > 0
 
 
-def condition(joints):
+def condition(joints: ControlledJoints) -> Condition:
     """Condition ``Kp^-1 Kd A_bar - I > 0`` with its margin and the gains at its edge.
 
     At the edge ``kp = kd (a + b kd)``; it is sufficient for the identification loop, while the PD
@@ -123,7 +127,8 @@ def condition(joints):
     return Condition(joints.k_bar, smallest_kd, joints.kd * joints.a_bar)
 
 
-def disturbance_norm(joints, pe, horizon=2.0, step=1e-4):
+def disturbance_norm(joints: ControlledJoints, pe: Callable[[float], ArrayLike],
+                     horizon: float = 2.0, step: float = 1e-4) -> tuple[float, float]:
     """Largest ``||eta(t)|| = ||B PE(t) - D||`` over a time, eq. (16).
 
     Parameters
@@ -146,7 +151,7 @@ def disturbance_norm(joints, pe, horizon=2.0, step=1e-4):
 
     """
     time = np.arange(0.0, horizon, step)
-    eta = joints.b * np.array([pe(t) * np.ones(joints.n) for t in time]) - joints.d
+    eta = joints.b * np.array([np.broadcast_to(pe(t), joints.n) for t in time]) - joints.d
     norms = np.linalg.norm(eta, axis=1)
     return float(np.max(norms)), float(time[np.argmax(norms)])
 
@@ -174,10 +179,10 @@ class UltimateBound:
     lambda_min_a: float
     norm_b: float
     eta_norm: float
-    invariant: object
+    invariant: LevelSet
 
 
-def ultimate_bound(joints, eta_norm):
+def ultimate_bound(joints: ControlledJoints, eta_norm: float) -> UltimateBound:
     """Radius mu_0 of the PD loop under a bounded disturbance, eq. (18).
 
     Parameters
@@ -228,12 +233,12 @@ class Theorem2:
     mu_1_printed: float
 
     @property
-    def rho(self):
+    def rho(self) -> float:
         """Slack of (31); it compares unlike quantities and only says mu_1 < 1."""
         return self.k_1 - self.threshold
 
 
-def theorem_2(joints, eps_bar):
+def theorem_2(joints: ControlledJoints, eps_bar: float) -> Theorem2:
     """Constants k_1, k_2, mu_1 and rho of Theorem 2 and (31).
 
     Parameters
@@ -283,17 +288,18 @@ class Theorem4:
     mu_2_printed: float
 
     @property
-    def varrho(self):
+    def varrho(self) -> float:
         """Slack of (46); negative where (46) fails."""
         return self.k_3 - self.threshold
 
     @property
-    def holds(self):
+    def holds(self) -> bool:
         """Whether (46) holds with the minimum."""
         return self.varrho > 0
 
 
-def theorem_4(joints, alpha, eps_bar, eps_f_bar=None):
+def theorem_4(joints: ControlledJoints, alpha: float, eps_bar: float,
+              eps_f_bar: float | None = None) -> Theorem4:
     """Constants k_3, k_4, mu_2 and varrho of Theorem 4 and (46).
 
     Parameters
@@ -323,13 +329,13 @@ def theorem_4(joints, alpha, eps_bar, eps_f_bar=None):
                     _ratio(by_text, k_3_printed))
 
 
-def _k_1(joints, k_bar):
+def _k_1(joints: ControlledJoints, k_bar: np.ndarray) -> float:
     return float(min(np.min(joints.kd * joints.b_bar), np.min(joints.kd * k_bar)))
 
 
-def _k_2(joints):
+def _k_2(joints: ControlledJoints) -> float:
     return float(max(np.max(joints.kd), np.max(joints.kd**2 / joints.kp)))
 
 
-def _ratio(threshold, gain):
+def _ratio(threshold: float, gain: float) -> float:
     return threshold / gain if gain > 0 else float("inf")

@@ -1,20 +1,26 @@
 """How fast the update law converges, predicted from the linearised periodic loop.
 
 With a periodic excitation the loop settles on a periodic orbit.  The Floquet multipliers of the
-orbit tell how fast a small parametric error dies out; they come from the compiled diagram itself,
-differentiated over one period.  `clie_blocks.analysis.theory.averaging` has the approximation beside
-them.
+orbit are the factors by which a small parametric error decays per period; they come from the
+compiled diagram itself, differentiated over one period.  `clie_blocks.analysis.theory.averaging`
+has the approximation for small gains.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
+from clie_blocks.analysis.theory.bounds import ControlledJoints
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.diagrams.clie_loop import clie_loop
-from clie_blocks.errors import DivergedError, NotIdentifiableError
+from clie_blocks.errors import DivergedError
 from clie_blocks.joints import decoupled_joints
+from clie_blocks.signals import Diagram
 
 PAPER_PERIOD = 2.0  # s, of the excitation (48)
 STEP = 1e-3  # s
@@ -44,18 +50,18 @@ class PeriodicLoop:
 
     """
 
-    joints: object
-    pe: object
+    joints: ControlledJoints
+    pe: Callable[[float], ArrayLike]
     period: float = PAPER_PERIOD
-    q_d: object = 0.0
+    q_d: ArrayLike = 0.0
     alpha: float = 0.0
-    shape: object = 1.0
+    shape: np.ndarray | float = 1.0
 
-    def diagonal(self, gamma):
+    def diagonal(self, gamma: float) -> np.ndarray:
         """Diagonal of Gamma, shape (3n,), for a gain."""
         return gamma * self.shape * np.ones(3 * self.joints.n)
 
-    def diagram(self):
+    def diagram(self) -> Diagram:
         """Return the identification loop with the true joints as plant; Gamma is a parameter."""
         robot = self.joints
         plant = decoupled_joints(robot.a, robot.b, robot.d)
@@ -63,7 +69,7 @@ class PeriodicLoop:
             return clie_loop(plant, robot.kp, robot.kd, self.diagonal(1.0))
         return clie_composite(plant, robot.kp, robot.kd, self.diagonal(1.0), self.alpha)
 
-    def inputs(self, diagram):
+    def inputs(self, diagram: Diagram) -> dict[str, Any]:
         """Return the periodic inputs of a run, without noise."""
         quiet = {"noise": 0.0} if "noise[0]" in diagram.input_labels else {}
         return {"q_d": self.q_d, "pe": self.pe, **quiet}
@@ -71,12 +77,12 @@ class PeriodicLoop:
 
 @dataclass(frozen=True)
 class Rates:
-    """Rates at which parametric errors die out.
+    """Rates at which parametric errors decay.
 
     Parameters
     ----------
     per_joint : ndarray, shape (n,)
-        Slowest rate of each joint [1/s]; negative where the estimates run away.
+        Slowest rate of each joint [1/s]; negative where the estimates diverge.
     multipliers : ndarray of complex
         Floquet multipliers of all states over one period.
 
@@ -86,16 +92,16 @@ class Rates:
     multipliers: np.ndarray
 
     @property
-    def slowest(self):
+    def slowest(self) -> float:
         """Slowest rate of all joints [1/s]."""
         return float(np.min(self.per_joint))
 
     @property
-    def time_constant(self):
+    def time_constant(self) -> float:
         """Time in which the slowest error falls to 1/e [s]; infinite if it does not fall."""
         return 1 / self.slowest if self.slowest > 0 else float("inf")
 
-    def time_to(self, remaining):
+    def time_to(self, remaining: float) -> float:
         """Time in which the slowest error falls to a fraction [s]."""
         return float(self.time_constant * np.log(1 / remaining))
 
@@ -110,7 +116,7 @@ class FloquetLoop:
 
     """
 
-    def __init__(self, loop):
+    def __init__(self, loop: PeriodicLoop) -> None:
         self.loop, diagram = loop, loop.diagram()
         self.program, self.inputs = compile_diagram(diagram), loop.inputs(diagram)
         self.fixed = RAMP_OVER if loop.alpha else {}
@@ -118,24 +124,25 @@ class FloquetLoop:
         self.start = np.zeros(len(self.owners))
         self.start[[block == "update" for block in self.owners]] = loop.joints.theta
 
-    def period_run(self, x, gamma, log, every=1):
+    def period_run(self, x: np.ndarray, gamma: float, log: list[str], every: int = 1,
+                   ) -> ct.TimeResponseData:
         """Response over one period from the state x."""
         return self.program.run(
             self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=log,
             params={"update.gamma": self.loop.diagonal(gamma), **self.fixed}, every=every)
 
-    def after_period(self, x, gamma):
+    def after_period(self, x: np.ndarray, gamma: float) -> np.ndarray:
         """State one period after the state x."""
         run = self.period_run(x, gamma, ["q"], every=round(self.loop.period / STEP))
         return run.states[:, -1]
 
-    def monodromy(self, x, gamma):
+    def monodromy(self, x: np.ndarray, gamma: float) -> np.ndarray:
         """Derivative of `after_period` by x, by central differences, shape (states, states)."""
         nudges = NUDGE * np.eye(x.size)
         return np.array([(self.after_period(x + h, gamma) - self.after_period(x - h, gamma))
                          / (2 * NUDGE) for h in nudges]).T
 
-    def orbit(self, gamma):
+    def orbit(self, gamma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the state at time 0 of the periodic orbit, and its monodromy, by Newton.
 
         The search starts at the last orbit found: without a modelling error all gains share it.
@@ -150,20 +157,8 @@ class FloquetLoop:
         self.start = x
         return x, matrix
 
-    def rates(self, gamma):
-        """Floquet rates at an adaptation gain.
-
-        Parameters
-        ----------
-        gamma : float
-            Adaptation gain.
-
-        Returns
-        -------
-        Rates
-            Per joint.
-
-        """
+    def rates(self, gamma: float) -> Rates:
+        """Floquet rates at an adaptation gain."""
         n = self.loop.joints.n
         try:
             _, matrix = self.orbit(gamma)
@@ -178,7 +173,7 @@ class FloquetLoop:
                      multipliers)
 
 
-def floquet_rates(loop, gammas):
+def floquet_rates(loop: PeriodicLoop, gammas: ArrayLike) -> list[Rates]:
     """Floquet rates of a loop over adaptation gains.
 
     Parameters
@@ -196,44 +191,3 @@ def floquet_rates(loop, gammas):
     """
     compiled = FloquetLoop(loop)
     return [compiled.rates(gamma) for gamma in np.atleast_1d(gammas)]
-
-
-def suggest_gamma(loop, time, remaining=0.01, gammas=None):
-    """Smallest adaptation gain that brings parametric errors down to a fraction in a time.
-
-    Parameters
-    ----------
-    loop : PeriodicLoop
-        The loop.
-    time : float
-        Wanted time [s].
-    remaining : float
-        Fraction of the error that may be left.
-    gammas : array_like, optional
-        Gains to look at, rising; by default 1 to 1000 in steps of 12 %.
-
-    Returns
-    -------
-    gamma : float
-        The gain.
-    rates : Rates
-        What it reaches.
-
-    Raises
-    ------
-    NotIdentifiableError
-        If no gain is fast enough; names the fastest, for the rate does not grow for ever.
-
-    """
-    gammas = np.geomspace(1, 1000, 61) if gammas is None else np.asarray(gammas, float)
-    compiled, best = FloquetLoop(loop), None
-    for gamma in gammas:
-        rates = compiled.rates(gamma)
-        if rates.time_to(remaining) <= time:
-            return float(gamma), rates
-        if best is None or rates.slowest > best[1].slowest:
-            best = gamma, rates
-    raise NotIdentifiableError(
-        f"no gain from {gammas[0]:g} to {gammas[-1]:g} brings the error to {remaining:g} within "
-        f"{time:g} s; the fastest is gamma = {best[0]:.3g} with "
-        f"{best[1].time_to(remaining):.3g} s. A stronger or better excitation helps")

@@ -1,5 +1,6 @@
 """A multisine that excites the parameters as well as the limits on motion and torque allow."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations, product
 
@@ -7,6 +8,7 @@ import control as ct
 import numpy as np
 from scipy.optimize import minimize
 
+from clie_blocks.analysis.theory.bounds import ControlledJoints
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import ClieError
 from clie_blocks.excitation import multisine
@@ -17,7 +19,7 @@ SAMPLES = 512  # over one common period
 
 @dataclass(frozen=True)
 class Limits:
-    """What a joint may do.
+    """Limits on the motion and torque of a joint.
 
     Parameters
     ----------
@@ -34,7 +36,7 @@ class Limits:
     velocity: float
     torque: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("position", "velocity", "torque"):
             if not getattr(self, name) > 0:
                 raise ClieError(f"the {name} limit must be positive, got {getattr(self, name)}")
@@ -55,7 +57,7 @@ class Multisine:
     smallest : float
         Smallest eigenvalue of (28) per second of window, once settled.
     peaks : Limits
-        What it reaches.
+        Largest position, velocity and torque that it causes.
 
     """
 
@@ -65,12 +67,13 @@ class Multisine:
     smallest: float
     peaks: Limits
 
-    def __call__(self, t):
+    def __call__(self, t: float) -> np.ndarray:
         """Excitation [N m] at a time [s]."""
         return multisine(t, self.frequency, self.amplitude, self.phase)
 
 
-def design_multisine(joints, joint, limits, *, period=10.0, lowest=0.1, highest=3.0, tones=8):
+def design_multisine(joints: ControlledJoints, joint: int, limits: Limits, *, period: float = 10.0,
+                     lowest: float = 0.1, highest: float = 3.0, tones: int = 8) -> Multisine:
     """Multisine of one joint that maximises the smallest eigenvalue of (28) within limits.
 
     Pairs of harmonics of ``1/period`` are tried first; from the best pairs all amplitudes and
@@ -84,7 +87,7 @@ def design_multisine(joints, joint, limits, *, period=10.0, lowest=0.1, highest=
     joint : int
         Which joint, from 0.
     limits : Limits
-        What the joint may do.
+        Limits on its motion and torque.
     period : float
         Common period of the tones [s]; the window of (28) is a multiple of it.
     lowest, highest : float
@@ -102,19 +105,19 @@ def design_multisine(joints, joint, limits, *, period=10.0, lowest=0.1, highest=
     frequency = harmonics[harmonics > 0] / period
     motion = _Motion(joints, joint, frequency, period)
 
-    def worth(shape):
+    def worth(shape: np.ndarray) -> float:
         return -motion.smallest(motion.scaled(shape, limits))
 
-    found = [minimize(worth, start, method="Powell", options={"maxiter": 20, "xtol": 1e-3})
-             for start in _starts(frequency.size, worth)]
-    best = motion.scaled(min(found, key=lambda one: one.fun).x, limits)
+    optima = [minimize(worth, start, method="Powell", options={"maxiter": 20, "xtol": 1e-3})
+              for start in _starts(frequency.size, worth)]
+    best = motion.scaled(min(optima, key=lambda one: one.fun).x, limits)
     used = np.abs(best) > 1e-3 * np.max(np.abs(best))
     best = np.where(used, best, 0)
     return Multisine(frequency[used], np.abs(best[used]), np.angle(best[used]),
                      motion.smallest(best), Limits(*motion.peaks(best)))
 
 
-def _starts(m, worth, keep=3):
+def _starts(m: int, worth: Callable[[np.ndarray], float], keep: int = 3) -> list[np.ndarray]:
     """The best pairs of tones, over a few ratios and phases: amplitudes, then phases."""
     pairs = []
     for first, second in combinations(range(m), 2):
@@ -128,7 +131,8 @@ def _starts(m, worth, keep=3):
 class _Motion:
     """Steady motion of one joint under a multisine, linear in its amplitudes."""
 
-    def __init__(self, joints, joint, frequency, period):
+    def __init__(self, joints: ControlledJoints, joint: int, frequency: np.ndarray, period: float,
+                 ) -> None:
         plant = decoupled_joints(joints.a, joints.b, joints.d)
         diagram = joint_loop(plant, joints.kp, joints.kd)
         system = ct.linearize(diagram, 0, 0)
@@ -140,7 +144,7 @@ class _Motion:
         self.q, self.dq, self.u = response[:, :, None] * tones
         self.rest = joints.d[joint] / joints.b[joint]
 
-    def scaled(self, shape, limits):
+    def scaled(self, shape: np.ndarray, limits: Limits) -> np.ndarray:
         """Complex amplitudes of the given shape (shares, phases), as large as limits allow."""
         share, phase = np.split(shape, 2)
         amplitude = share * np.exp(1j * phase)
@@ -148,12 +152,13 @@ class _Motion:
         reached = np.maximum(self.peaks(amplitude), 1e-12)
         return amplitude * np.min(bounds / reached)
 
-    def peaks(self, amplitude):
+    def peaks(self, amplitude: np.ndarray) -> tuple[float, float, float]:
         """Largest position, velocity and torque."""
-        return tuple(float(np.max(np.abs((amplitude @ rows).imag)))
-                     for rows in (self.q, self.dq, self.u))
+        q, dq, u = (float(np.max(np.abs((amplitude @ rows).imag)))
+                    for rows in (self.q, self.dq, self.u))
+        return q, dq, u
 
-    def smallest(self, amplitude):
+    def smallest(self, amplitude: np.ndarray) -> float:
         """Smallest eigenvalue of the mean of ``Phi Phi^T`` of this joint."""
         dq, u = (amplitude @ self.dq).imag, (amplitude @ self.u).imag
         phi = np.array([dq, -self.rest - u, np.ones(SAMPLES)])

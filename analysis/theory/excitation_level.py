@@ -1,7 +1,9 @@
 """How well a motion excites the parameters: conditions (28), (42), (49), window by window."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import control as ct
 import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
@@ -31,34 +33,34 @@ class Excitation:
 
     """
 
-    window: tuple
+    window: tuple[float, float]
     weighted: float
     eigenvalues: np.ndarray
     weakest: np.ndarray
 
     @property
-    def smallest(self):
+    def smallest(self) -> float:
         """beta_1 of (28): positive where all parameters are excited."""
         return float(self.eigenvalues[0])
 
     @property
-    def largest(self):
+    def largest(self) -> float:
         """beta_2 of (28)."""
         return float(self.eigenvalues[-1])
 
     @property
-    def rank(self):
+    def rank(self) -> int:
         """Number of parameter directions that are excited at all."""
         return int(np.sum(self.eigenvalues > RANK_TOLERANCE * self.largest))
 
     @property
-    def condition_number(self):
+    def condition_number(self) -> float:
         """Largest over smallest eigenvalue; infinite without full rank."""
         full = self.rank == self.eigenvalues.size
         return self.largest / self.smallest if full else float("inf")
 
     @property
-    def weakest_in_words(self):
+    def weakest_in_words(self) -> str:
         """The parameter direction that is least excited, in words."""
         n = self.weakest.size // 3
         order = np.argsort(-np.abs(self.weakest))
@@ -69,7 +71,7 @@ class Excitation:
                 + (f" ({' '.join(parts)} together)" if len(parts) > 1 else ""))
 
 
-def excitation(phi, time, window):
+def excitation(phi: np.ndarray, time: np.ndarray, window: tuple[float, float]) -> Excitation:
     """Excitation (28), (49) of a regressor in a window.
 
     Parameters
@@ -98,11 +100,13 @@ def excitation(phi, time, window):
                                    f"run covers {time[0]:g} to {time[-1]:g} s")
     gramian = trapezoid(phi[rows] @ phi[rows].transpose(0, 2, 1), time[rows], axis=0)
     eigenvalues, vectors = np.linalg.eigh(gramian)
-    return Excitation(tuple(window), float(np.mean(np.sum(gramian, axis=1))), eigenvalues,
+    return Excitation((window[0], window[1]), float(np.mean(np.sum(gramian, axis=1))), eigenvalues,
                       vectors[:, 0])
 
 
-def weighted_integral(phi, time, windows=paper.WINDOWS):
+def weighted_integral(phi: np.ndarray, time: np.ndarray,
+                      windows: Sequence[tuple[float, float]] = paper.WINDOWS,
+                      ) -> list[tuple[np.ndarray, np.ndarray]]:
     """The integral (49) over time, reset at the start of each window, as in Fig. 3.
 
     Parameters
@@ -128,7 +132,7 @@ def weighted_integral(phi, time, windows=paper.WINDOWS):
     return curves
 
 
-def model_regressor(response):
+def model_regressor(response: ct.TimeResponseData) -> np.ndarray:
     """Regressor Phi_p (22) along a run of an identification loop, shape (samples, 3n, n).
 
     Parameters
@@ -141,7 +145,7 @@ def model_regressor(response):
     return np.array([regressor_matrix(*row) for row in zip(dq, u)])
 
 
-def filtered_regressor_of(response):
+def filtered_regressor_of(response: ct.TimeResponseData) -> np.ndarray:
     """Regressor Phi_f (36) along a run that logged it, shape (samples, 3n, n).
 
     Parameters

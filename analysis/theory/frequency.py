@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
 
 from clie_blocks.analysis.theory.opening import on_path, transfer
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import NotIdentifiableError
-from clie_blocks.signals import ports
+from clie_blocks.signals import Diagram, ports
 
 PAPER_TONES = (0.5, 1.0)  # Hz, the frequencies of the excitation (48)
 HOLD_POINTS = 20
@@ -40,7 +41,8 @@ class FilterResponse:
     delay: np.ndarray
 
 
-def filter_response(block, omega, derivative=False):
+def filter_response(block: ct.StateSpace, omega: ArrayLike, derivative: bool = False,
+                    ) -> FilterResponse:
     """Frequency response of a filter of one channel, and its errors.
 
     Parameters
@@ -64,7 +66,7 @@ def filter_response(block, omega, derivative=False):
     return FilterResponse(omega, response, np.abs(relative) - 1, -np.angle(relative) / omega)
 
 
-def noise_gain(block, period):
+def noise_gain(block: ct.StateSpace, period: float) -> float:
     """Root mean square of a filter's output, over all time, per that of held white noise.
 
     Parameters
@@ -87,7 +89,7 @@ def noise_gain(block, period):
     return float(np.sqrt(np.mean([_variance(channel, spread, instant) for instant in between])))
 
 
-def _variance(channel, spread, instant):
+def _variance(channel: ct.StateSpace, spread: np.ndarray, instant: float) -> float:
     """Variance of the output some time after a sample, with the state's covariance at it."""
     ahead = ct.sample_system(channel, instant, "zoh")
     moved = ahead.A @ spread @ ahead.A.T + ahead.B @ ahead.B.T
@@ -109,22 +111,23 @@ class Poles:
     values: np.ndarray
 
     @property
-    def natural_frequency(self):
+    def natural_frequency(self) -> np.ndarray:
         """Distance from zero [rad/s]."""
         return np.abs(self.values)
 
     @property
-    def damping(self):
+    def damping(self) -> np.ndarray:
         """Damping ratio: 1 does not overshoot, negative is unstable."""
         return -self.values.real / np.abs(self.values)
 
     @property
-    def stable(self):
+    def stable(self) -> bool:
         """Whether all of them are left of the imaginary axis."""
         return bool(np.all(self.values.real < 0))
 
 
-def closed_loop_poles(plant, kp, kd, *, filtered=False, q=0.0):
+def closed_loop_poles(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, *,
+                      filtered: bool = False, q: ArrayLike = 0.0) -> Poles:
     """Poles of the robot under PD control, Fig. 1, with exact velocity or through G1.
 
     Parameters
@@ -152,7 +155,8 @@ def closed_loop_poles(plant, kp, kd, *, filtered=False, q=0.0):
     return Poles(values[np.argsort(np.abs(values))])
 
 
-def gain_sweep(plant, kp, kd, factors, *, filtered=False, q=0.0):
+def gain_sweep(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, factors: ArrayLike, *,
+               filtered: bool = False, q: ArrayLike = 0.0) -> np.ndarray:
     """Poles while both gains are multiplied by a factor.
 
     Parameters
@@ -176,7 +180,7 @@ def gain_sweep(plant, kp, kd, factors, *, filtered=False, q=0.0):
     """
     kp, kd = np.asarray(kp, float), np.asarray(kd, float)
     return np.array([closed_loop_poles(plant, f * kp, f * kd, filtered=filtered, q=q).values
-                     for f in factors])
+                     for f in np.asarray(factors)])
 
 
 @dataclass(frozen=True)
@@ -204,20 +208,21 @@ class Margins:
     phase: float
     crossover: float
     peak_sensitivity: float
-    loop: object
+    loop: ct.StateSpace
 
     @property
-    def delay(self):
-        """Dead time that the loop still bears [s]."""
+    def delay(self) -> float:
+        """Delay margin: dead time that would make the loop unstable [s]."""
         return np.radians(self.phase) / self.crossover
 
-    def sensitivities(self, omega):
+    def sensitivities(self, omega: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return S and T at frequencies [rad/s]."""
         value = np.squeeze(self.loop(1j * np.asarray(omega)))
         return 1 / (1 + value), value / (1 + value)
 
 
-def margins(plant, kp, kd, joint, *, filtered=False, q=0.0):
+def margins(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, joint: int, *,
+            filtered: bool = False, q: ArrayLike = 0.0) -> Margins:
     """Stability margins of one joint at the plant's input.
 
     Parameters
@@ -253,14 +258,15 @@ def margins(plant, kp, kd, joint, *, filtered=False, q=0.0):
                    float(crossovers[worst]), float(peak), loop)
 
 
-def robot_loop(plant, kp, kd, filtered):
+def robot_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, filtered: bool,
+               ) -> Diagram:
     """Diagram that holds the robot's loop: Fig. 1, or Fig. 2 with G1 in the robot's half."""
     if filtered:
         return clie_loop(plant, kp, kd, 1.0, velocity="measured")
     return joint_loop(plant, kp, kd)
 
 
-def operating_state(diagram, plant, q):
+def operating_state(diagram: Diagram, plant: ct.NonlinearIOSystem, q: ArrayLike) -> np.ndarray:
     """State of a diagram with the plant at rest at a position, everything else zero.
 
     Parameters

@@ -4,13 +4,14 @@ import copy
 
 import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
-from clie_blocks.signals import DiagramError, nearest, ports
+from clie_blocks.signals import Diagram, DiagramError, nearest, ports
 
 STRUCTURAL_ZERO = 1e-7  # ct.linearize differentiates numerically
 
 
-def opened(diagram, port):
+def cut_open(diagram: Diagram, port: str) -> Diagram:
     """Diagram with the wires into a port cut.
 
     Parameters
@@ -48,7 +49,8 @@ def opened(diagram, port):
     return cut
 
 
-def transfer(diagram, port, x=0.0, cut=0.0, output="driver"):
+def transfer(diagram: Diagram, port: str, x: ArrayLike = 0.0, cut: ArrayLike = 0.0,
+             output: str = "driver") -> ct.StateSpace:
     """Linear transfer from a cut port to what drove it, or to an output of the diagram.
 
     Parameters
@@ -70,14 +72,14 @@ def transfer(diagram, port, x=0.0, cut=0.0, output="driver"):
         Only the states on a path from the cut to the output.
 
     """
-    loop = opened(diagram, port)
+    loop = cut_open(diagram, port)
     width = loop.ninputs - diagram.ninputs
     u = np.concatenate((np.zeros(diagram.ninputs), np.broadcast_to(cut, width)))
     system = ct.linearize(loop, np.broadcast_to(x, loop.nstates).astype(float), u)
     return on_path(system[ports(loop.output_labels)[output], diagram.ninputs:])
 
 
-def on_path(system):
+def on_path(system: ct.StateSpace) -> ct.StateSpace:
     """System without the states that no wire joins to both its inputs and its outputs.
 
     Parameters
@@ -99,13 +101,13 @@ def on_path(system):
                  inputs=system.input_labels, outputs=system.output_labels)
 
 
-def _spread(wired, reached):
+def _spread(wired: np.ndarray, reached: np.ndarray) -> np.ndarray:
     for _ in range(len(wired)):
         reached = reached | (wired @ reached)
     return reached
 
 
-def _input_rows(diagram, port):
+def _input_rows(diagram: Diagram, port: str) -> list[int]:
     block, _, base = port.rpartition(".")
     names = [system.name for system in diagram.syslist]
     if block not in names:
@@ -113,8 +115,8 @@ def _input_rows(diagram, port):
                            f"{nearest(block, names)}")
     k = names.index(block)
     labels = diagram.syslist[k].input_labels
-    found = {**ports(labels), **{label: [row] for row, label in enumerate(labels)}}
-    if base not in found:
+    rows = {**ports(labels), **{label: [row] for row, label in enumerate(labels)}}
+    if base not in rows:
         raise DiagramError(f"{diagram.name}: block {block!r} has no input {base!r}; "
                            f"{nearest(base, ports(labels))}")
-    return [diagram.input_offset[k] + row for row in found[base]]
+    return [diagram.input_offset[k] + row for row in rows[base]]

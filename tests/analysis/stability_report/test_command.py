@@ -1,15 +1,17 @@
 """The stability report: verdicts, exit codes, JSON keys, and what the page says."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis.report import render
-from clie_blocks.analysis.stability_report import command, plots
+from clie_blocks.analysis.stability_report import command, plots, quantities
 from clie_blocks.analysis.stability_report.document import document, verdict
-from clie_blocks.analysis.stability_report.quantities import bounds_of
+from clie_blocks.analysis.stability_report.loop_bounds import analyse_bounds
+from clie_blocks.analysis.stability_report.quantities import analyse
 from clie_blocks.analysis.stability_report.study import paper_study
 from clie_blocks.output import guarded
 
@@ -18,20 +20,20 @@ ISSUE_KEYS = ("schema_version", "mu_0", "eta", "k_1", "k_1_printed", "k_2", "k_3
 
 
 @pytest.fixture(scope="module")
-def found():
-    return command.analyse(paper_study())
+def analysed():
+    return analyse(paper_study())
 
 
 @pytest.fixture
-def reused(found, monkeypatch):
+def reused(analysed, monkeypatch):
     """Other gains get their own bounds; the slower parts are those of the paper's gains."""
     monkeypatch.setattr(plots, "SWEEP", np.array([0.3, 3.0]))
-    monkeypatch.setattr(command, "analyse", lambda study, advance=None: {
-        **found, "bounds": bounds_of(study)})
+    monkeypatch.setattr(quantities, "analyse", lambda study, advance=None: replace(
+        analysed, bounds=analyse_bounds(study)))
 
 
-def test_json_has_the_agreed_keys_and_the_papers_numbers(found):
-    numbers = command.as_dict(paper_study(), found)
+def test_json_has_the_agreed_keys_and_the_papers_numbers(analysed):
+    numbers = command.as_dict(paper_study(), analysed)
     assert set(ISSUE_KEYS) <= set(numbers)
     assert numbers["mu_0"] == pytest.approx(0.9637, abs=5e-5)
     assert numbers["eta"] == 0.8768 and numbers["eta_computed"] == pytest.approx(.876945, abs=1e-5)
@@ -50,8 +52,8 @@ def test_json_has_the_agreed_keys_and_the_papers_numbers(found):
     assert over_alpha[1e-3] == pytest.approx(over_alpha[0.0], rel=3e-3)
 
 
-def test_verdict_of_the_papers_gains_is_good(found):
-    sentence, mood, advice = verdict(paper_study(), found)
+def test_verdict_of_the_papers_gains_is_good(analysed):
+    sentence, mood, advice = verdict(paper_study(), analysed)
     assert mood == "good" and advice == () and "1.238" in sentence
 
 
@@ -64,7 +66,7 @@ def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsy
     assert "raise Kd from 2 above 2.91" in numbers["advice"][0]
     assert "lower Kp from 10 below" in numbers["advice"][0]
     repaired = paper_study().with_gains(kd=2.92)
-    assert bounds_of(repaired).condition.holds
+    assert analyse_bounds(repaired).condition.holds
 
 
 def test_report_is_written_and_its_verdict_comes_first(reused, tmp_path, capsys):
@@ -78,22 +80,22 @@ def test_report_is_written_and_its_verdict_comes_first(reused, tmp_path, capsys)
     assert "6.189" in text and "11.189" in text and "0.9637" in text
 
 
-def test_nominally_safe_gains_that_the_box_breaks_are_unsure(found):
+def test_nominally_safe_gains_that_the_box_breaks_are_unsure(analysed):
     edge = paper_study().with_gains(kp=22.47, kd=5.0)  # joint 2 holds, its worst case does not
-    bounds = bounds_of(edge.with_gains(kp=[10.0, 22.4675]))
+    bounds = analyse_bounds(edge.with_gains(kp=[10.0, 22.4675]))
     sentence, mood, advice = verdict(edge.with_gains(kp=[10.0, 22.4675]),
-                                     {**found, "bounds": bounds})
+                                     replace(analysed, bounds=bounds))
     assert mood == "unsure" and "not for all" in sentence
     assert advice[0].startswith("Joint 2") and "all possible parameters" in advice[0]
 
 
-def test_diverging_simulation_is_reported_not_raised(found):
+def test_diverging_simulation_is_reported_not_raised(analysed):
     study = paper_study().with_gains(kp=2e5)
-    bounds = bounds_of(study)
+    bounds = analyse_bounds(study)
     assert bounds.errors is None and bounds.measured["e_late"] == np.inf
-    report = document(study, {**found, "bounds": bounds, "excitation": None})
+    report = document(study, replace(analysed, bounds=bounds, excitation=None))
     assert report.mood == "bad"
-    assert any("left all numbers" in sentence for section in report.sections
+    assert any("diverged within 400 s" in sentence for section in report.sections
                for sentence in section.sentences)
 
 

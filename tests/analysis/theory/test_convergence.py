@@ -9,10 +9,7 @@ from clie_blocks.analysis.theory.convergence import (
     FloquetLoop,
     PeriodicLoop,
     floquet_rates,
-    suggest_gamma,
 )
-from clie_blocks.compiled import compile_diagram
-from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.signals import signal
 
@@ -69,21 +66,6 @@ def test_orbit_of_the_true_loop_is_periodic_with_exact_estimates():
     np.testing.assert_allclose(compiled.after_period(x, 20.0), x, atol=1e-9)
     theta = x[[block == "update" for block in compiled.owners]]
     np.testing.assert_allclose(theta, paper.THETA, atol=1e-9)
-
-
-def test_suggested_gain_reaches_the_wanted_time():
-    gamma, rates = suggest_gamma(LOOP, 100.0, gammas=np.arange(10.0, 60.0, 5.0))
-    assert rates.time_to(0.01) <= 100.0 < floquet_rates(LOOP, [gamma - 5])[0].time_to(0.01)
-    run = compile_diagram(LOOP.diagram()).run(
-        150.0, step=2e-3, inputs=LOOP.inputs(LOOP.diagram()), every=500,
-        params={"update.gamma": gamma})
-    error = np.abs(signal(run, "theta_hat")[0] - paper.THETA[0]) / paper.THETA[0]
-    assert error[-1] < 0.01
-
-
-def test_a_time_out_of_reach_names_the_fastest():
-    with pytest.raises(NotIdentifiableError, match="fastest is gamma = 55"):
-        suggest_gamma(LOOP, 1.0, gammas=[20.0, 55.0, 400.0])
 
 
 def test_without_excitation_nothing_converges():

@@ -13,7 +13,7 @@ from clie_blocks.analysis.theory.frequency import (
     margins,
     noise_gain,
 )
-from clie_blocks.analysis.theory.opening import on_path, opened, transfer
+from clie_blocks.analysis.theory.opening import cut_open, on_path, transfer
 from clie_blocks.compiled import compile_diagram, held_normal
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import NotIdentifiableError
@@ -118,7 +118,7 @@ def test_opened_loop_closes_to_the_diagram():
     np.testing.assert_allclose(
         np.sort(ct.feedback(around, np.eye(2)).poles()),
         np.sort(closed_loop_poles(PLANT, paper.KP, paper.KD).values), atol=1e-5)
-    cut = opened(loop, "plant.u[1]")
+    cut = cut_open(loop, "plant.u[1]")
     assert cut.input_labels[-1] == "cut[0]" and cut.output_labels[-1] == "driver[0]"
     assert loop.ninputs == 4 and loop.noutputs == 6  # the diagram itself is untouched
 
@@ -134,7 +134,7 @@ def test_on_path_keeps_the_transfer():
                                            ("plant.uu", "did you mean 'u'")])
 def test_unknown_ports_are_named(port, message):
     with pytest.raises(DiagramError, match=message):
-        opened(joint_loop(PLANT, paper.KP, paper.KD), port)
+        cut_open(joint_loop(PLANT, paper.KP, paper.KD), port)
 
 
 def test_margins_of_a_loop_without_crossover_are_refused():
