@@ -1,41 +1,27 @@
 """From the columns of a log to a `Record`: units to SI, the clock, the mask, the decisions."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
-from clie_blocks.analysis.records.clock import repeated, seconds, segments
-from clie_blocks.analysis.records.columns import find_columns
+from clie_blocks.analysis.records.clock import repeated_stamps, seconds, segments
+from clie_blocks.analysis.records.columns import Layout, find_columns
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
-from clie_blocks.analysis.records.table import pack
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.table import Packed, Table, pack
 from clie_blocks.analysis.records.units import to_si
 from clie_blocks.errors import RecordError
 
 MASKED_BY = ("q", "u", "qd", "pe")  # a hole in one of these makes the sample useless
 
 
-def assemble(table, robot=None, columns=None, time_unit=None):
-    """Return the record of a table.
+def assemble(table: Table, robot: Robot | None = None, columns: Mapping[str, str] | None = None,
+             time_unit: str | None = None) -> Record:
+    """Return the record of a table, in SI.
 
-    Parameters
-    ----------
-    table : Table
-        The log.
-    robot : Robot, optional
-        Its joint order, units, columns and sample time are used.
-    columns : mapping, optional
-        The user's map from signal to column pattern; it overrides the robot's.
-    time_unit : str, optional
-        Unit of the clock; it overrides what the log says.
-
-    Returns
-    -------
-    Record
-        In SI.
-
-    Raises
-    ------
-    RecordError
-        If signals are missing or ambiguous, units unknown, or there is no sample.
-
+    The user's map from signal to column pattern overrides that of the robot, and the user's unit
+    of the clock overrides what the log states.
     """
     given = {**(robot.columns if robot else {}), **(columns or {})}
     layout = find_columns(table.names, table.source, given, robot.joints if robot else ())
@@ -45,23 +31,25 @@ def assemble(table, robot=None, columns=None, time_unit=None):
                       if signal in MASKED_BY))
     if packed.stamps.size == 0:
         raise RecordError(f"{table.source} has a header but no samples with a time stamp; without "
-                          "samples nothing can be learned: check the export")
+                          "samples nothing can be learned; check the export")
     stated = time_unit or layout.units["time"][0] or table.time_unit or (
         robot.units.get("time") if robot else None)
     time, clock_notes = seconds(packed.stamps, stated,
                                 robot.controller.sample_time if robot else None, table.source)
     ranges, cut_notes = segments(time)
-    twins, twin_notes = repeated(time)
+    twins, twin_notes = repeated_stamps(time)
     signals, valid, empty_notes = _signals(layout, packed)
+    shown: dict[str, Any] = signals
     return Record(
-        time=time, **signals, valid=valid & ~twins, joints=layout.joints, robot=robot,
+        time=time, **shown, valid=valid & ~twins, joints=layout.joints, robot=robot,
         units={name: unit for name, unit in units.items() if name in signals},
         source=table.source, segments=ranges,
         decisions=(*table.decisions, *layout.decisions, *notes, *clock_notes, *cut_notes,
                    *twin_notes, *empty_notes, *_losses(packed.dropped, valid)))
 
 
-def _scales(table, layout, robot):
+def _scales(table: Table, layout: Layout,
+            robot: Robot | None) -> tuple[list[float], dict[str, tuple[str, ...]], list[str]]:
     """Factors to SI of all columns after the clock, the SI units, and what was assumed."""
     factors, units, notes = [], {}, []
     for signal, stated in layout.units.items():
@@ -83,9 +71,12 @@ def _scales(table, layout, robot):
     return factors, units, notes
 
 
-def _signals(layout, packed):
+def _signals(layout: Layout,
+             packed: Packed) -> tuple[dict[str, np.ndarray], np.ndarray, list[str]]:
     """Slice the packed values; a signal that never held a number for a joint is left out."""
-    signals, empty, start = {}, [], 0
+    signals: dict[str, np.ndarray] = {}
+    empty: list[str] = []
+    start = 0
     for signal, found in layout.columns.items():
         stop = start + len(found)
         if signal == "q" or packed.filled[start:stop].all():
@@ -103,7 +94,7 @@ def _signals(layout, packed):
                             for signal in empty]
 
 
-def _losses(dropped, valid):
+def _losses(dropped: int, valid: np.ndarray) -> list[str]:
     notes = []
     if dropped:
         notes.append(f"Dropped {dropped} rows without a time stamp.")

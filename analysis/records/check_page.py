@@ -1,50 +1,43 @@
 """One page with the signals of a checked log, its findings marked where they are."""
 
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from clie_blocks.analysis.records.checks.finding import Finding
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.output import save_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COLOURS = {"error": "tab:red", "warning": "tab:orange", "repair": "tab:blue"}
 MOST_POINTS = 4000
 SHOWN = ("q", "u", "dq", "tau")
 
 
-def save_page(report, folder, stem):
-    """Draw the signals of a report's record with the marked samples.
-
-    Parameters
-    ----------
-    report : Report
-        From `check_log`.
-    folder : path-like
-        Where to.
-    stem : str
-        File name without its ending.
-
-    Returns
-    -------
-    list of str
-        The files.
-
-    """
+def save_page(record: Record, findings: Sequence[Finding], verdict: str,
+              folder: str | os.PathLike[str], stem: str) -> list[str]:
+    """Draw the signals of a record with the samples of its findings, and return the files."""
     from matplotlib.figure import Figure
 
-    record = report.record
     names = [name for name in SHOWN if name in record.signals]
     figure = Figure(figsize=(4.5 * record.n + 1, 2.2 * len(names) + 1), layout="constrained")
     axes = figure.subplots(len(names), record.n, squeeze=False, sharex=True)
     for row, name in zip(axes, names, strict=True):
         for k, axis in enumerate(row):
             _signal(axis, record, name, k)
-            _marks(axis, record, report.findings, k)
+            _marks(axis, record, findings, k)
     for k, axis in enumerate(axes[-1]):
         axis.set_xlabel("time [s]")
         axes[0][k].set_title(record.joints[k])
-    figure.suptitle(f"{record.source}: {report.verdict}", fontsize=9)
+    figure.suptitle(f"{record.source}: {verdict}", fontsize=9)
     return save_figure(figure, folder, stem, formats=("png",))
 
 
-def _signal(axis, record, name, k):
+def _signal(axis: "Axes", record: Record, name: str, k: int) -> None:
     """Envelope of a long signal, so that no peak is lost; the reference behind the position."""
     if name == "q" and record.qd is not None:
         axis.plot(*_thinned(record.time, record.qd[:, k]), color="0.7", lw=1, label="reference")
@@ -54,7 +47,7 @@ def _signal(axis, record, name, k):
     axis.set_ylabel(f"{name} [{record.units[name][k]}]")
 
 
-def _thinned(time, x):
+def _thinned(time: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     block = 2 * len(x) // MOST_POINTS
     if block < 2:
         return time, x
@@ -66,7 +59,7 @@ def _thinned(time, x):
     return np.repeat(time[:cut:block], 2), np.stack((low, high), axis=1).ravel()
 
 
-def _marks(axis, record, findings, k):
+def _marks(axis: "Axes", record: Record, findings: Sequence[Finding], k: int) -> None:
     for finding in findings:
         if finding.joint in (None, record.joints[k]):
             for start, stop in finding.samples:

@@ -1,15 +1,31 @@
-"""The command ``clie check`` says whether a log is sound and what can be told from it."""
+"""The command ``clie check`` reports whether a log is sound and what it can show."""
 
 import argparse
 import dataclasses
 import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.records.checks import FATAL, SEVERITIES, check_record, fix_units
-from clie_blocks.analysis.records.checks.capability import best_experiment, capabilities, facts
+from clie_blocks.analysis.records.checks import (
+    FATAL,
+    SEVERITIES,
+    Finding,
+    check_record,
+    fix_units,
+)
+from clie_blocks.analysis.records.checks.capability import (
+    Capability,
+    Facts,
+    best_experiment,
+    capabilities,
+    facts,
+)
 from clie_blocks.analysis.records.checks.clock import even_clock
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.output import run_main, to_json
 
@@ -21,15 +37,15 @@ NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
 class Report:
     """What `check_log` found: findings, capabilities, the advised experiment, the exit code."""
 
-    record: object
-    findings: list
-    facts: object
-    capabilities: list
+    record: Record
+    findings: list[Finding]
+    facts: Facts | None
+    capabilities: list[Capability]
     experiment: str
     exit_code: int
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         """One sentence."""
         if self.exit_code == 4:
             return "sound, but the motion does not show the parameters"
@@ -38,13 +54,13 @@ class Report:
         warned = self._count("warning")
         return f"usable, with {warned}" if warned else "sound"
 
-    def _count(self, severity):
+    def _count(self, severity: str) -> str:
         found = sum(finding.severity == severity for finding in self.findings)
         return f"{found} {severity}{'s' if found > 1 else ''}" if found else ""
 
 
-def check_log(record, robot=None, others=()):
-    """Check one record and judge what can be learned from it.
+def check_log(record: Record, robot: Robot | None = None, others: Sequence[Record] = ()) -> Report:
+    """Check one record and assess what can be learned from it.
 
     Parameters
     ----------
@@ -73,15 +89,8 @@ def check_log(record, robot=None, others=()):
                   best_experiment(steady, known), code)
 
 
-def main(argv=None):
-    """Check logs; the worst exit code counts.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Arguments; by default those of the process.
-
-    """
+def main(argv: Sequence[str] | None = None) -> int:
+    """Check logs; the worst exit code counts."""
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
     records = [record for path in options.logs
@@ -99,18 +108,20 @@ def main(argv=None):
         from clie_blocks.analysis.records.check_page import save_page
 
         for number, report in enumerate(reports, 1):
-            for path in save_page(report, options.output, f"check-{number}"):
+            for path in save_page(report.record, report.findings, report.verdict, options.output,
+                                  f"check-{number}"):
                 print(f"wrote {path}", file=sys.stderr)
     if not options.json and all(report.exit_code == 0 for report in reports):
         print(f"\nNext: clie identify {' '.join(options.logs)}", file=sys.stderr)
     return _exit_code(reports)
 
 
-def as_text(report):
+def as_text(report: Report) -> str:
     """Report as lines: verdict, joints, findings, what can be diagnosed, experiment."""
     record = report.record
     lines = [f"{record.source}: {report.verdict}", f"  {_outline(record)}", ""]
-    lines += [_joint_line(report, k) for k in range(record.n)] if report.facts else []
+    lines += [_joint_line(report, report.facts, k)
+              for k in range(record.n)] if report.facts else []
     for severity in SEVERITIES:
         lines += [f"  {severity.upper()} {text}" for text in _grouped(report.findings, severity)]
     lines += [f"  READ {sentence}" for sentence in record.decisions]
@@ -120,20 +131,20 @@ def as_text(report):
     return "\n".join([*lines, "", f"Most helpful next: {report.experiment}"])
 
 
-def _outline(record):
+def _outline(record: Record) -> str:
     rate = f" at {1 / record.sample_time:.5g} Hz" if record.sample_time > 0 else ""
     return (f"{len(record)} samples, {record.duration:.4g} s{rate}, {record.n} joints, signals "
             f"{' '.join(record.signals)}")
 
 
-def as_dict(report):
+def as_dict(report: Report) -> dict[str, Any]:
     """Report as plain values for JSON."""
     record, known = report.record, report.facts
     return {
         "source": record.source, "verdict": report.verdict, "exit_code": report.exit_code,
         "samples": len(record), "duration_s": record.duration,
         "sample_time_s": record.sample_time, "signals": record.signals,
-        "joints": [{"name": name, **(_joint_values(report, k) if known else {})}
+        "joints": [{"name": name, **(_joint_values(report, known, k) if known else {})}
                    for k, name in enumerate(record.joints)],
         "findings": [dataclasses.asdict(finding) for finding in report.findings],
         "decisions": record.decisions,
@@ -141,15 +152,15 @@ def as_dict(report):
         "experiment": report.experiment}
 
 
-def _joint_values(report, k):
-    motion = report.facts.motions[k]
+def _joint_values(report: Report, known: Facts, k: int) -> dict[str, Any]:
+    motion = known.motions[k]
     return {"findings": _worst(report, k), "sweep": motion.sweep, "top_speed": motion.top_speed,
             "frequency_hz": motion.frequency, "reversals": motion.reversals,
-            "noise": report.facts.floor.std[k], "hidden": motion.hidden}
+            "noise": known.floor.std[k], "hidden": motion.hidden}
 
 
-def _joint_line(report, k):
-    record, values = report.record, _joint_values(report, k)
+def _joint_line(report: Report, known: Facts, k: int) -> str:
+    record, values = report.record, _joint_values(report, known, k)
     unit = record.units["q"][k]
     u = "" if record.u is None else (f", command {np.sqrt(np.nanmean(record.u[:, k] ** 2)):.3g} "
                                      f"{record.units['u'][k]} rms")
@@ -158,15 +169,15 @@ def _joint_line(report, k):
             f"{values['reversals']} reversals, noise {values['noise']:.2g} {unit}{u}")
 
 
-def _worst(report, k):
+def _worst(report: Report, k: int) -> str:
     """Gravest severity of the findings on a joint, or ``ok``."""
     own = {f.severity for f in report.findings if f.joint == report.record.joints[k]}
     return next((severity for severity in SEVERITIES if severity in own), "ok")
 
 
-def _grouped(findings, severity):
-    """Texts of one severity; a fault that many joints share is told once, with their names."""
-    groups = {}
+def _grouped(findings: Sequence[Finding], severity: str) -> Iterator[str]:
+    """Texts of one severity; a fault that many joints share stands once, with their names."""
+    groups: dict[str, list[Finding]] = {}
     for finding in findings:
         if finding.severity == severity:
             groups.setdefault(finding.check, []).append(finding)
@@ -176,35 +187,35 @@ def _grouped(findings, severity):
         yield f"[{check}] {shared}" + (" (figures of the first)" if len(group) > 1 else "")
 
 
-def _exit_code(reports):
+def _exit_code(reports: Sequence[Report]) -> int:
     codes = {report.exit_code for report in reports}
     if codes == {4} or 1 not in codes:
         return 4 if codes == {4} else 0
     return 1
 
 
-def _columns(pairs):
+def _columns(pairs: Sequence[str]) -> dict[str, str] | None:
     return dict(pair.split("=", 1) for pair in pairs) or None
 
 
-def _pair(text):
+def _pair(text: str) -> str:
     if "=" not in text:
         raise argparse.ArgumentTypeError(f"{text!r} is not SIGNAL=COLUMN, as "
                                          "q=actual_pos_{joint}")
     return text
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="clie check", description="Say whether a log is sound, and what it can tell.",
+        prog="clie check", description="Report whether a log is sound, and what it can show.",
         epilog="Exit: 0 usable, 1 errors found, 2 usage, 3 cannot be read, 4 not identifiable.")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
-    parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one beside the log")
+    parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one next to the log")
     parser.add_argument("--map", action="append", type=_pair, default=[], metavar="SIGNAL=COLUMN",
                         help="name a column, as q=actual_pos_{joint}")
     parser.add_argument("--time-unit", choices=("s", "ms", "us", "ns"))
     parser.add_argument("--fix-units", action="store_true",
-                        help="apply the unit factors that the checks propose, and say so")
+                        help="apply the unit factors that the checks propose, and report them")
     parser.add_argument("--json", action="store_true", help="print JSON with schema_version")
     parser.add_argument("-o", dest="output", metavar="DIR", help="write a page with the signals")
     return parser

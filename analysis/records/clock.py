@@ -12,31 +12,18 @@ EPOCH = (9e8, 4.2e9)  # s since 1970: years 1998 to 2103
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
-def seconds(stamps, unit, sample_time, source):
-    """Return stamps in seconds, and what was decided.
+def seconds(stamps: np.ndarray, unit: str | None, sample_time: float | None,
+            source: str) -> tuple[np.ndarray, list[str]]:
+    """Return logged stamps in seconds, and what was decided.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (N,)
-        As logged.
-    unit : str or None
-        As stated; None to find out, which succeeds only when one unit makes sense.
-    sample_time : float or None
-        Stated period of the controller [s].
-    source : str
-        Beginning of messages.
-
-    Raises
-    ------
-    RecordError
-        If the unit is unknown, or cannot be told.
-
+    A unit that is not stated is found where only one makes sense, by the stated period of the
+    controller [s] or by what is plausible; else the log is refused.  `source` begins messages.
     """
     notes = []
     step = _median_step(stamps)
     if unit is None:
         unit = _guess(stamps, step, sample_time, source)
-        if unit != "s":
+        if unit != "s" and step is not None:
             notes.append(f"Took the clock to be in {unit}, since {_reason(step, unit)}.")
     factor = to_si(unit, "time", source)[0]
     origin = stamps[0] if stamps.size and EPOCH[0] < abs(stamps[0]) * factor < EPOCH[1] else 0.0
@@ -45,13 +32,13 @@ def seconds(stamps, unit, sample_time, source):
     return (stamps - origin) * factor, notes
 
 
-def _median_step(stamps):
+def _median_step(stamps: np.ndarray) -> float | None:
     step = np.diff(stamps)
     step = step[step > 0]
     return float(np.median(step)) if step.size else None
 
 
-def _guess(stamps, step, sample_time, source):
+def _guess(stamps: np.ndarray, step: float | None, sample_time: float | None, source: str) -> str:
     if step is None:
         return "s"
     known = [unit for unit, factor in FACTORS.items()
@@ -66,23 +53,16 @@ def _guess(stamps, step, sample_time, source):
     if "s" in fits:
         return "s"
     rates = ", ".join(f"{1 / (step * FACTORS[unit]):.4g} Hz if {unit}" for unit in FACTORS)
-    raise RecordError(f"{source}: the unit of the clock is not stated and its step of {step:g} "
-                      f"leaves it open ({rates}); say which: --time-unit us")
+    raise RecordError(f"{source}: the unit of the clock is not stated, and its step of {step:g} "
+                      f"does not decide it ({rates}); state it, as in --time-unit us")
 
 
-def _reason(step, unit):
+def _reason(step: float, unit: str) -> str:
     return f"its median step of {step:g} is then {1 / (step * FACTORS[unit]):.4g} Hz"
 
 
-def segments(time):
-    """Return half-open ranges without a gap or a backward stamp, and sentences about the cuts.
-
-    Parameters
-    ----------
-    time : ndarray, shape (N,)
-        Stamps [s].
-
-    """
+def segments(time: np.ndarray) -> tuple[list[tuple[int, int]], list[str]]:
+    """Half-open ranges of stamps [s] without a gap or a backward step, and notes on the cuts."""
     step = np.diff(time)
     typical = _median_step(time)
     backward = np.flatnonzero(step < 0) + 1
@@ -91,7 +71,7 @@ def segments(time):
     edges = [0, *cuts.tolist(), time.size]
     notes = []
     if gaps.size:
-        notes.append(f"The clock leaps over more than {GAP} sample times {gaps.size} times, first "
+        notes.append(f"The clock leaps {gaps.size} times by more than {GAP} sample times, first "
                      f"at {time[gaps[0] - 1]:g} s; nothing was filled in, the record is split.")
     if backward.size:
         notes.append(f"The clock runs backwards {backward.size} times, first at "
@@ -99,8 +79,8 @@ def segments(time):
     return list(zip(edges[:-1], edges[1:])), notes
 
 
-def repeated(time):
-    """Return a mask of samples whose stamp comes again at once, and a sentence about them.
+def repeated_stamps(time: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Mask of the samples whose stamp is repeated by the next one, and a note on them.
 
     Of samples with one stamp the last counts.  When more than one in a hundred repeats, the clock
     is coarse and all samples are real, so none is marked.

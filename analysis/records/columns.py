@@ -7,6 +7,7 @@ ambiguous, and the user is asked.
 
 import dataclasses
 import re
+from collections.abc import Mapping, Sequence
 
 from clie_blocks.analysis.records.aliases import ALIASES, IMPLIED_UNITS, TIME_UNITS
 from clie_blocks.analysis.records.model import SIGNALS
@@ -19,20 +20,21 @@ class Layout:
     """Columns found: per signal one column index per joint, and what had to be guessed."""
 
     time: int
-    columns: dict
-    units: dict
-    joints: tuple
-    decisions: tuple
+    columns: dict[str, list[int]]
+    units: dict[str, list[str | None]]
+    joints: tuple[str, ...]
+    decisions: tuple[str, ...]
     mask: int | None = None
 
-    def order(self):
+    def order(self) -> list[int]:
         """Indices to read: the time, then each signal's columns side by side, then the mask."""
         wanted = [self.time, *(index for found in self.columns.values() for index in found)]
         return wanted if self.mask is None else [*wanted, self.mask]
 
 
-def find_columns(names, source, given=None, joints=()):
-    """Find the signals among the columns of a log.
+def find_columns(names: Sequence[str], source: str, given: Mapping[str, str] | None = None,
+                 joints: Sequence[str] = ()) -> Layout:
+    """Find the signals in the header of a log.
 
     Parameters
     ----------
@@ -45,11 +47,6 @@ def find_columns(names, source, given=None, joints=()):
     joints : sequence of str, optional
         Joint names of the robot, in its order; they order the columns where the log names joints.
 
-    Returns
-    -------
-    Layout
-        Where each signal is.
-
     Raises
     ------
     RecordError
@@ -59,13 +56,13 @@ def find_columns(names, source, given=None, joints=()):
     _refuse_twins(names, source)
     given = _checked(given, source)
     found = _assign([split_unit(name) for name in names], given)
-    time = _pick(found, "time", names, source, given).columns[""]
-    q = _pick(found, "q", names, source, given)
+    time = _needed(found, "time", names, source, given).columns[""]
+    q = _needed(found, "q", names, source, given)
     tokens = _ordered(q, joints, source)
     chosen, notes = {"q": q}, []
     for signal in SIGNALS:
         if signal != "q" and (signal in found or signal in given):
-            group = _pick(found, signal, names, source, given, tokens)
+            group = _whole(found, signal, names, source, given, tokens)
             if group is None:
                 notes.append(_partial(signal, found[signal], names, tokens))
             else:
@@ -81,15 +78,15 @@ def find_columns(names, source, given=None, joints=()):
                   list(names).index("valid") if "valid" in names else None)
 
 
-def _checked(given, source):
+def _checked(given: Mapping[str, str] | None, source: str) -> dict[str, str]:
     """The user's map, if it maps signals and gives the clock one column."""
     given = dict(given or {})
     for name in given:
         if name not in (*SIGNALS, "time"):
-            raise RecordError(f"{source}: --map {name}=... names no signal; "
+            raise RecordError(f"{source}: --map {name}=... is not a signal; "
                               f"{nearest(name, ('time', *SIGNALS))}")
     if "{" in given.get("time", ""):
-        raise RecordError(f"{source}: --map time={given['time']} must name one column, there is "
+        raise RecordError(f"{source}: --map time={given['time']} must name one column: there is "
                           "one clock")
     return given
 
@@ -99,30 +96,34 @@ class _Found:
     """The columns that one pattern of one signal took: joint token to column index."""
 
     pattern: str
-    columns: dict
+    columns: dict[str, int]
 
 
-def _refuse_twins(names, source):
+_Groups = dict[str | None, dict[str, _Found]]  # by signal, None for what only looks like one
+
+def _refuse_twins(names: Sequence[str], source: str) -> None:
     seen = set()
     for name in names:
         if name in seen and name:
-            raise RecordError(f"{source}: two columns are called {name!r}, and which one counts "
-                              "cannot be known: rename or drop one")
+            raise RecordError(f"{source}: two columns are called {name!r}, and nothing says which "
+                              "one counts; rename or drop one")
         seen.add(name)
 
 
-def _assign(headers, given):
+def _assign(headers: Sequence[tuple[str, str | None]], given: Mapping[str, str]) -> _Groups:
     """Give each column to the user's pattern, else to the most literal alias that fits.
 
     A column that fits letter by letter comes before one that fits in other letters, so that ``T``
     is no clock beside ``t``.
     """
-    patterns = [(signal, pattern, True) for signal, pattern in given.items()]
+    patterns: list[tuple[str | None, str, bool]] = [
+        (signal, pattern, True) for signal, pattern in given.items()]
     aliases = [(signal, pattern, False) for signal, group in ALIASES.items() if signal not in given
                for pattern in group]
     patterns += sorted(aliases, key=lambda entry: -len(re.sub(r"\{\w+\}", "", entry[1])))
     regexes = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
-    found, left = {}, list(enumerate(headers))
+    found: _Groups = {}
+    left = list(enumerate(headers))
     for flags in (0, re.IGNORECASE):
         compiled = [(signal, pattern, re.compile(text, flags))
                     for signal, pattern, text in regexes]
@@ -131,7 +132,8 @@ def _assign(headers, given):
     return found
 
 
-def _take(found, index, header, compiled):
+def _take(found: _Groups, index: int, header: tuple[str, str | None],
+          compiled: Sequence[tuple[str | None, str, re.Pattern[str]]]) -> bool:
     """Put one column where it belongs; whether it belongs anywhere."""
     name, unit = header
     for signal, pattern, regex in compiled:
@@ -143,56 +145,67 @@ def _take(found, index, header, compiled):
     return False
 
 
-def _regex(pattern, own):
+def _regex(pattern: str, own: bool) -> str:
     joint = r"(.+?)" if own else r"([^\W_].*?)"
     parts = re.split(r"(\{\w+\})", pattern)
     return "".join(r"(\d+)" if part == "{k}" else joint if part == "{joint}" else re.escape(part)
                    for part in parts)
 
 
-def _pick(found, signal, names, source, given, tokens=None):
-    """Return the one pattern of a signal that has all joints."""
+def _needed(found: _Groups, signal: str, names: Sequence[str], source: str,
+            given: Mapping[str, str]) -> _Found:
+    """The one pattern of a signal that every log must have."""
     groups = list(found.get(signal, {}).values())
-    if tokens is not None:
-        whole = [group for group in groups if set(group.columns) >= set(tokens)]
-        if not whole and signal in given:
-            if len(groups) == 1 and _counts(groups[0].columns, tokens):
-                return _numbered(groups[0], tokens)
-            raise RecordError(f"{source}: {given[signal]!r} is not there for every joint "
-                              f"({', '.join(tokens)})")
-        groups = whole
-        if not groups:
-            return None
     if not groups:
         raise RecordError(_missing(signal, names, source, given))
+    return _only(groups, signal, names, source)
+
+
+def _whole(found: _Groups, signal: str, names: Sequence[str], source: str,
+           given: Mapping[str, str], tokens: Sequence[str]) -> _Found | None:
+    """The one pattern of a signal that has all joints."""
+    groups = list(found.get(signal, {}).values())
+    whole = [group for group in groups if set(group.columns) >= set(tokens)]
+    if whole:
+        return _only(whole, signal, names, source)
+    if signal not in given:
+        return None
+    if len(groups) == 1 and _counts(groups[0].columns, tokens):
+        return _numbered(groups[0], tokens)
+    raise RecordError(f"{source}: {given[signal]!r} is missing for at least one joint of "
+                      f"{', '.join(tokens)}; correct --map {signal}=...")
+
+
+def _only(groups: Sequence[_Found], signal: str, names: Sequence[str], source: str) -> _Found:
     if len(groups) > 1:
         claims = [names[next(iter(group.columns.values()))] for group in groups]
         raise RecordError(f"{source}: columns {' and '.join(map(repr, claims))} could both be "
-                          f"{signal}; say which: --map {signal}={groups[0].pattern}")
+                          f"{signal}; choose one: --map {signal}={groups[0].pattern}")
     return groups[0]
 
 
-def _counts(columns, tokens):
+def _counts(columns: Mapping[str, int], tokens: Sequence[str]) -> bool:
     """Whether the user's columns are numbered and as many as the joints."""
     return len(columns) == len(tokens) and all(token.isdigit() for token in columns)
 
 
-def _numbered(group, tokens):
+def _numbered(group: _Found, tokens: Sequence[str]) -> _Found:
     """The user's numbered columns, taken in the order of the joints."""
     order = sorted(group.columns, key=int)
     return _Found(group.pattern, {token: group.columns[number]
                                   for token, number in zip(tokens, order)})
 
 
-def _partial(signal, groups, names, tokens):
+def _partial(signal: str, groups: Mapping[str, _Found], names: Sequence[str],
+             tokens: Sequence[str]) -> str:
     shown = ", ".join(names[index] for group in groups.values()
                       for index in list(group.columns.values())[:3])
     return (f"Did not take {signal} from {shown}: not there for each of the joints "
-            f"{', '.join(tokens)}; if their numbers follow the joints, say so, as in "
+            f"{', '.join(tokens)}; if their numbers follow the joints, map them, as in "
             f"--map {signal}=motor{{k}}.")
 
 
-def _unused(names, time, columns):
+def _unused(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]]) -> list[str]:
     used = {time, *(index for group in columns.values() for index in group)}
     left = [name for index, name in enumerate(names) if index not in used and name
             and name != "valid"]
@@ -200,17 +213,17 @@ def _unused(names, time, columns):
     return [f"Not used: {shown}."] if left else []
 
 
-def _missing(signal, names, source, given):
+def _missing(signal: str, names: Sequence[str], source: str, given: Mapping[str, str]) -> str:
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     if signal in given:
         return (f"{source}: no column fits --map {signal}={given[signal]}; the log has {listed}")
     what = "a clock" if signal == "time" else "measured joint positions"
     example = "time=stamp" if signal == "time" else "q=actual_pos_{joint}"
-    return (f"{source}: no column gives {signal}, and without {what} nothing can be identified; "
-            f"the log has {listed}; name it with --map {example}")
+    return (f"{source}: no column is recognised as {signal}, and without {what} nothing can be "
+            f"identified; the log has {listed}; name the column with --map {example}")
 
 
-def _ordered(q, joints, source):
+def _ordered(q: _Found, joints: Sequence[str], source: str) -> list[str]:
     """Tokens of the joints in the order of the robot, of their numbers, or of the log."""
     tokens = list(q.columns)
     if joints and set(tokens) == set(joints):
@@ -223,15 +236,17 @@ def _ordered(q, joints, source):
                           f"{nearest(strange[0], joints)}")
     if joints and len(tokens) != len(joints):
         raise RecordError(f"{source}: the log has {len(tokens)} joints ({', '.join(tokens)}), the "
-                          f"robot has {len(joints)}; are this log and this robot.toml a pair?")
+                          f"robot has {len(joints)}; check that this robot.toml belongs to the "
+                          "log")
     return tokens
 
 
-def _are_default(joints):
+def _are_default(joints: Sequence[str]) -> bool:
     return tuple(joints) == tuple(f"joint{k + 1}" for k in range(len(joints)))
 
 
-def _joint_names(tokens, joints, notes):
+def _joint_names(tokens: Sequence[str], joints: Sequence[str],
+                 notes: list[str]) -> tuple[str, ...]:
     if joints and not _are_default(joints):
         return tuple(joints)
     if all(token.isdigit() or token == "" for token in tokens):
@@ -241,33 +256,34 @@ def _joint_names(tokens, joints, notes):
     return tuple(tokens)
 
 
-def _units(names, time, columns, implied):
+def _units(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]],
+           implied: Mapping[str, str | None]) -> dict[str, list[str | None]]:
     units = {"time": [_time_unit(names[time])]}
     for signal, indices in columns.items():
         units[signal] = [split_unit(names[index])[1] or implied.get(signal) for index in indices]
     return units
 
 
-def _time_unit(name):
+def _time_unit(name: str) -> str | None:
     base, unit = split_unit(name)
     suffix = base.lower().rsplit("_", 1)[-1]
     return unit or (suffix if suffix in TIME_UNITS else None)
 
 
-def _plain(signal, names, indices):
-    """Whether the log uses our own names, so that nothing was guessed."""
+def _plain(signal: str, names: Sequence[str], indices: Sequence[int]) -> bool:
+    """Whether the log uses the canonical names, so that nothing was guessed."""
     wanted = {"time"} if signal == "time" else {signal} | {f"{signal}{k + 1}"
                                                            for k in range(len(indices))}
     return {split_unit(names[index])[0] for index in indices} <= wanted
 
 
-def _readings(names, time, columns):
-    """What was read from columns that have not our own names."""
+def _readings(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]]) -> list[str]:
+    """What was read from columns with other names than the canonical ones."""
     return [_note(signal, [names[index] for index in indices])
             for signal, indices in (*columns.items(), ("time", [time]))
             if not _plain(signal, names, indices)]
 
 
-def _note(signal, used):
+def _note(signal: str, used: Sequence[str]) -> str:
     shown = ", ".join(used[:3]) + (", ..." if len(used) > 3 else "")
     return f"Read {signal} ({SIGNALS.get(signal, 'the clock')}) from {shown}."

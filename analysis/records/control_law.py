@@ -10,9 +10,12 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.records.robot import DISCRETISATIONS
-from clie_blocks.analysis.records.velocity_filter import velocity_filter
-from clie_blocks.linear_filters import lfilter
+from clie_blocks.analysis.records.robot import DISCRETISATIONS, Controller
+from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
+from clie_blocks.errors import NotIdentifiableError
+from clie_blocks.linear_filters import frequency_response, lfilter
+
+HALF_CIRCLE = 4096  # frequencies from 0 to Nyquist at which a velocity filter is integrated
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -45,10 +48,16 @@ class ControlLaw:
     period: float
     resolution: np.ndarray
     saturation: np.ndarray
-    corners: tuple | None = None
+    corners: tuple[float, float] | None = None
     variant: str = "difference"
 
-    def with_filter(self, k, variant, corners):
+    @property
+    def settling(self) -> int:
+        """Samples after which the velocity filter has forgotten how its run began."""
+        return settling(self.variant, self.period, self.corners)
+
+    def with_filter(self, k: slice, variant: str,
+                    corners: tuple[float, float] | None) -> "ControlLaw":
         """Return the law with another velocity filter at the joints k, a slice of them."""
         b, a = velocity_filter(variant, self.period, corners)
         numerator, denominator = self.numerator.copy(), self.denominator.copy()
@@ -56,23 +65,32 @@ class ControlLaw:
         return dataclasses.replace(self, numerator=numerator, denominator=denominator,
                                    variant=variant)
 
-    def rate(self, q):
+    def rate(self, q: np.ndarray) -> np.ndarray:
         """Velocity as the controller forms it, at rest at the first position, shape (N, n)."""
         moved = q - q[0]
         return np.stack([lfilter(self.numerator[:, k], self.denominator[:, k], moved[:, k])
                          for k in range(len(self.kp))], axis=1)
 
-    def command(self, q_err, dq, pe):
+    def position_gain(self) -> np.ndarray:
+        """RMS of the command over that of white noise in the position, shape (n,)."""
+        if self.variant == "exact":
+            return np.abs(self.kp)
+        frequency = np.pi * (np.arange(HALF_CIRCLE) + 0.5) / HALF_CIRCLE
+        rates = np.stack([frequency_response(self.numerator[:, k], self.denominator[:, k],
+                                             frequency) for k in range(len(self.kp))], axis=1)
+        return np.sqrt(np.mean(np.abs(self.kp + self.kd * rates) ** 2, axis=0))
+
+    def command(self, q_err: np.ndarray, dq: np.ndarray, pe: np.ndarray | float) -> np.ndarray:
         """Command for a position error, a velocity and an excitation, within its limits."""
         u = self.kp * q_err - self.kd * dq + pe
         return np.clip(u, -self.saturation, self.saturation)
 
-    def replay(self, q, q_d, pe):
+    def replay(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float) -> np.ndarray:
         """Command on measured positions, shape (N, n)."""
         return self.command(q_d - q, self.rate(q), pe)
 
 
-def control_law(controller, period, variant=None):
+def control_law(controller: Controller, period: float, variant: str | None = None) -> ControlLaw:
     """Return the law that a robot file states.
 
     Parameters
@@ -87,7 +105,7 @@ def control_law(controller, period, variant=None):
 
     """
     kp, kd = gains(controller)
-    corners = (controller.highpass, controller.lowpass) if controller.highpass else None
+    corners = controller.corners
     variant = variant or stated_variant(controller) or ("tustin" if corners else "difference")
     corners = corners if variant in DISCRETISATIONS else None
     b, a = velocity_filter("difference" if variant == "exact" else variant, period, corners)
@@ -101,15 +119,18 @@ def control_law(controller, period, variant=None):
         corners=corners, variant=variant)
 
 
-def gains(controller):
+def gains(controller: Controller) -> tuple[np.ndarray, np.ndarray]:
     """Gains on position and velocity as the PD law (11) has them, zero where there is none."""
-    if controller.law == "cascade":
+    if controller.kp is None:
+        raise NotIdentifiableError("the control law has no gains; state [controller] Kp in "
+                                   "robot.toml")
+    if controller.law == "cascade" and controller.kv is not None:
         return controller.kp * controller.kv, controller.kv
     kd = controller.kd
     return controller.kp, np.zeros_like(controller.kp) if kd is None else kd
 
 
-def stated_variant(controller):
+def stated_variant(controller: Controller) -> str | None:
     """Name of the way in which the controller says that it forms its velocity, or None."""
     if controller.law == "servo" and controller.kd is None:
         return "none"

@@ -1,6 +1,8 @@
-"""Kinds of value that a robot file holds: numbers per joint, words, flags, with their bounds."""
+"""Kinds of value that a robot file holds: numbers per joint, text, flags, with their bounds."""
 
 import dataclasses
+from collections.abc import Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -10,36 +12,27 @@ from clie_blocks.errors import RecordError, nearest
 class FixedDict(dict):
     """A dict that refuses changes, and unlike a mapping proxy can be pickled for a worker."""
 
-    def _refuse(self, *args, **kwargs):
+    def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("a record and a robot do not change; make a copy with other values")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     update = pop = popitem = setdefault = clear = _refuse
 
-    def __reduce__(self):
+    def __reduce__(self) -> "tuple[type[FixedDict], tuple[dict[str, Any]]]":
         return FixedDict, (dict(self),)
 
 
-def known(keys, kind, default=None, **rules):
+def file_field(keys: str | Sequence[str], kind: str, default: Any = None, **rules: Any) -> Any:
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
-    Parameters
-    ----------
-    keys : str or tuple of str
-        Key in the file; of several, the first one present counts.
-    kind : str
-        ``joints``, ``number``, ``lists``, ``choice``, ``text`` or ``flag``.
-    default : object
-        Value when not stated.
-    **rules
-        ``above``, ``least`` or ``choices``.
-
+    Kinds are ``joints``, ``number``, ``lists``, ``choice``, ``text`` and ``flag``; rules are
+    ``above``, ``least`` and ``choices``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={"keys": keys, "kind": kind, **rules})
 
 
-def checked(value, field, where):
+def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
     """Return a value of a field's kind, checked against its bounds; `where` begins the message."""
     rules = field.metadata
     kind = rules["kind"]
@@ -54,7 +47,7 @@ def checked(value, field, where):
     return _numbers(value, rules, where)
 
 
-def _word(value, choices, where):
+def _word(value: Any, choices: Sequence[str] | None, where: str) -> str:
     if not isinstance(value, str):
         raise RecordError(f"{where} must be text in quotes, got {value!r}")
     if choices and value not in choices:
@@ -62,7 +55,7 @@ def _word(value, choices, where):
     return value
 
 
-def _numbers(value, rules, where):
+def _numbers(value: Any, rules: Any, where: str) -> float | np.ndarray:
     one = rules["kind"] == "number"
     wanted = "a number" if one else "a number per joint"
     array = _float_array(value, where, wanted)
@@ -77,13 +70,13 @@ def _numbers(value, rules, where):
     return float(array) if one else _frozen(np.atleast_1d(array))
 
 
-def _lists(value, where):
+def _lists(value: Any, where: str) -> tuple[np.ndarray, ...]:
     if not isinstance(value, (list, tuple)):
         raise RecordError(f"{where} must be a list with one entry per joint, got {value!r}")
     return tuple(_frozen(np.atleast_1d(_float_array(row, where, "numbers"))) for row in value)
 
 
-def _float_array(value, where, wanted):
+def _float_array(value: Any, where: str, wanted: str) -> np.ndarray:
     try:
         array = np.array(value)
     except ValueError:
@@ -93,13 +86,13 @@ def _float_array(value, where, wanted):
     return array.astype(float)
 
 
-def _frozen(array):
+def _frozen(array: Any) -> np.ndarray:
     array = np.array(array, float)
     array.flags.writeable = False
     return array
 
 
-def per_joint(array, n, where):
+def per_joint(array: np.ndarray | None, n: int, where: str) -> np.ndarray | None:
     """Return one value per joint; a single one stands for all joints, None stays None."""
     if array is None:
         return None

@@ -5,6 +5,8 @@ in, and every guess or repair is a sentence in `decisions`.
 """
 
 import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -22,6 +24,7 @@ SIGNALS = {
     "dq": "measured joint velocity",
     "tau": "measured or estimated joint torque",
 }
+WHERE_FINITE: Any = None  # default of a mask that is worked out when the record is built
 DEFAULT_UNITS = {"time": "s", "q": "rad", "u": "N m", "qd": "rad", "pe": "N m", "dq": "rad/s",
                  "tau": "N m"}
 
@@ -71,16 +74,16 @@ class Record:
     pe: np.ndarray | None = None
     dq: np.ndarray | None = None
     tau: np.ndarray | None = None
-    valid: np.ndarray | None = None
+    valid: np.ndarray = WHERE_FINITE
     joints: tuple[str, ...] = ()
-    units: FixedDict = dataclasses.field(default_factory=FixedDict)
+    units: Mapping[str, str | Sequence[str]] = dataclasses.field(default_factory=FixedDict)
     source: str = ""
-    decisions: tuple[str, ...] = ()
-    segments: tuple[tuple[int, int], ...] = ()
-    extra: FixedDict = dataclasses.field(default_factory=FixedDict)
+    decisions: Sequence[str] = ()
+    segments: Sequence[tuple[int, int]] = ()
+    extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=FixedDict)
     robot: Robot | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self._put("time", self._floats("time", self.time, 1))
         self._put("q", self._floats("q", self.q, 2))
         for name in SIGNALS:
@@ -88,13 +91,14 @@ class Record:
             if name != "q" and value is not None:
                 self._put(name, self._floats(name, value, 2, (len(self), self.n)))
         if self.robot is not None and self.robot.n != self.n:
-            self._fail(f"has {self.n} joints, its robot has {self.robot.n}; are they a pair?")
+            self._fail(f"has {self.n} joints, its robot has {self.robot.n}; check that this "
+                       "robot.toml belongs to the log")
         if len(self) == 0:
             self._fail("has no samples; without samples nothing can be learned: check the export")
         if self.q.shape[0] != len(self):
             self._fail(f"has {len(self)} stamps but {self.q.shape[0]} positions")
         if not np.isfinite(self.time).all():
-            self._fail("has stamps that are not finite; drop those rows")
+            self._fail("has stamps that are NaN or infinite; drop those rows")
         self._put("joints", self._names())
         self._put("units", self._all_units())
         self._put("valid", self._mask())
@@ -103,55 +107,55 @@ class Record:
         self._put("extra", FixedDict({name: self._extra(name, value)
                                              for name, value in dict(self.extra).items()}))
 
-    def __setstate__(self, state):
+    def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a pickled record; pickling forgets that arrays are read-only."""
         self.__dict__.update(state)
         for array in (*state.values(), *state["extra"].values()):
             if isinstance(array, np.ndarray):
                 array.flags.writeable = False
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.time.size
 
     @property
-    def n(self):
+    def n(self) -> int:
         """Number of joints."""
         return self.q.shape[1]
 
     @property
-    def signals(self):
+    def signals(self) -> tuple[str, ...]:
         """Names of the signals that were logged, in the order of `SIGNALS`."""
         return tuple(name for name in SIGNALS if getattr(self, name) is not None)
 
+    def signal(self, name: str) -> np.ndarray:
+        """Return a signal that must have been logged, shape (N, n)."""
+        value: np.ndarray | None = getattr(self, name)
+        if value is None:
+            self._fail(f"has no {SIGNALS[name]} {name}; log {name} too")
+        return value
+
     @property
-    def duration(self):
+    def duration(self) -> float:
         """Time from the first to the last stamp [s]."""
         return float(self.time[-1] - self.time[0])
 
     @property
-    def sample_time(self):
+    def sample_time(self) -> float:
         """Median of the positive steps of the clock [s]; NaN when there is none."""
         step = np.diff(self.time)
         step = step[step > 0]
         return float(np.median(step)) if step.size else float("nan")
 
-    def replace(self, **changes):
+    def replace(self, **changes: Any) -> "Record":
         """Return a copy with some fields changed, checked again."""
         return dataclasses.replace(self, **changes)
 
-    def noted(self, *sentences):
+    def noted(self, *sentences: str) -> "Record":
         """Return a copy with sentences added to `decisions`."""
         return self.replace(decisions=(*self.decisions, *sentences))
 
-    def part(self, start, stop):
-        """Return the samples ``start:stop`` as a record of their own.
-
-        Parameters
-        ----------
-        start, stop : int
-            Half-open range, counted from 0.
-
-        """
+    def part(self, start: int, stop: int) -> "Record":
+        """Return the samples ``start:stop``, counted from 0, as a record of their own."""
         cut = slice(start, stop)
         changes = {name: getattr(self, name)[cut] for name in ("time", "valid", *self.signals)}
         ranges = [(max(a, start) - start, min(b, stop) - start) for a, b in self.segments]
@@ -159,7 +163,7 @@ class Record:
                             extra={name: value[cut] for name, value in self.extra.items()},
                             **changes)
 
-    def joint(self, which):
+    def joint(self, which: str | int) -> int:
         """Return the index of a joint given by name or by number from 0."""
         if which in self.joints:
             return self.joints.index(which)
@@ -168,7 +172,7 @@ class Record:
         raise RecordError(f"{self.source or 'record'} has no joint {which!r}; "
                           f"{nearest(which, self.joints)}")
 
-    def of_robot(self, robot):
+    def of_robot(self, robot: Robot) -> "Record":
         """Return the record with its robot, joints in the robot's order."""
         named = robot.joints != tuple(f"joint{k + 1}" for k in range(robot.n))
         if not named or self.joints == robot.joints:
@@ -184,20 +188,21 @@ class Record:
                  for name, value in self.extra.items()}
         return self.replace(joints=robot.joints, robot=robot, units=units, extra=extra, **changes)
 
-    def _put(self, name, value):
+    def _put(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _fail(self, what):
+    def _fail(self, what: str) -> NoReturn:
         raise RecordError(f"{self.source or 'record'} {what}")
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         logged = ", ".join(self.signals)
         return (f"Record({self.source!r}: {len(self)} samples, {self.duration:.6g} s, "
                 f"{self.n} joints, {logged})")
 
-    def _floats(self, name, value, ndim, shape=None):
+    def _floats(self, name: str, value: Any, ndim: int,
+                shape: tuple[int, int] | None = None) -> np.ndarray:
         try:
-            array = frozen(value)
+            array = read_only(value)
         except (TypeError, ValueError):
             self._fail(f"has a {name} that is not numeric")
         if ndim == 2 and array.ndim == 1:
@@ -209,17 +214,18 @@ class Record:
             self._fail(f"has a {name} of shape {array.shape}, but N x n is {shape}")
         return array
 
-    def _names(self):
+    def _names(self) -> tuple[str, ...]:
         names = tuple(str(name) for name in self.joints)
         names = names or tuple(f"joint{k + 1}" for k in range(self.n))
         if len(names) != self.n:
-            self._fail(f"has {self.n} joints but {len(names)} names: {', '.join(names)}")
+            self._fail(f"has {self.n} joints but {len(names)} names: {', '.join(names)}; name "
+                       "each joint once")
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             self._fail(f"names more than one joint {twice[0]!r}; every joint needs its own name")
         return names
 
-    def _all_units(self):
+    def _all_units(self) -> FixedDict:
         given = dict(self.units)
         unknown = [name for name in given if name not in DEFAULT_UNITS]
         if unknown:
@@ -227,7 +233,7 @@ class Record:
         return FixedDict({name: self._unit(name, given.get(name, unit))
                                  for name, unit in DEFAULT_UNITS.items()})
 
-    def _unit(self, name, unit):
+    def _unit(self, name: str, unit: str | Sequence[str]) -> str | Sequence[str]:
         if name == "time":
             return unit
         units = (unit,) * self.n if isinstance(unit, str) else tuple(unit)
@@ -235,7 +241,7 @@ class Record:
             self._fail(f"has {self.n} joints but {len(units)} units of {name}")
         return units
 
-    def _mask(self):
+    def _mask(self) -> np.ndarray:
         if self.valid is None:
             valid = np.isfinite(self.q).all(axis=1)
             if self.u is not None:
@@ -247,21 +253,21 @@ class Record:
         valid.flags.writeable = False
         return valid
 
-    def _ranges(self):
+    def _ranges(self) -> tuple[tuple[int, int], ...]:
         ranges = tuple((int(a), int(b)) for a, b in self.segments) or ((0, len(self)),)
         ends = [edge for pair in ranges for edge in pair]
         if ends != sorted(ends) or ends[0] < 0 or ends[-1] > len(self):
             self._fail(f"has segments that do not lie in order within {len(self)} samples")
         return ranges
 
-    def _extra(self, name, value):
-        array = frozen(value)
+    def _extra(self, name: str, value: Any) -> np.ndarray:
+        array = read_only(value)
         if array.ndim not in (1, 2) or array.shape[0] != len(self):
             self._fail(f"has a channel {name!r} of shape {array.shape} with {len(self)} samples")
         return array
 
 
-def frozen(value):
+def read_only(value: Any) -> np.ndarray:
     """Return a read-only float array; one that is read-only already is not copied."""
     if isinstance(value, np.ndarray) and value.dtype == float and not value.flags.writeable:
         return value

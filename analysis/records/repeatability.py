@@ -9,6 +9,7 @@ import functools
 
 import numpy as np
 
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import RecordError
 
@@ -40,21 +41,10 @@ class NoiseFloor:
     caveat: str = ""
 
 
-def noise_floor(record, *others):
+def noise_floor(record: Record, *others: Record) -> NoiseFloor:
     """Noise floor of q, from the best evidence that the log has.
 
-    Parameters
-    ----------
-    record : Record
-        The log.
-    *others : Record
-        Further runs of the same robot; those with the same reference and excitation count.
-
-    Returns
-    -------
-    NoiseFloor
-        Standard deviation per joint, method and caveat.
-
+    Of further runs of the robot, those with the same reference and excitation count.
     """
     twins = [record, *(other for other in others if _same_drive(record, other))]
     if len(twins) > 1:
@@ -70,8 +60,8 @@ def noise_floor(record, *others):
     return NoiseFloor(std, "second difference", 0, _caveat(whiteness))
 
 
-@functools.lru_cache(maxsize=2)  # a record does not change, and several checks ask
-def roughness(record):
+@functools.lru_cache(maxsize=2)  # a record does not change, and several checks need it
+def roughness(record: Record) -> tuple[np.ndarray, np.ndarray]:
     """Noise from the second difference of q, and its whiteness: 1 for white noise, 0 if smooth.
 
     Returns
@@ -85,12 +75,12 @@ def roughness(record):
     return near, np.divide(near, far, out=np.ones_like(near), where=far > 0)
 
 
-def repeated_period(record, start, stop):
+def repeated_period(record: Record, start: int, stop: int) -> int:
     """Period of reference and excitation in samples, when at least three fit; else 0."""
-    drive = [x[start:stop] for x in (record.qd, record.pe) if x is not None and np.ptp(x) > 0]
-    if not drive:
+    inputs = [x[start:stop] for x in (record.qd, record.pe) if x is not None and np.ptp(x) > 0]
+    if not inputs:
         return 0
-    drive = np.hstack(drive)
+    drive = np.hstack(inputs)
     drive = drive[:, np.ptp(drive, axis=0) > 0]
     drive = (drive - drive.mean(axis=0)) / np.ptp(drive, axis=0)
     size = len(drive)
@@ -101,7 +91,7 @@ def repeated_period(record, start, stop):
     return 0
 
 
-def _self_similar(drive, longest):
+def _self_similar(drive: np.ndarray, longest: int) -> np.ndarray:
     """Shifts at which the drive is nearly itself again, shortest first.
 
     The mean square of ``drive[k + shift] - drive[k]`` comes from energies and a correlation, which
@@ -120,31 +110,32 @@ def _self_similar(drive, longest):
     return np.flatnonzero(dip) + 1
 
 
-def _spread(repeats):
+def _spread(repeats: np.ndarray) -> np.ndarray:
     """Standard deviation over repeats, with the freedom of their mean given back."""
     return np.sqrt(np.nanmean(np.nanvar(repeats, axis=0, ddof=1), axis=0))
 
 
-def _change(periods):
+def _change(periods: np.ndarray) -> np.ndarray:
     """Standard deviation from neighbouring periods; the median forgives a slow transient."""
     change = np.sqrt(np.nanmean(np.diff(periods, axis=0) ** 2, axis=1))
     return np.median(change, axis=0) / np.sqrt(2)
 
 
-def _second_difference(record, width):
+def _second_difference(record: Record, width: int) -> np.ndarray:
     bends = [record.q[start:stop][2 * width:] - 2 * record.q[start:stop][width:-width]
              + record.q[start:stop][:-2 * width]
              for start, stop in runs(record, least=2 * width + 1)]
     if not bends:
-        raise RecordError(f"{record.source or 'the record'} has no five samples in a row; the "
-                          "noise of its position cannot be estimated")
+        raise RecordError(f"{record.source or 'the record'} has no five valid samples in a "
+                          "row, so the noise of its position cannot be estimated; log longer, "
+                          "or repair the export")
     bends = np.abs(np.vstack(bends))
     usual = MAD_TO_STD * np.median(bends, axis=0)
     kept = (bends <= OUTLIER * usual) | (usual == 0)  # the median alone is coarse on a lattice
     return np.sqrt(np.sum(bends**2, axis=0, where=kept) / kept.sum(axis=0) / 6)
 
 
-def _same_drive(one, other):
+def _same_drive(one: Record, other: Record) -> bool:
     """Whether two runs had the same reference and excitation, sample by sample."""
     if one.n != other.n or abs(len(one) - len(other)) > 0.01 * len(one):
         return False
@@ -156,9 +147,9 @@ def _same_drive(one, other):
                for a, b in pairs)
 
 
-def _caveat(whiteness):
-    said = "no motion repeats in the log, so slow noise is not seen"
+def _caveat(whiteness: np.ndarray) -> str:
+    caveat = "no motion repeats in the log, so slow noise is not measured"
     if np.any(whiteness < 0.8):
-        said += ("; the position was filtered before it was logged, or moves too fast for its "
-                 "rate, so the figure is not its noise")
-    return said
+        caveat += ("; the position was filtered before it was logged, or moves too fast for its "
+                   "rate, so the figure is not its noise")
+    return caveat

@@ -4,14 +4,11 @@ Nothing is interpolated over a gap or across a masked sample, and no rate above 
 made.  Going to a slower rate, all signals pass the same zero-phase low-pass first: what would fold
 back is removed, and a linear relation between the signals stays true.  Where that filter would
 reach beyond a segment or into a masked sample, the result is masked too.
-
-A simulation needs none of this: the inputs of a recorded loop are held, and `held_mean` gives what
-they were, on average, over each of its steps, at the stamps as they are.
 """
 
 import numpy as np
 
-from clie_blocks.analysis.records.model import frozen
+from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.errors import RecordError
 
 REACH = 12  # new samples on each side of the low-pass
@@ -21,55 +18,19 @@ SLOWER = 1.5  # ratio of sample times from which on the low-pass is needed
 HELD = ("u", "qd", "pe")
 
 
-def held(stamps, values, at):
-    """Return the last value at or before each time, and how many times have none.
+def hold_last(stamps: np.ndarray, values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the last of (m, n) values at or before each time, and how many times have none.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (m,)
-        When each value took effect.
-    values : ndarray, shape (m, n)
-        The values.
-    at : ndarray, shape (N,)
-        Times asked for; those before the first stamp get NaN.
-
+    Times before the first of the m stamps get NaN.
     """
     order = np.argsort(stamps, kind="stable")
     index = np.searchsorted(stamps[order], at, side="right") - 1
-    found = values[order][np.maximum(index, 0)].astype(float)
-    found[index < 0] = np.nan
-    return found, int(np.count_nonzero(index < 0))
+    in_force = values[order][np.maximum(index, 0)].astype(float)
+    in_force[index < 0] = np.nan
+    return in_force, int(np.count_nonzero(index < 0))
 
 
-def held_mean(stamps, values, edges):
-    """Return the mean of a held signal over each interval, exact for any stamps.
-
-    Parameters
-    ----------
-    stamps : ndarray, shape (N,)
-        Rising times from which each row acts; the last row acts on for ever.
-    values : ndarray, shape (N, n)
-        The rows.
-    edges : ndarray, shape (M + 1,)
-        Rising edges of the intervals, none before the first stamp.
-
-    Returns
-    -------
-    ndarray, shape (M, n)
-        Integral over the interval divided by its length.
-
-    """
-    if edges[0] < stamps[0]:
-        raise RecordError(f"the signal begins at {stamps[0]:g} s; what was held at {edges[0]:g} s "
-                          "is not known")
-    area = np.vstack([np.zeros(values.shape[1]),
-                      np.cumsum(values[:-1] * np.diff(stamps)[:, None], axis=0)])
-    row = np.searchsorted(stamps, edges, side="right") - 1
-    total = area[row] + values[row] * (edges - stamps[row])[:, None]
-    return np.diff(total, axis=0) / np.diff(edges)[:, None]
-
-
-def resample(record, sample_time, origin=None):
+def resample(record: Record, sample_time: float, origin: float | None = None) -> Record:
     """Return a record on an even clock, segment by segment.
 
     Parameters
@@ -96,12 +57,12 @@ def resample(record, sample_time, origin=None):
     if not sample_time > 0 or not sample_time > 0.99 * step:
         raise RecordError(f"{record.source}: a step of {sample_time:g} s is shorter than the "
                           f"logged {step:g} s; samples in between would be invented")
-    parts = [_segment(record, a, b, sample_time, origin) for a, b in record.segments]
-    parts = [part for part in parts if part is not None]
+    parts = [part for a, b in record.segments
+             if (part := _segment(record, a, b, sample_time, origin)) is not None]
     if not parts:
         raise RecordError(f"{record.source}: no segment holds two samples {sample_time:g} s apart")
     sizes = np.cumsum([0, *(part["time"].size for part in parts)])
-    joined = {name: frozen(np.concatenate([part[name] for part in parts])) for name in parts[0]}
+    joined = {name: read_only(np.concatenate([part[name] for part in parts])) for name in parts[0]}
     valid = joined.pop("valid") > 0
     extra = {name[1:]: joined.pop(name) for name in list(joined) if name.startswith("+")}
     result = record.replace(**joined, valid=valid, extra=extra,
@@ -109,7 +70,8 @@ def resample(record, sample_time, origin=None):
     return result.noted(_sentence(step, sample_time, result))
 
 
-def align(first, second, sample_time=None):
+def align(first: Record, second: Record,
+          sample_time: float | None = None) -> tuple[Record, Record]:
     """Return two records on one even clock over the time they share.
 
     Parameters
@@ -132,16 +94,16 @@ def align(first, second, sample_time=None):
         raise RecordError(f"{first.source} and {second.source} share no time: "
                           f"{first.time.min():g} to {first.time.max():g} s against "
                           f"{second.time.min():g} to {second.time.max():g} s")
-    pair = [resample(record, step, origin=start) for record in (first, second)]
-    common = np.intersect1d(*(_ticks(record, start, step) for record in pair))
-    return tuple(_only(record, np.isin(_ticks(record, start, step), common)) for record in pair)
+    first, second = (resample(record, step, origin=start) for record in (first, second))
+    ticks = [_ticks(record, start, step) for record in (first, second)]
+    return (_only(first, np.isin(ticks[0], ticks[1])), _only(second, np.isin(ticks[1], ticks[0])))
 
 
-def _ticks(record, origin, step):
+def _ticks(record: Record, origin: float | None, step: float) -> np.ndarray:
     return np.rint((record.time - origin) / step).astype(int)
 
 
-def _only(record, chosen):
+def _only(record: Record, chosen: np.ndarray) -> Record:
     channels = {name: getattr(record, name)[chosen] for name in ("time", "valid", *record.signals)}
     counts = np.concatenate([[0], np.cumsum(chosen)])
     ranges = [(counts[a], counts[b]) for a, b in record.segments if counts[b] > counts[a]]
@@ -149,7 +111,8 @@ def _only(record, chosen):
     return record.replace(**channels, extra=extra, segments=ranges)
 
 
-def _segment(record, a, b, step, origin):
+def _segment(record: Record, a: int, b: int, step: float,
+             origin: float | None) -> dict[str, np.ndarray] | None:
     """Channels of one segment on the even clock, or None where it is too short."""
     last = np.append(np.diff(record.time[a:b]) > 0, True)  # of repeated stamps the last counts
     stamps = record.time[a:b][last]
@@ -164,7 +127,7 @@ def _segment(record, a, b, step, origin):
     good = record.valid[a:b][last]
     channels = {name: getattr(record, name) for name in record.signals}
     channels.update({f"+{name}": value for name, value in record.extra.items()})
-    found = {"time": fine[::factor]}
+    resampled = {"time": fine[::factor]}
     whole = _known(stamps, good, fine)
     if factor > 1:
         taps = _taps(factor)
@@ -175,24 +138,24 @@ def _segment(record, a, b, step, origin):
         if factor > 1:
             rows = _filtered(rows, taps)
         rows[~whole] = np.nan
-        found[name] = rows[::factor]
-    return {**found, "valid": whole[::factor].astype(float)}
+        resampled[name] = rows[::factor]
+    return {**resampled, "valid": whole[::factor].astype(float)}
 
 
-def _neighbours(stamps, at):
+def _neighbours(stamps: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     left = np.clip(np.searchsorted(stamps, at + 1e-9, side="right") - 1, 0, stamps.size - 1)
     right = np.minimum(left + 1, stamps.size - 1)
     exact = np.abs(at - stamps[left]) <= 1e-9
     return left, np.where(exact, left, right)
 
 
-def _known(stamps, good, at):
+def _known(stamps: np.ndarray, good: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Whether the samples on both sides of each time can be used."""
     left, right = _neighbours(stamps, at)
     return good[left] & good[right]
 
 
-def _between(stamps, values, at, is_held):
+def _between(stamps: np.ndarray, values: np.ndarray, at: np.ndarray, is_held: bool) -> np.ndarray:
     """Held rows as they were, measured ones on the line between their neighbours."""
     values = values.reshape(values.shape[0], -1)
     left, right = _neighbours(stamps, at)
@@ -203,24 +166,24 @@ def _between(stamps, values, at, is_held):
     return values[left] + share * (values[right] - values[left])
 
 
-def _taps(factor):
+def _taps(factor: int) -> np.ndarray:
     """Symmetric low-pass for a decimation by `factor`, unit gain at rest."""
     k = np.arange(-REACH * factor, REACH * factor + 1)
     taps = np.sinc(CUT * k / factor) * np.kaiser(k.size, KAISER)
     return taps / taps.sum()
 
 
-def _filtered(rows, taps):
+def _filtered(rows: np.ndarray, taps: np.ndarray) -> np.ndarray:
     if len(rows) < taps.size:
         return np.full_like(rows, np.nan)
     clean = np.where(np.isfinite(rows), rows, 0.0)  # those samples are masked, with all they reach
     return np.column_stack([np.convolve(column, taps, "same") for column in clean.T])
 
 
-def _sentence(step, sample_time, result):
+def _sentence(step: float, sample_time: float, result: Record) -> str:
     lost = int(np.count_nonzero(~result.valid))
-    how = "through a zero-phase low-pass" if sample_time > SLOWER * step else (
+    method = "through a zero-phase low-pass" if sample_time > SLOWER * step else (
         "between neighbouring samples, commands held")
-    return (f"Resampled from {step:.6g} s to {sample_time:.6g} s {how}; {lost} of {len(result)} "
-            "samples cannot be known and are masked.")
+    return (f"Resampled from {step:.6g} s to {sample_time:.6g} s {method}; {lost} of "
+            f"{len(result)} samples cannot be known and are masked.")
 

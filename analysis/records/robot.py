@@ -6,27 +6,31 @@ Lists have one entry per joint.
 """
 
 import dataclasses
+from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 
-from clie_blocks.analysis.records.fields import FixedDict, checked, known, per_joint
+from clie_blocks.analysis.records.fields import FixedDict, check_value, file_field, per_joint
 from clie_blocks.errors import RecordError
 
 LAWS = ("pd", "cascade", "servo", "unknown")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
+Part = TypeVar("Part", bound="_Section")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
 class _Section:
     """Checks and freezes every field when built."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if value is not None and field.metadata:
                 where = f"{type(self).__name__}.{field.name}"
-                object.__setattr__(self, field.name, checked(value, field, where))
+                object.__setattr__(self, field.name, check_value(value, field, where))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -56,18 +60,18 @@ class Motor(_Section):
 
     """
 
-    gear_ratio: np.ndarray | None = known("gear_ratio", "joints", above=0)
-    inertia: np.ndarray | None = known("inertia_kgm2", "joints", least=0)
-    viscous_friction: np.ndarray | None = known("viscous_friction_nms", "joints", least=0)
-    torque_gain: np.ndarray | None = known("torque_gain", "joints", above=0)
-    peak_torque: np.ndarray | None = known("peak_torque_nm", "joints", above=0)
-    inertia_tolerance: float | None = known("inertia_tolerance", "number", least=0)
-    viscous_friction_tolerance: float | None = known("viscous_friction_tolerance", "number",
+    gear_ratio: np.ndarray | None = file_field("gear_ratio", "joints", above=0)
+    inertia: np.ndarray | None = file_field("inertia_kgm2", "joints", least=0)
+    viscous_friction: np.ndarray | None = file_field("viscous_friction_nms", "joints", least=0)
+    torque_gain: np.ndarray | None = file_field("torque_gain", "joints", above=0)
+    peak_torque: np.ndarray | None = file_field("peak_torque_nm", "joints", above=0)
+    inertia_tolerance: float | None = file_field("inertia_tolerance", "number", least=0)
+    viscous_friction_tolerance: float | None = file_field("viscous_friction_tolerance", "number",
                                                       least=0)
-    torque_offset_tolerance: np.ndarray | None = known("torque_offset_tolerance_nm", "joints",
+    torque_offset_tolerance: np.ndarray | None = file_field("torque_offset_tolerance_nm", "joints",
                                                         least=0)
-    torque_constant: np.ndarray | None = known("torque_constant_nm_a", "joints", above=0)
-    resistance: np.ndarray | None = known("resistance_ohm", "joints", above=0)
+    torque_constant: np.ndarray | None = file_field("torque_constant_nm_a", "joints", above=0)
+    resistance: np.ndarray | None = file_field("resistance_ohm", "joints", above=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -87,11 +91,11 @@ class Links(_Section):
 
     """
 
-    length: np.ndarray | None = known("length_m", "joints", least=0)
-    mass: np.ndarray | None = known("mass_kg", "joints", least=0)
-    com: np.ndarray | None = known("com_m", "joints")
-    inertia: np.ndarray | None = known("inertia_kgm2", "joints", least=0)
-    joint_viscous_friction: np.ndarray | None = known("joint_viscous_friction_nms", "joints",
+    length: np.ndarray | None = file_field("length_m", "joints", least=0)
+    mass: np.ndarray | None = file_field("mass_kg", "joints", least=0)
+    com: np.ndarray | None = file_field("com_m", "joints")
+    inertia: np.ndarray | None = file_field("inertia_kgm2", "joints", least=0)
+    joint_viscous_friction: np.ndarray | None = file_field("joint_viscous_friction_nms", "joints",
                                                        least=0)
 
 
@@ -108,9 +112,9 @@ class Nominal(_Section):
 
     """
 
-    gravity: bool = known("gravity", "flag", False)
-    coupling: bool = known("coupling", "flag", False)
-    g: float = known("g", "number", 9.81, least=0)
+    gravity: bool = file_field("gravity", "flag", False)
+    coupling: bool = file_field("coupling", "flag", False)
+    g: float = file_field("g", "number", 9.81, least=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -150,23 +154,30 @@ class Controller(_Section):
 
     """
 
-    law: str | None = known("law", "choice", choices=LAWS)
-    kp: np.ndarray | None = known("Kp", "joints")
-    kd: np.ndarray | None = known("Kd", "joints")
-    kv: np.ndarray | None = known("Kv", "joints")
-    velocity_filter: str | None = known("velocity_filter", "choice", choices=FILTERS)
-    highpass: float | None = known("velocity_filter_highpass_rad_s", "number", above=0)
-    lowpass: float | None = known("velocity_filter_lowpass_rad_s", "number", above=0)
-    discretisation: str | None = known("velocity_filter_discretisation", "choice",
+    law: str = file_field("law", "choice", choices=LAWS)
+    kp: np.ndarray | None = file_field("Kp", "joints")
+    kd: np.ndarray | None = file_field("Kd", "joints")
+    kv: np.ndarray | None = file_field("Kv", "joints")
+    velocity_filter: str | None = file_field("velocity_filter", "choice", choices=FILTERS)
+    highpass: float | None = file_field("velocity_filter_highpass_rad_s", "number", above=0)
+    lowpass: float | None = file_field("velocity_filter_lowpass_rad_s", "number", above=0)
+    discretisation: str | None = file_field("velocity_filter_discretisation", "choice",
                                         choices=DISCRETISATIONS)
-    sample_time: float | None = known("sample_time_s", "number", above=0)
-    hold: str | None = known("hold", "choice", choices=("zero-order",))
-    command_resolution: np.ndarray | None = known(
+    sample_time: float | None = file_field("sample_time_s", "number", above=0)
+    hold: str | None = file_field("hold", "choice", choices=("zero-order",))
+    command_resolution: np.ndarray | None = file_field(
         ("command_resolution_nm", "command_resolution"), "joints", least=0)
-    saturation: np.ndarray | None = known(("saturation_nm", "saturation"), "joints", above=0)
-    supply: float | None = known("supply_v", "number", above=0)
+    saturation: np.ndarray | None = file_field(("saturation_nm", "saturation"), "joints", above=0)
+    supply: float | None = file_field("supply_v", "number", above=0)
 
-    def __post_init__(self):
+    @property
+    def corners(self) -> tuple[float, float] | None:
+        """Corners of G1 (47) [rad/s], where both are stated."""
+        if self.highpass is None or self.lowpass is None:
+            return None
+        return self.highpass, self.lowpass
+
+    def __post_init__(self) -> None:
         super().__post_init__()
         law = self.law or ("unknown" if self.kp is None else "pd")
         object.__setattr__(self, "law", law)
@@ -194,9 +205,10 @@ class Encoder(_Section):
 
     """
 
-    mounting: str | None = known("mounting", "choice", choices=("joint side", "motor side"))
-    shaft_ratio: np.ndarray | None = known("shaft_ratio", "joints", above=0)
-    resolution: np.ndarray | None = known(("resolution_rad", "resolution_m"), "joints", least=0)
+    mounting: str | None = file_field("mounting", "choice", choices=("joint side", "motor side"))
+    shaft_ratio: np.ndarray | None = file_field("shaft_ratio", "joints", above=0)
+    resolution: np.ndarray | None = file_field(("resolution_rad", "resolution_m"), "joints",
+                                               least=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -224,19 +236,19 @@ class Experiment(_Section):
 
     """
 
-    excitation: str | None = known("excitation", "choice", choices=EXCITATIONS)
-    signal: str | None = known("signal", "text")
-    start: np.ndarray | None = known(("start_rad", "start_m"), "joints")
-    set_point: np.ndarray | None = known(("set_point_rad", "set_point_m"), "joints")
-    duration: float | None = known("duration_s", "number", above=0)
-    amplitude: np.ndarray | None = known(("amplitude_rad", "amplitude_m"), "joints")
-    periods: np.ndarray | None = known("periods_s", "joints", above=0)
-    hold: np.ndarray | None = known("hold_s", "joints", above=0)
-    scale: np.ndarray | None = known("scale", "joints")
-    f_low: float | None = known("f_low_hz", "number", above=0)
-    f_high: np.ndarray | None = known("f_high_hz", "joints", above=0)
-    frequencies: tuple | None = known("frequencies_hz", "lists")
-    amplitudes: tuple | None = known("amplitudes_nm", "lists")
+    excitation: str | None = file_field("excitation", "choice", choices=EXCITATIONS)
+    signal: str | None = file_field("signal", "text")
+    start: np.ndarray | None = file_field(("start_rad", "start_m"), "joints")
+    set_point: np.ndarray | None = file_field(("set_point_rad", "set_point_m"), "joints")
+    duration: float | None = file_field("duration_s", "number", above=0)
+    amplitude: np.ndarray | None = file_field(("amplitude_rad", "amplitude_m"), "joints")
+    periods: np.ndarray | None = file_field("periods_s", "joints", above=0)
+    hold: np.ndarray | None = file_field("hold_s", "joints", above=0)
+    scale: np.ndarray | None = file_field("scale", "joints")
+    f_low: float | None = file_field("f_low_hz", "number", above=0)
+    f_high: np.ndarray | None = file_field("f_high_hz", "joints", above=0)
+    frequencies: tuple[np.ndarray, ...] | None = file_field("frequencies_hz", "lists")
+    amplitudes: tuple[np.ndarray, ...] | None = file_field("amplitudes_nm", "lists")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -277,12 +289,12 @@ class Robot:
     nominal: Nominal = Nominal()
     controller: Controller = Controller()
     encoder: Encoder = Encoder()
-    experiments: FixedDict = dataclasses.field(default_factory=FixedDict)
-    units: FixedDict = dataclasses.field(default_factory=FixedDict)
-    columns: FixedDict = dataclasses.field(default_factory=FixedDict)
+    experiments: Mapping[str, Experiment] = dataclasses.field(default_factory=FixedDict)
+    units: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
+    columns: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
     source: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         names = tuple(self.joints) or tuple(f"joint{k + 1}" for k in range(self.n))
         if len(set(names)) != self.n:
             raise RecordError(f"{self.source or 'robot'}: {self.n} joints need {self.n} different "
@@ -293,7 +305,7 @@ class Robot:
         for name in ("motor", "links", "controller", "encoder"):
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
 
-    def _fitted(self, section):
+    def _fitted(self, section: Part) -> Part:
         changes = {field.name: per_joint(getattr(section, field.name), self.n,
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}

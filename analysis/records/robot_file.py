@@ -1,11 +1,14 @@
 """Reading `robot.toml`; what is wrong is named with field, file and line."""
 
 import dataclasses
+import os
 import re
 import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
-from clie_blocks.analysis.records.fields import checked, per_joint
+from clie_blocks.analysis.records.fields import check_value, per_joint
 from clie_blocks.analysis.records.model import DEFAULT_UNITS
 from clie_blocks.analysis.records.robot import (
     Controller,
@@ -25,7 +28,7 @@ TOP = ("name", "joints", "joint_names", *SECTIONS, *TABLES)
 LARGEST_FILE = 1_000_000
 
 
-def read_robot(path):
+def read_robot(path: str | os.PathLike[str]) -> Robot:
     """Read a `robot.toml`.
 
     Parameters
@@ -48,11 +51,11 @@ def read_robot(path):
     return _robot(_RobotFile(path, _text(path)))
 
 
-def _text(path):
+def _text(path: Path) -> str:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise RecordError(f"{path} is larger than {LARGEST_FILE} bytes; a robot file has a "
-                              "few thousand: is it a log?")
+                              "few thousand: point at robot.toml, not at a log")
         return path.read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise RecordError(f"cannot read robot file {path}: {error.strerror}") from None
@@ -63,7 +66,7 @@ def _text(path):
 class _RobotFile:
     """The parsed text, and where each key stands."""
 
-    def __init__(self, path, text):
+    def __init__(self, path: Path, text: str) -> None:
         self.path = path
         self.text = text
         try:
@@ -71,13 +74,13 @@ class _RobotFile:
         except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise RecordError(f"{path} is not valid TOML: {error}") from None
 
-    def where(self, *keys):
+    def where(self, *keys: str) -> str:
         """Place of a key: file, line, section, key."""
         section, key = ".".join(keys[:-1]), keys[-1]
         shown = f"[{section}] {key}" if section else key
         return f"{self.path}:{self._line(section, key)}: {shown}"
 
-    def _line(self, section, key):
+    def _line(self, section: str, key: str) -> int:
         current = ""
         for number, line in enumerate(self.text.splitlines(), 1):
             header = re.match(r"\s*\[+([^\]]*)\]", line)
@@ -90,7 +93,7 @@ class _RobotFile:
         return 1
 
 
-def _robot(file):
+def _robot(file: _RobotFile) -> Robot:
     _refuse_unknown(file, (), file.table, TOP)
     n = _count(file)
     experiments = _table(file, "experiment")
@@ -104,7 +107,7 @@ def _robot(file):
         source=str(file.path))
 
 
-def _count(file):
+def _count(file: _RobotFile) -> int:
     n = file.table.get("joints")
     if n is None:
         raise RecordError(f"{file.path}:1: 'joints' is missing; write the number of joints, "
@@ -114,7 +117,7 @@ def _count(file):
     return n
 
 
-def _names(file, n):
+def _names(file: _RobotFile, n: int) -> tuple[str, ...]:
     names = file.table.get("joint_names", ())
     good = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
     if not good or (names and len(set(names)) != n):
@@ -123,14 +126,14 @@ def _names(file, n):
     return tuple(names)
 
 
-def _table(file, name):
+def _table(file: _RobotFile, name: str) -> dict[str, Any]:
     table = file.table.get(name, {})
     if not isinstance(table, dict):
         raise RecordError(f"{file.where(name)} must be a section [{name}], got {table!r}")
     return table
 
 
-def _entry(file, name):
+def _entry(file: _RobotFile, name: str) -> dict[str, Any]:
     entry = file.table["experiment"][name]
     if not isinstance(entry, dict):
         raise RecordError(f"{file.where('experiment', name)} must be a section "
@@ -138,31 +141,32 @@ def _entry(file, name):
     return entry
 
 
-def _section(file, keys, table, kind, n):
-    fields = [field for field in dataclasses.fields(kind)]
-    known = {key: field for field in fields for key in field.metadata["keys"]}
+def _section(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any], kind: type,
+             n: int) -> Any:
+    known = {key: field for field in dataclasses.fields(kind) for key in field.metadata["keys"]}
     _refuse_unknown(file, keys, table, known)
     values = {}
     for key, value in table.items():
         where = file.where(*keys, key)
-        found = checked(value, known[key], where)
+        value = check_value(value, known[key], where)
         if known[key].metadata["kind"] == "joints":
-            found = per_joint(found, n, where)
-        values[known[key].name] = found
+            value = per_joint(value, n, where)
+        values[known[key].name] = value
     try:
         return kind(**values)
     except RecordError as error:
         raise RecordError(f"{file.where(*keys)}: {error}") from None
 
 
-def _refuse_unknown(file, keys, table, known):
+def _refuse_unknown(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any],
+                    known: Iterable[str]) -> None:
     for key in table:
         if key not in known:
             raise RecordError(f"{file.where(*keys, key)} is not a key of a robot file, and would "
                               f"have no effect; {nearest(key, known)}")
 
 
-def _words(file, name, known):
+def _words(file: _RobotFile, name: str, known: Iterable[str]) -> dict[str, str]:
     table = _table(file, name)
     _refuse_unknown(file, (name,), table, known)
     for key, value in table.items():

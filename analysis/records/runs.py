@@ -2,23 +2,11 @@
 
 import numpy as np
 
+from clie_blocks.analysis.records.model import Record
 
-def runs(record, least=2):
-    """Half-open ranges of valid samples inside one segment of a record.
 
-    Parameters
-    ----------
-    record : Record
-        The record.
-    least : int
-        Shorter runs are left out.
-
-    Returns
-    -------
-    list of (int, int)
-        Ranges in order.
-
-    """
+def runs(record: Record, least: int = 2) -> list[tuple[int, int]]:
+    """Half-open ranges of at least so many valid samples inside one segment, in order."""
     breaks = np.zeros(len(record) + 1, bool)
     breaks[[edge for pair in record.segments for edge in pair]] = True
     inside = np.zeros(len(record), bool)

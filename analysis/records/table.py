@@ -2,9 +2,11 @@
 
 import dataclasses
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import IO, Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.errors import RecordError
 
@@ -30,14 +32,14 @@ class Table:
 
     """
 
-    names: tuple
-    blocks: Callable
+    names: tuple[str, ...]
+    blocks: Callable[[Sequence[int]], Iterator[np.ndarray]]
     source: str
-    decisions: list = dataclasses.field(default_factory=list)
+    decisions: list[str] = dataclasses.field(default_factory=list)
     time_unit: str | None = None
 
 
-def table_of(columns, source, **fields):
+def table_of(columns: Mapping[str, ArrayLike], source: str, **fields: Any) -> Table:
     """Return a table of whole arrays held in memory.
 
     Parameters
@@ -62,7 +64,7 @@ def table_of(columns, source, **fields):
         listed = ", ".join(f"{name}: {array.size}" for name, array in list(flat.items())[:8])
         raise RecordError(f"{source}: the columns are not of one length ({listed})")
 
-    def blocks(indices):
+    def blocks(indices: Sequence[int]) -> Iterator[np.ndarray]:
         arrays = list(flat.values())
         yield np.column_stack([np.asarray(arrays[index], float) for index in indices])
 
@@ -80,7 +82,7 @@ class Packed:
     dropped: int
 
 
-def pack(blocks, factors, needed):
+def pack(blocks: Iterable[np.ndarray], factors: ArrayLike, needed: int) -> Packed:
     """Collect blocks whose first column is the clock.
 
     Parameters
@@ -118,36 +120,38 @@ def pack(blocks, factors, needed):
 
 
 class _Store:
-    """Rows in memory, or once they are many in an unnamed file that is mapped."""
+    """Rows in memory, or once they are many, in an unnamed file that is mapped."""
 
-    def __init__(self, width):
-        self.width, self.rows, self.kept, self.file = width, 0, [np.empty((0, width))], None
+    def __init__(self, width: int) -> None:
+        self.width, self.rows = width, 0
+        self.kept = [np.empty((0, width))]
+        self.file: IO[bytes] | None = None
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error):
+    def __exit__(self, *error: object) -> None:
         if self.file is not None:
             self.file.close()  # a map of it lives on
 
-    def add(self, block):
+    def add(self, block: np.ndarray) -> None:
         """Keep a block."""
         self.rows += len(block)
         self.kept.append(block)
         if self.file is not None or self.rows * self.width * 8 > IN_MEMORY:
             self._spill()
 
-    def _spill(self):
+    def _spill(self) -> None:
         try:
-            self.file = self.file or tempfile.TemporaryFile()
+            file = self.file = self.file or tempfile.TemporaryFile()
             while self.kept:
-                self.file.write(np.ascontiguousarray(self.kept.pop(0)).tobytes())
+                file.write(np.ascontiguousarray(self.kept.pop(0)).tobytes())
         except OSError as error:
             raise RecordError(f"the log has more than {IN_MEMORY / 1e6:.0f} MB of values and the "
                               f"folder for temporary files cannot hold them: {error.strerror}; "
                               "set TMPDIR to a larger disk") from None
 
-    def whole(self):
+    def whole(self) -> np.ndarray:
         """Return all rows, read-only."""
         if self.file is None:
             whole = self.kept[1] if len(self.kept) == 2 else np.concatenate(self.kept)

@@ -31,12 +31,13 @@ class Fit:
     freedom: int
 
     @property
-    def interval(self):
+    def interval(self) -> np.ndarray:
         """Half width of the 95 % interval."""
         return quantile95(self.freedom) * np.sqrt(np.maximum(np.diag(self.covariance), 0))
 
 
-def least_squares(columns, target, instruments=None, blocks=BLOCKS):
+def least_squares(columns: np.ndarray, target: np.ndarray, instruments: np.ndarray | None = None,
+                  blocks: int = BLOCKS) -> Fit:
     """Least squares, or instrumental variables, with block-robust uncertainty.
 
     The scores ``z_k r_k`` are summed over blocks much longer than the residual's memory; the
@@ -76,14 +77,14 @@ def least_squares(columns, target, instruments=None, blocks=BLOCKS):
     return Fit(value / size, covariance, residual, freedom)
 
 
-def quantile95(freedom):
+def quantile95(freedom: int) -> float:
     """Two-sided 95 % quantile of Student's t, by the first terms of its expansion."""
     first = (Z95**3 + Z95) / 4
     second = (5 * Z95**5 + 16 * Z95**3 + 3 * Z95) / 96
     return Z95 + first / freedom + second / freedom**2
 
 
-def block_covariance(scores, blocks=BLOCKS):
+def block_covariance(scores: np.ndarray, blocks: int = BLOCKS) -> tuple[np.ndarray, int]:
     """Covariance of the sum of coloured scores, from their sums over blocks, and its freedom."""
     edges = np.linspace(0, len(scores), blocks + 1).astype(int)[:-1]
     sums = np.add.reduceat(scores, edges, axis=0)

@@ -38,7 +38,7 @@ KINDS = {
 }
 
 
-def to_si(unit, signal, where):
+def to_si(unit: str, signal: str, where: str) -> tuple[float, str]:
     """Return the factor that brings a unit to SI, and the SI unit.
 
     Parameters
@@ -67,14 +67,14 @@ def to_si(unit, signal, where):
     return factor, base
 
 
-def _fitting(signal):
+def _fitting(signal: str) -> list[str]:
     return [name for name, (_, base) in TO_SI.items() if base in KINDS.get(signal, (base,))]
 
 
-def split_unit(header):
+def split_unit(header: str) -> tuple[str, str | None]:
     """Return a column's name without its unit, and the unit or None: ``q_elbow[deg]``."""
-    found = re.fullmatch(r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", header.strip())
-    unit = found and (found[2] if found[2] is not None else found[3])
-    if not found or unit.strip().isdigit():
+    match = re.fullmatch(r"(.+?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", header.strip())
+    if match is None:
         return header.strip(), None
-    return found[1].strip(), unit
+    unit = match[3] if match[2] is None else match[2]
+    return (header.strip(), None) if unit.strip().isdigit() else (match[1].strip(), unit)

@@ -6,11 +6,13 @@ F(z) = (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)
 import numpy as np
 
 from clie_blocks.analysis.records.robot import DISCRETISATIONS
+from clie_blocks.errors import RecordError
 
 SETTLED = 1e-4  # share of its start that a velocity filter has forgotten when it counts as settled
 
 
-def velocity_filter(kind, step, corners=None):
+def velocity_filter(kind: str, step: float,
+                    corners: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients ``b, a`` of a velocity filter, each of shape (3,).
 
     Parameters
@@ -33,10 +35,10 @@ def velocity_filter(kind, step, corners=None):
     if kind not in DISCRETISATIONS:
         taps = {"two_tap": [0.5, 0.0, -0.5], "difference": [1.0, -1.0, 0.0]}.get(kind, [0.0] * 3)
         return np.array(taps) / step, np.array([1.0, 0.0, 0.0])
-    p1, p2 = poles(kind, step, corners)
+    high, low = _known_corners(kind, corners)
+    p1, p2 = discrete_poles(kind, step, (high, low))
     gain = (1 - p1) * (1 - p2) / step
     if kind == "zoh":
-        high, low = corners
         apart = abs(low - high) * step
         gain = high * low * step * max(p1, p2) * (-np.expm1(-apart) / apart if apart else 1.0)
     after = {"tustin": [0.5, 0.5], "backward": [1.0, 0.0], "matched": [1.0, 0.0]}.get(
@@ -44,7 +46,7 @@ def velocity_filter(kind, step, corners=None):
     return gain * np.convolve([1.0, -1.0], after), np.poly([p1, p2])
 
 
-def poles(kind, step, corners):
+def discrete_poles(kind: str, step: float, corners: tuple[float, float]) -> list[float]:
     """Poles of G1 (47) as a discretisation maps them."""
     discrete = {"tustin": lambda a: (2 - a * step) / (2 + a * step),
                 "zoh": lambda a: np.exp(-a * step), "matched": lambda a: np.exp(-a * step),
@@ -53,15 +55,34 @@ def poles(kind, step, corners):
     return [discrete(corner) for corner in corners]
 
 
-def discretisations(step, corners):
+def discretisations(step: float, corners: tuple[float, float]) -> tuple[str, ...]:
     """Names of the discretisations of G1 that are stable at a sample time."""
     return tuple(name for name in DISCRETISATIONS
-                 if max(map(abs, poles(name, step, corners))) < 1)
+                 if max(map(abs, discrete_poles(name, step, corners))) < 1)
 
 
-def settling(kind, step, corners):
+def settling(kind: str, step: float, corners: tuple[float, float] | None) -> int:
     """Samples after which a filter no longer knows how its run began."""
     if kind not in DISCRETISATIONS:
         return 2
-    slowest = max(map(abs, poles(kind, step, corners)))
+    slowest = max(map(abs, discrete_poles(kind, step, _known_corners(kind, corners))))
     return 2 + int(np.ceil(np.log(SETTLED) / np.log(max(slowest, 1e-3))))
+
+
+def response_from_rest(b: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Signals of shape (N, n) through a filter from rest, exact by a transform with zero padding.
+
+    It starts at once, where a recursion has to be compiled first.
+    """
+    forget = 40 / -np.log(max(np.abs(np.roots(a)), default=1e-9) or 1e-9)
+    size = 1 << int(np.ceil(np.log2(len(x) + forget)))
+    delay = np.exp(-2j * np.pi * np.arange(size // 2 + 1) / size)
+    response = np.polyval(b[::-1], delay) / np.polyval(a[::-1], delay)
+    return np.fft.irfft(np.fft.rfft(x, size, axis=0) * response[:, None], size, axis=0)[:len(x)]
+
+
+def _known_corners(kind: str, corners: tuple[float, float] | None) -> tuple[float, float]:
+    if corners is None:
+        raise RecordError(f"the velocity filter {kind!r} needs its two corners: state "
+                          "velocity_filter_highpass_rad_s and velocity_filter_lowpass_rad_s")
+    return corners

@@ -2,16 +2,17 @@
 
 import gzip
 import io
+import os
 from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.records.model import DEFAULT_UNITS
+from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
 from clie_blocks.errors import RecordError
 from clie_blocks.output import write
 
 
-def write_record(record, path):
+def write_record(record: Record, path: str | os.PathLike[str]) -> Path:
     """Write a record as CSV; `read_record` gives the same arrays back, bit for bit.
 
     Joints without names of their own are numbered, ``q1``; others are named, ``q_elbow``.  Units
@@ -48,7 +49,7 @@ def write_record(record, path):
     return write(path, text)
 
 
-def _text(record):
+def _text(record: Record) -> str:
     columns = [record.time, *(getattr(record, name) for name in record.signals)]
     header = _header(record)
     if not record.valid.all():
@@ -60,7 +61,7 @@ def _text(record):
     return "\n".join(lines) + "\n"
 
 
-def _header(record):
+def _header(record: Record) -> list[str]:
     bad = [name for name in record.joints if set(name) & set(',;"\n\r\t|[]()')]
     if bad:
         raise RecordError(f"joint name {bad[0]!r} cannot stand in a CSV header; rename the joint")

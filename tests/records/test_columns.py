@@ -48,14 +48,14 @@ def test_our_own_names_are_no_guess_and_others_are():
 @pytest.mark.parametrize("header, said, message", [
     ("time,q1,pos1", {}, "'q1' and 'pos1' could both be q.*--map q="),
     ("time,timestamp,q1", {}, "could both be time"),
-    ("time,foo,bar", {}, "no column gives q.*the log has time, foo, bar"),
-    ("q1,u1", {}, "no column gives time"),
+    ("time,foo,bar", {}, "no column is recognised as q.*the log has time, foo, bar"),
+    ("q1,u1", {}, "no column is recognised as time"),
     ("time,q1,q1", {}, "two columns are called 'q1'"),
     ("time,a,b", {"given": {"p": "a"}}, "--map p=.*known: time, q"),
     ("t_a,q_a", {"given": {"time": "t_{joint}"}}, "must name one column"),
     ("time,a,b", {"given": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
-    ("time,q1,q2,u1", {"given": {"u": "u{k}"}}, "not there for every joint"),
-    ("time,q1,q2", {"given": {"u": "u{k}"}}, "not there for every joint"),
+    ("time,q1,q2,u1", {"given": {"u": "u{k}"}}, "is missing for at least one joint"),
+    ("time,q1,q2", {"given": {"u": "u{k}"}}, "is missing for at least one joint"),
     ("time,q_a,q_c", {"joints": ("a", "b")}, "joint 'c' of the log is not one of the robot"),
     ("time,q1,q2,q3", {"joints": ("joint1", "joint2")}, "has 3 joints.*robot has 2"),
 ])

@@ -137,8 +137,8 @@ def test_rows_without_a_stamp_are_dropped_and_counted(tmp_path):
     ("0.625", "0.625,7", r"log.csv:3: this line has 4 values, the header has 3 columns"),
     ("0.625,", "", r"log.csv:3: this line has 2 values"),
     ("time,q1,u1", "time,q1,q1", "two columns are called 'q1'"),
-    ("time,q1,u1", "time,foo,u1", r"no column gives q.*--map q=actual_pos_\{joint\}"),
-    ("time,q1,u1", "when,q1,u1", r"no column gives time"),
+    ("time,q1,u1", "time,foo,u1", r"no column is recognised as q.*--map q=actual_pos_\{joint\}"),
+    ("time,q1,u1", "when,q1,u1", r"no column is recognised as time"),
     ("time,q1,u1\n", "", "has no header"),
     ("q1", "q1[furlong]", "unit 'furlong' is not known"),
     ("q1", "q1[V]", "q cannot be in 'V'"),
@@ -175,8 +175,8 @@ def test_a_last_line_that_is_cut_off_is_left_out(tmp_path):
 
 @pytest.mark.parametrize("data, message", [
     (b"time,q1\n", "no samples"), (b"\n\n", "no line with values"),
-    (b"\xff\xfet\0i\0", "UTF-16"), (b"\0\1\2\3" * 100, "neither a known log format nor text"),
-    (b"x" * 9_000_000, "no column gives time")])
+    (b"\xff\xfet\0i\0", "UTF-16"), (b"\0\1\2\3" * 100, "neither text nor a known log format"),
+    (b"x" * 9_000_000, "no column is recognised as time")])
 def test_files_that_are_no_log(tmp_path, data, message):
     with pytest.raises(RecordError, match=message):
         read_record(log(tmp_path, data))

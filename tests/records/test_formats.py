@@ -164,14 +164,14 @@ def test_a_child_that_takes_too_long_is_an_error(tmp_path, monkeypatch):
     io.savemat(tmp_path / "a.mat", {"time": TIME, "q1": TIME})
     monkeypatch.setattr(sandbox, "SECONDS", 0.02)
     with pytest.raises(RecordError, match="given up"):
-        sandbox.run("mat.load", tmp_path / "a.mat")
+        sandbox.run("mat_variables.load", tmp_path / "a.mat")
 
 
 def test_a_child_that_dies_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(sandbox.subprocess, "run",
                         lambda *a, **k: sandbox.subprocess.CompletedProcess(a, -11, b"", b""))
     with pytest.raises(RecordError, match="signal 11"):
-        sandbox.run("mat.load", tmp_path / "a.mat")
+        sandbox.run("mat_variables.load", tmp_path / "a.mat")
 
 
 def bag_file(folder, storage, permute=True):
@@ -234,7 +234,7 @@ def test_states_on_several_topics_are_asked_about(tmp_path):
     with rosbags.Writer(tmp_path / "bag", version=9) as writer:
         for topic in ("/left", "/right"):
             writer.add_connection(topic, "sensor_msgs/msg/JointState", typestore=store)
-    with pytest.raises(RecordError, match="joint states on /left, /right; say which: --topic"):
+    with pytest.raises(RecordError, match="joint states on /left, /right; choose one: --topic"):
         read_record(tmp_path / "bag")
     with pytest.raises(RecordError, match="/left has no usable joint states"):
         read_record(tmp_path / "bag", topic="/left")
@@ -289,7 +289,7 @@ def test_lerobot_episodes(tmp_path, version):
     assert records[0].u is None
     np.testing.assert_allclose(records[1].q, np.deg2rad(120 * Q[:100]), rtol=1e-6)
     assert any("degrees" in sentence for sentence in records[0].decisions)
-    with pytest.raises(RecordError, match="holds 2 runs"):
+    with pytest.raises(RecordError, match="has 2 runs"):
         read_record(tmp_path / "set")
 
 
@@ -388,14 +388,14 @@ def test_a_robot_beside_the_log_is_used_and_named(tmp_path):
     (tmp_path / "robot.toml").write_text("joints = 2\n[motor]\ngear_ratio = [3, 4]\n")
     found = read_record(tmp_path / "a.csv")
     np.testing.assert_array_equal(found.robot.motor.gear_ratio, [3, 4])
-    assert any("lies beside the log" in sentence for sentence in found.decisions)
+    assert any("lies next to the log" in sentence for sentence in found.decisions)
     other = read_robot(tmp_path / "robot.toml")
     assert read_record(tmp_path / "a.csv", other).robot is other
 
 
 def test_foreign_faults_become_record_errors():
     with pytest.raises(RecordError, match="x cannot be read as a thing: boom"):
-        with options.foreign("x", "a thing"):
+        with options.library_errors("x", "a thing"):
             raise ZeroDivisionError("boom")
 
 

@@ -226,4 +226,4 @@ def test_mutated_robot_files(data, tmp_path):
 def test_the_child_reports_its_own_errors(tmp_path):
     with pytest.raises(ClieError, match="cannot be read as a MATLAB file"):
         (tmp_path / "log.mat").write_bytes(b"nonsense")
-        sandbox.run("mat.load", tmp_path / "log.mat")
+        sandbox.run("mat_variables.load", tmp_path / "log.mat")

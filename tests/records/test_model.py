@@ -59,7 +59,7 @@ def test_samples_with_holes_are_masked():
     ({"time": TIME[:4]}, "4 stamps but 5 positions"),
     ({"u": Q[:, :1]}, r"u of shape \(5, 1\), but N x n is \(5, 2\)"),
     ({"q": [["a", "b"]] * 5}, "q that is not numeric"),
-    ({"time": [0, 1, np.nan, 3, 4]}, "stamps that are not finite"),
+    ({"time": [0, 1, np.nan, 3, 4]}, "stamps that are NaN or infinite"),
     ({"joints": ("a",)}, "2 joints but 1 names"),
     ({"joints": ("a", "a")}, "one joint 'a'"),
     ({"valid": [True]}, r"mask of shape \(1,\)"),

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.resampling import REACH, align, held, held_mean, resample
+from clie_blocks.analysis.records.resampling import REACH, align, hold_last, resample
 from clie_blocks.errors import RecordError
 
 RNG = np.random.default_rng(3)
@@ -100,23 +98,8 @@ def test_two_records_are_brought_onto_their_common_clock():
         align(Record(TIME, TIME), Record(TIME + 50, TIME))
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(st.lists(st.floats(0.01, 1.0), min_size=3, max_size=30), st.integers(1, 20))
-def test_the_mean_of_a_held_signal_is_exact(steps, count):
-    stamps = np.cumsum([0.0, *steps])
-    values = np.sin(np.arange(stamps.size))[:, None]
-    edges = np.linspace(0, stamps[-1] + 0.5, count + 1)
-    knots = np.unique(np.concatenate([stamps, edges]))
-    rows, _ = held(stamps, values, knots[:-1])
-    pieces = rows[:, 0] * np.diff(knots)
-    owner = np.searchsorted(edges, knots[:-1], side="right") - 1
-    brute = np.bincount(owner, pieces, minlength=count) / np.diff(edges)
-    np.testing.assert_allclose(held_mean(stamps, values, edges)[:, 0], brute, atol=1e-9)
-
-
 def test_what_was_held_before_the_first_stamp_is_unknown():
-    found, early = held(np.array([1.0, 2.0]), np.array([[5.0], [6.0]]), np.array([0, 1, 1.5, 9]))
+    found, early = hold_last(np.array([1.0, 2.0]), np.array([[5.0], [6.0]]),
+                             np.array([0, 1, 1.5, 9]))
     assert early == 1
     np.testing.assert_array_equal(found[:, 0], [np.nan, 5, 5, 6])
-    with pytest.raises(RecordError, match="is not known"):
-        held_mean(np.array([1.0, 2.0]), np.ones((2, 1)), np.array([0.0, 1.5]))

@@ -10,6 +10,8 @@ from clie_blocks.analysis.records.checks.reach import check_reach
 from clie_blocks.analysis.records.checks.reference import check_reference
 from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Robot
 
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
@@ -18,7 +20,7 @@ CHECKS = (check_alive, check_reference, check_velocity, check_law,
 FATAL = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "signal.absurd")
 
 
-def check_record(record, robot=None):
+def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
     """Run every check on a record.
 
     Parameters

@@ -3,6 +3,8 @@
 import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import MOST_RANGES, Finding, ranges
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Robot
 
 GAP = 3  # sample times
 COARSE = 0.01  # share of repeated stamps
@@ -11,7 +13,7 @@ PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
 UNITS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 
 
-def check_clock(record, robot):
+def check_clock(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on the stamps of a record."""
     if not record.sample_time > 0:
         return [Finding("error", "clock.stopped", "The clock never advances.",
@@ -23,7 +25,7 @@ def check_clock(record, robot):
             *(unit or _rate(record, robot))]
 
 
-def even_clock(record):
+def even_clock(record: Record) -> Record:
     """Return the record with a coarse clock rebuilt from its rate, or as it is.
 
     Between its ends each segment gets equal steps; the samples are not touched.
@@ -37,11 +39,11 @@ def even_clock(record):
         "The clock is coarser than the sampling; its stamps were rebuilt from its mean rate.")
 
 
-def _is_coarse(step):
+def _is_coarse(step: np.ndarray) -> bool:
     return np.mean(step == 0) > COARSE if step.size else False
 
 
-def _order(step):
+def _order(step: np.ndarray) -> list[Finding]:
     backward = np.flatnonzero(step < 0)
     if backward.size == 0:
         return []
@@ -56,12 +58,12 @@ def _order(step):
                     "its arrival.", samples=where)]
 
 
-def _around(steps):
+def _around(steps: np.ndarray) -> tuple[tuple[int, int], ...]:
     """Sample ranges around some steps of the clock."""
     return tuple((int(k), int(k) + 2) for k in steps[:MOST_RANGES])
 
 
-def _repeats(step):
+def _repeats(step: np.ndarray) -> list[Finding]:
     share = np.mean(step == 0)
     if share == 0:
         return []
@@ -76,7 +78,7 @@ def _repeats(step):
                     samples=where)]
 
 
-def _gaps(record, step):
+def _gaps(record: Record, step: np.ndarray) -> list[Finding]:
     if _is_coarse(step):
         return []
     gap = step > GAP * record.sample_time
@@ -85,30 +87,30 @@ def _gaps(record, step):
     lost = float(np.sum(step[gap]))
     return [Finding("warning", "clock.gaps", f"{np.count_nonzero(gap)} gaps, together "
                     f"{lost:.3g} s of {record.duration:.3g} s.", "What happened inside is not "
-                    "known.", "The record is split there and nothing is filled in; if it is much, "
-                    "log to memory first.",
+                    "known.", "The record is split there and nothing is filled in; if they are "
+                    "long, log to memory first.",
                     samples=_around(np.flatnonzero(gap)))]
 
 
-def _jitter(record, step):
+def _jitter(record: Record, step: np.ndarray) -> list[Finding]:
     if _is_coarse(step):
         return []
     usual = step[(step > 0) & (step <= GAP * record.sample_time)]
     size = usual.std() / record.sample_time
     if size < JITTER[0]:
         return []
-    said = (f"The step of the clock varies by {size:.1%} (median {1e3 * record.sample_time:.4g} "
+    what = (f"The step of the clock varies by {size:.1%} (median {1e3 * record.sample_time:.4g} "
             f"ms, mean {1e3 * usual.mean():.4g} ms).")
     if size < JITTER[1]:
-        return [Finding("repair", "clock.jitter", said, "Even steps would shift the samples.",
+        return [Finding("repair", "clock.jitter", what, "Even steps would shift the samples.",
                         "The true stamps are used; nothing to do.")]
-    return [Finding("warning", "clock.jitter", said,
+    return [Finding("warning", "clock.jitter", what,
                     "The controller's own clock is not this one, so its velocity filter cannot be "
-                    "replayed exactly, and lags below one step cannot be told.",
+                    "replayed exactly, and lags below one step cannot be measured.",
                     "Log the stamp of the controller's cycle.")]
 
 
-def _unit(record, robot):
+def _unit(record: Record, robot: Robot | None) -> list[Finding]:
     """Whether the step is a power of a thousand off what is stated, or off what is plausible."""
     step = record.sample_time
     stated = robot.controller.sample_time if robot else None
@@ -122,13 +124,13 @@ def _unit(record, robot):
     return []
 
 
-def _wrong_unit(what, unit):
+def _wrong_unit(what: str, unit: str) -> Finding:
     return Finding("error", "clock.unit", what,
-                   "Every velocity and every parameter would be off by powers of a thousand.",
+                   "Every velocity and every parameter would be wrong by powers of a thousand.",
                    f"Read it with --time-unit {unit}.")
 
 
-def _rate(record, robot):
+def _rate(record: Record, robot: Robot | None) -> list[Finding]:
     stated = robot.controller.sample_time if robot else None
     if not stated or abs(record.sample_time / stated - 1) < 0.01:
         return []

@@ -2,35 +2,39 @@
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.records.checks.completeness import dead_joints
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import (
-    averaged,
     centres,
     half_width,
     smooth_motion,
+    triangular_mean,
 )
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import roughness
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.uncertainty import least_squares
 
 NAMES = ("inertia", "viscous friction", "offset")
 OWN_SHARE = 0.02  # of a column's energy that the others must not explain
 ABOVE_NOISE = 3.0
 WINDOWS = (0.05, 0.2, 0.5)  # s; slow motions show their acceleration only in long windows
-WIDE = 0.5  # rad; over less the weight of a link cannot be told from a spring
+WIDE = 0.5  # rad; over less the weight of a link looks like a spring
 UNCERTAIN = 0.5  # half width of an interval over its estimate
 REMEDIES = {
     frozenset({"inertia", "viscous friction"}): "move at two or more speeds: a multisine from 0.1 "
     "Hz to half the loop's bandwidth",
-    frozenset({"viscous friction", "offset"}): "move both ways: a triangle or a sine about the "
-    "set-point",
-    frozenset({"inertia", "offset"}): "accelerate and brake both ways: a sine or multisine",
+    frozenset({"viscous friction", "offset"}): "move in both directions: a triangle or a sine "
+    "about the set-point",
+    frozenset({"inertia", "offset"}): "accelerate and brake in both directions: a sine or "
+    "multisine",
     frozenset({"inertia"}): "accelerate more: a multisine or chirp up to half the loop's "
     "bandwidth",
-    frozenset({"viscous friction"}): "move faster over a longer way: a slow sine of large "
+    frozenset({"viscous friction"}): "move faster over a longer path: a slow sine of large "
     "amplitude",
 }
 ANY_REMEDY = "a multisine from 0.1 Hz to half the loop's bandwidth on every joint, 20 s or longer"
@@ -65,12 +69,12 @@ class Motion:
     slow_share: float
     frequency: float
     noise: float
-    hidden: tuple
+    hidden: tuple[str, ...]
     reason: str
 
 
-@functools.lru_cache(maxsize=2)  # a record does not change, and the report asks again
-def motions(record, robot):
+@functools.lru_cache(maxsize=2)  # a record does not change, and the report needs it again
+def motions(record: Record, robot: Robot | None) -> list[Motion]:
     """What each joint did, and which of inertia, viscous friction and offset that shows."""
     views = [view for window in WINDOWS if (view := _view(record, window)).at.size >= 100]
     if not views:
@@ -79,17 +83,17 @@ def motions(record, robot):
     return [_motion(record, k, views, noise[k], k in dead) for k in range(record.n)]
 
 
-def check_excitation(record, robot):
+def check_excitation(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on motions that hide a parameter."""
-    found = motions(record, robot)
+    shown = motions(record, robot)
     dead = dead_joints(record, robot)
-    weak = [k for k in range(record.n) if found[k].reason and k not in dead]
+    weak = [k for k in range(record.n) if shown[k].reason and k not in dead]
     none_left = len(weak) + len(dead) == record.n
-    return [_finding(record.joints[k], found[k], "error" if none_left else "warning")
+    return [_finding(record.joints[k], shown[k], "error" if none_left else "warning")
             for k in weak] + ([_nothing_moves()] if len(dead) == record.n else [])
 
 
-def remedy(hidden):
+def remedy(hidden: Sequence[str]) -> str:
     """Motion that would show what is hidden."""
     return REMEDIES.get(frozenset(hidden), ANY_REMEDY)
 
@@ -106,16 +110,16 @@ class _View:
     u: np.ndarray | None
 
 
-def _view(record, window):
+def _view(record: Record, window: float) -> _View:
     width = half_width(record, window)
     at = centres(record, width)
     q, dq, ddq = smooth_motion(record, at, width)
     force = record.u if record.u is not None else record.tau
     return _View(at, width * record.sample_time, q, dq, ddq,
-                 None if force is None else averaged(force, at, width))
+                 None if force is None else triangular_mean(force, at, width))
 
 
-def _motion(record, k, views, noise, dead):
+def _motion(record: Record, k: int, views: Sequence[_View], noise: float, dead: bool) -> Motion:
     q, dq, ddq = record.q[record.valid, k], views[0].dq[:, k], views[0].ddq[:, k]
     top = np.abs(dq).max()
     moving = np.abs(dq) > 0.02 * top
@@ -127,7 +131,7 @@ def _motion(record, k, views, noise, dead):
                   float(frequency), float(noise), hidden, reason)
 
 
-def _least_hidden(views, k, noise):
+def _least_hidden(views: Sequence[_View], k: int, noise: float) -> tuple[tuple[str, ...], str]:
     """Answer of the first window that shows all, else of the widest, which has least noise."""
     for view in views:
         hidden, reason = _hidden(view, k, noise)
@@ -136,7 +140,7 @@ def _least_hidden(views, k, noise):
     return hidden, reason
 
 
-def _hidden(view, k, noise):
+def _hidden(view: _View, k: int, noise: float) -> tuple[tuple[str, ...], str]:
     """Parameters that the joint's own columns hide in windows of one width, and why."""
     dq, ddq = view.dq[:, k], view.ddq[:, k]
     floors = {"inertia": np.sqrt(6) * noise / view.span**2,
@@ -144,11 +148,11 @@ def _hidden(view, k, noise):
     sizes = {"inertia": np.std(ddq), "viscous friction": np.std(dq)}
     drowned = tuple(name for name in sizes if sizes[name] < ABOVE_NOISE * floors[name])
     if drowned:
-        return drowned, f"its {' and '.join(_seen_by(drowned))} drowns in the position's noise"
+        return drowned, f"its {' and '.join(_seen_by(drowned))} is lost in the position's noise"
     columns = np.stack([ddq, dq, np.ones_like(dq)], axis=1)
     tied = _tied(columns)
     if tied:
-        return tied, f"{' and '.join(tied)} act alike in this motion"
+        return tied, f"{' and '.join(tied)} have the same effect in this motion"
     if view.u is None:
         return (), ""
     fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), view.u[:, k])
@@ -157,14 +161,14 @@ def _hidden(view, k, noise):
         (), "")
 
 
-def _nuisance(view, k):
-    """Gravity and dry friction, as far as the motion shows them, so that they blur nothing."""
+def _nuisance(view: _View, k: int) -> list[np.ndarray]:
+    """Gravity and dry friction, as far as the motion shows them, so that they bias nothing."""
     q, dq = view.q[:, k], view.dq[:, k]
     weight = [np.sin(q), np.cos(q)] if np.ptp(q) > WIDE else [q] if np.ptp(q) > 0 else []
     return [*weight, np.tanh(dq / (0.05 * np.abs(dq).max()))]
 
 
-def _tied(columns):
+def _tied(columns: np.ndarray) -> tuple[str, ...]:
     """Names of the columns of the weakest direction, when one is explained by the others."""
     scaled = columns / np.linalg.norm(columns, axis=0)
     _, size, directions = np.linalg.svd(scaled, full_matrices=False)
@@ -174,16 +178,16 @@ def _tied(columns):
     return tuple(name for name, part in zip(NAMES, directions[-1], strict=True) if abs(part) > 0.3)
 
 
-def _seen_by(names):
+def _seen_by(names: Sequence[str]) -> list[str]:
     return [{"inertia": "acceleration", "viscous friction": "velocity"}[name] for name in names]
 
 
-def _finding(joint, motion, severity):
+def _finding(joint: str, motion: Motion, severity: str) -> Finding:
     return Finding(severity, "excitation.weak", f"It does not show {' and '.join(motion.hidden)}: "
                    f"{motion.reason}.", "The estimate would be noise or a guess.",
                    f"To see it, {remedy(motion.hidden)}.", joint=joint)
 
 
-def _nothing_moves():
+def _nothing_moves() -> Finding:
     return Finding("error", "excitation.none", "No joint moves.", "Nothing can be learned.",
                    f"Use {ANY_REMEDY}.")

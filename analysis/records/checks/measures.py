@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.runs import runs
 
 TINY = 1e-100
@@ -9,52 +10,49 @@ ENOUGH = 10_000  # windows that settle a lag
 WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
 
 
-def moves(x):
+def moves(x: np.ndarray) -> bool:
     """Whether a signal changes at all, by more than what squares to nothing."""
     return x.size > 0 and np.ptp(x) > TINY
 
 
-def half_width(record, window=WINDOW):
+def half_width(record: Record, window: float = WINDOW) -> int:
     """Half width in samples of a window of this many seconds, at least one sample."""
     return max(1, round(window / record.sample_time))
 
 
-def centres(record, width):
+def centres(record: Record, width: int) -> np.ndarray:
     """Indices k for which ``k - width`` and ``k + width`` lie in the same run of valid samples."""
     parts = [np.arange(start + width, stop - width) for start, stop in runs(record)
              if stop - start > 2 * width]
     return np.concatenate(parts) if parts else np.empty(0, int)
 
 
-def increments(x, at, width):
+def increments(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
     """Change of a signal over each window: ``x[k + width] - x[k - width]``."""
     return x[at + width] - x[at - width]
 
 
-def travelled(record, rate, at, width):
-    """Integral of a rate over each window by trapezia on the true stamps: what x changed by."""
+def integrals(record: Record, rate: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
+    """Integral of a rate over each window, by trapezia on the true stamps."""
     area = np.diff(record.time)[:, None] * (rate[1:] + rate[:-1]) / 2
     return increments(_total(area), at, width)
 
 
-def smooth_motion(record, at, width):
-    """Position, velocity and acceleration, averaged over each window with `averaged`.
+def smooth_motion(record: Record, at: np.ndarray,
+                  width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, velocity and acceleration, averaged over each window, shape (len(at), n).
 
-    Returns
-    -------
-    q, dq, ddq : ndarray, shape (len(at), n)
-        The acceleration is ``(q[k+w] - 2 q[k] + q[k-w]) / (wT)^2``; the others are averaged
-        alike, so that a force averaged alike obeys the same equation of motion.
-
+    The acceleration is ``(q[k+w] - 2 q[k] + q[k-w]) / (wT)^2``; the others are averaged as by
+    `triangular_mean`, so that a force averaged in the same way obeys the same equation of motion.
     """
     ahead, here, behind = record.q[at + width], record.q[at], record.q[at - width]
     rate = np.zeros(record.q.shape)
     rate[1:-1] = (record.q[2:] - record.q[:-2]) / (2 * record.sample_time)
-    return (averaged(record.q, at, width), averaged(rate, at, width),
+    return (triangular_mean(record.q, at, width), triangular_mean(rate, at, width),
             (ahead - 2 * here + behind) / (width * record.sample_time) ** 2)
 
 
-def averaged(x, at, width):
+def triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
     """Triangular mean over each window: twice the mean of `width` samples."""
     ahead = _total(x)
     ahead = (ahead[width:] - ahead[:-width]) / width
@@ -62,12 +60,12 @@ def averaged(x, at, width):
     return (total[at + 1] - total[at + 1 - width]) / width
 
 
-def _total(x):
+def _total(x: np.ndarray) -> np.ndarray:
     finite = np.where(np.isfinite(x), x, 0.0)
     return np.concatenate((np.zeros((1, x.shape[1])), np.cumsum(finite, axis=0)))
 
 
-def slope(x, y):
+def slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """Slope of y on x through the origin, and their correlation about zero; NaN without x."""
     xx, yy, xy = np.sum(x * x), np.sum(y * y), np.sum(x * y)
     if xx == 0 or yy == 0:
@@ -75,59 +73,34 @@ def slope(x, y):
     return xy / xx, xy / np.sqrt(xx * yy)
 
 
-def correlations(x, y):
+def correlation_matrix(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Matrix of the correlations about zero of the columns of x with those of y; 0 if dead."""
     size = np.linalg.norm(x, axis=0)[:, None] * np.linalg.norm(y, axis=0)
     return np.divide(x.T @ y, size, out=np.zeros(size.shape), where=size > 0)
 
 
-def permutation(match, alike=0.8):
+def permutation(match: np.ndarray, alike: float = 0.8) -> list[int] | None:
     """Permutation that a matrix of similarities shows beyond doubt, or None.
 
-    Parameters
-    ----------
-    match : ndarray, shape (n, n)
-        Similarity of row signal i with column signal j, at most 1.
-    alike : float
-        Similarity above which two signals belong together.
-
-    Returns
-    -------
-    list of int or None
-        ``found[i] = j`` where it differs from the identity, each pair of a moved joint is alike
-        and the stated pair is not (0.3 less).
-
+    ``match[i, j]``, at most 1, is the similarity of row signal i with column signal j, which
+    belong together above `alike`.  Element i of the result is the j that belongs to it; each pair
+    of a moved joint is alike and the stated pair is not (0.3 less).
     """
-    found = match.argmax(axis=1)
+    order = match.argmax(axis=1)
     rows = np.arange(len(match))
-    moved = found != rows
-    if not moved.any() or sorted(found) != list(rows):
+    moved = order != rows
+    if not moved.any() or sorted(order) != list(rows):
         return None
-    sure = (match[rows, found] > alike) & (match[rows, rows] < match[rows, found] - 0.3)
-    return found.tolist() if sure[moved].all() else None
+    clear = (match[rows, order] > alike) & (match[rows, rows] < match[rows, order] - 0.3)
+    return order.tolist() if clear[moved].all() else None
 
 
-def lag(record, early, late, at, width, reach=40):
-    """Samples by which one signal trails another, to a fraction of a sample.
+def lag(record: Record, early: np.ndarray, late: np.ndarray, at: np.ndarray, width: int,
+        reach: int = 40) -> float:
+    """Samples by which `late` trails `early`, to a fraction of a sample; NaN when not alike.
 
-    Parameters
-    ----------
-    record : Record
-        Gives the number of samples.
-    early, late : ndarray, shape (N,)
-        Signals.
-    at : ndarray of int
-        Centres to use.
-    width : int
-        Increments over this half width are compared, so that offsets do not count.
-    reach : int
-        Largest lag tried.
-
-    Returns
-    -------
-    float
-        Positive when `late` trails; NaN when the two are not alike.
-
+    Increments around the centres `at` over the half width are compared, so that offsets do not
+    count; `reach` is the largest lag tried.
     """
     at = at[(at >= reach + width) & (at < len(record) - reach - width)]
     if at.size < 10:
@@ -142,11 +115,11 @@ def lag(record, early, late, at, width, reach=40):
     if not 0 < best < 2 * reach or match[best] < 0.8:
         return np.nan
     before, top, after = match[best - 1:best + 2]
-    bend = before - 2 * top + after
-    return best - reach + (0.5 * (before - after) / bend if bend else 0.0)
+    curvature = before - 2 * top + after
+    return best - reach + (0.5 * (before - after) / curvature if curvature else 0.0)
 
 
-def step_size(x):
+def step_size(x: np.ndarray) -> float:
     """Smallest step of a quantised signal; NaN when its values lie on no lattice."""
     change = np.abs(np.diff(x[np.isfinite(x)]))
     change = change[change > 1e-12 * max(1.0, np.nanmax(np.abs(x), initial=0.0))]
@@ -159,7 +132,7 @@ def step_size(x):
         near.size > 0.1 * change.size and on_lattice.mean() > 0.98) else np.nan
 
 
-def longest_flat(x, long=20):
+def longest_flat(x: np.ndarray, long: int = 20) -> tuple[tuple[int, int], float]:
     """Range of the longest run of equal values, and the share of equal neighbours elsewhere.
 
     Elsewhere is outside all runs of more than `long` samples.

@@ -5,13 +5,15 @@ import numpy as np
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.stability import nominal_joints
 from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Robot
 
 SHORT = 5.0  # s
 SLOW = 100.0  # Hz
 PER_PERIOD = 20  # samples per period of the loop, to simulate its controller from the log
 
 
-def check_reach(record, robot):
+def check_reach(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on logs that are short, or slow against the loop."""
     found = []
     if record.duration < SHORT:
@@ -30,10 +32,10 @@ def check_reach(record, robot):
     return found
 
 
-def _loop_frequency(robot):
+def _loop_frequency(robot: Robot | None) -> float:
     """Natural frequency of the fastest nominal loop [Hz]; zero where it is not known."""
     nominal = nominal_joints(robot)
-    if nominal is None or robot.controller.law not in ("pd", "cascade"):
+    if robot is None or nominal is None or robot.controller.law not in ("pd", "cascade"):
         return 0.0
     return float(np.sqrt(np.max(nominal[1] * np.abs(gains(robot.controller)[0])))
                  / (2 * np.pi))

@@ -5,12 +5,14 @@ import numpy as np
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import (
     centres,
-    correlations,
+    correlation_matrix,
     half_width,
     increments,
     permutation,
     slope,
 )
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Robot
 
 DEGREE = 180 / np.pi
 ALIKE = 0.6  # correlation of a position with its reference; a soft loop follows late
@@ -18,7 +20,7 @@ FACTOR = 1.35  # within which a soft loop's motion over its reference still show
 TURNS = 3  # a joint that sweeps more than this many turns in radians is probably in degrees
 
 
-def check_reference(record, robot):
+def check_reference(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on the reference: logged twice, in another order, unit, or side of the gear."""
     if record.qd is None:
         return _range(record)
@@ -26,15 +28,15 @@ def check_reference(record, robot):
     if copied:
         return [Finding("error", "reference.copied", "Its reference equals its position at every "
                         "sample: one was logged as the other.", "The loop seems to have no error, "
-                        "so nothing of controller or robot can be seen.",
+                        "so it shows nothing of controller or robot.",
                         "Log the measurement, or name its column: --map q=COLUMN.",
                         joint=record.joints[k]) for k in copied]
     width = half_width(record, 0.5)
     at = centres(record, width)
     if at.size < 10:
         return _range(record)
-    asked, moved = increments(record.qd, at, width), increments(record.q, at, width)
-    order = _order(asked, moved)
+    wanted, moved = increments(record.qd, at, width), increments(record.q, at, width)
+    order = _order(wanted, moved)
     if order is not None:
         pairs = ", ".join(f"qd of {record.joints[i]} is followed by {record.joints[j]}"
                           for i, j in enumerate(order) if i != j)
@@ -42,52 +44,54 @@ def check_reference(record, robot):
                         "Every joint would be given another's model.",
                         f"Reorder the columns: permutation {[j + 1 for j in order]}.")]
     return [*_range(record), *(finding for k in range(record.n)
-                               for finding in _scale(record, robot, k, asked[:, k], moved[:, k]))]
+                               for finding in _scale(record, robot, k, wanted[:, k], moved[:, k]))]
 
 
-def _identical(q, qd):
+def _identical(q: np.ndarray, qd: np.ndarray) -> bool:
     both = np.isfinite(q) & np.isfinite(qd)
     return both.any() and np.ptp(q[both]) > 0 and bool(np.all(q[both] == qd[both]))
 
 
-def _order(asked, moved):
+def _order(wanted: np.ndarray, moved: np.ndarray) -> list[int] | None:
     """Permutation of the joints whose reference moves; the others stay where they are."""
-    size = np.sqrt(np.mean(asked**2, axis=0))
+    size = np.sqrt(np.mean(wanted**2, axis=0))
     live = np.flatnonzero(size > 0.02 * size.max(initial=0))
-    found = None if live.size < 2 else permutation(
-        correlations(asked[:, live], moved[:, live]), ALIKE)
-    if found is None:
+    of_live = None if live.size < 2 else permutation(
+        correlation_matrix(wanted[:, live], moved[:, live]), ALIKE)
+    if of_live is None:
         return None
-    order = list(range(asked.shape[1]))
-    for i, j in zip(live, found, strict=True):
+    order = list(range(wanted.shape[1]))
+    for i, j in zip(live, of_live, strict=True):
         order[i] = int(live[j])
     return order
 
 
-def _scale(record, robot, k, asked, moved):
-    scale, match = slope(asked, moved)
+def _scale(record: Record, robot: Robot | None, k: int, wanted: np.ndarray,
+           moved: np.ndarray) -> list[Finding]:
+    scale, match = slope(wanted, moved)
     name = record.joints[k]
     if not abs(match) > ALIKE:
         return []
     if scale < 0:
         return [Finding("error", "reference.sign", "It moves opposite to its reference.",
-                        "The loop could not be stable, so a sign is wrong in the log.",
-                        "Turn the position or the reference: sign = -1.", joint=name)]
+                        "Such a loop could not be stable, so a sign in the log is wrong.",
+                        "Invert the position or the reference: sign = -1.", joint=name)]
     causes = _causes(robot, k, scale)
     if not causes:
         return []
-    said = f"It moves {scale:.4g} times its reference, as if {' or '.join(causes.values())}."
+    what = f"It moves {scale:.4g} times its reference, as if {' or '.join(causes.values())}."
     if causes.keys() & {"q", "qd"}:
         signal = "q" if "q" in causes else "qd"
-        return [Finding("warning", "units.reference", said, "The gains would be off by as much.",
+        return [Finding("warning", "units.reference", what,
+                        "The gains would be wrong by as much.",
                         f"State the unit in the header, as {signal}_{name}[deg]; --fix-units "
                         "converts it.", joint=name,
                         rescale=(signal, 1 / DEGREE) if len(causes) == 1 else None)]
-    return [Finding("error", "reference.side", said, "The control error would be meaningless.",
+    return [Finding("error", "reference.side", what, "The control error would be meaningless.",
                     "Divide the motor side by the gear ratio.", joint=name)]
 
 
-def _causes(robot, k, scale):
+def _causes(robot: Robot | None, k: int, scale: float) -> dict[str, str]:
     """What a motion of `scale` times its reference may come from, by signal or side."""
     known = {"q": (DEGREE, "the position were in deg and the reference in rad"),
              "qd": (1 / DEGREE, "the reference were in deg and the position in rad")}
@@ -100,11 +104,11 @@ def _causes(robot, k, scale):
             if 1 / FACTOR < scale / factor < FACTOR}
 
 
-def _range(record):
+def _range(record: Record) -> list[Finding]:
     sweep = np.nanmax(record.q, axis=0) - np.nanmin(record.q, axis=0)
     return [Finding("warning", "units.range", f"It sweeps {sweep[k]:.4g} rad, "
                     f"{sweep[k] / 2 / np.pi:.1f} turns: is it in degrees?",
-                    "In degrees every gain and inertia would be off by 57.3.",
+                    "In degrees every gain and inertia would be wrong by 57.3.",
                     f"If so, write q_{record.joints[k]}[deg] in the header or give --map with the "
                     "unit; a joint that turns freely is fine.", joint=record.joints[k])
             for k in range(record.n)

@@ -5,19 +5,21 @@ import numpy as np
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import (
     centres,
-    correlations,
+    correlation_matrix,
     half_width,
     increments,
+    integrals,
     lag,
     permutation,
     slope,
-    travelled,
 )
+from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.robot import Robot
 
 DEGREE = 180 / np.pi
 
 
-def check_velocity(record, robot):
+def check_velocity(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on scale, sign, order and delay of the logged velocity."""
     if record.dq is None:
         return []
@@ -25,8 +27,8 @@ def check_velocity(record, robot):
     at = centres(record, width)
     if at.size < 10:
         return []
-    moved, integral = increments(record.q, at, width), travelled(record, record.dq, at, width)
-    order = permutation(correlations(integral, moved))
+    moved, integral = increments(record.q, at, width), integrals(record, record.dq, at, width)
+    order = permutation(correlation_matrix(integral, moved))
     if order is not None:
         pairs = ", ".join(f"dq of {record.joints[i]} belongs to {record.joints[j]}"
                           for i, j in enumerate(order) if i != j)
@@ -37,28 +39,29 @@ def check_velocity(record, robot):
             for finding in _joint(record, robot, k, moved[:, k], integral[:, k], at, width)]
 
 
-def _joint(record, robot, k, moved, integral, at, width):
+def _joint(record: Record, robot: Robot | None, k: int, moved: np.ndarray, integral: np.ndarray,
+           at: np.ndarray, width: int) -> list[Finding]:
     scale, match = slope(moved, integral)
     name = record.joints[k]
     if not abs(match) > 0.7:
         return [] if np.ptp(moved) == 0 or not np.isfinite(match) else [Finding(
             "warning", "velocity.unlike", f"Its velocity does not follow its position "
-            f"(correlation {match:.2f}).", "One of the two is not what it says.",
+            f"(correlation {match:.2f}).", "One of the two is not what its column says.",
             "The velocity is taken from the position; check the column.", joint=name)]
     if match < 0:
         return [Finding("error", "velocity.sign", "Its velocity has the sign opposite to the "
-                        "change of its position.", "Damping would be seen as drive.",
-                        "Turn it: sign = -1 for dq.", joint=name)]
+                        "change of its position.", "Damping would look like drive.",
+                        "Invert it: sign = -1 for dq.", joint=name)]
     return _scale(record, robot, k, scale) or _delay(record, k, at, width)
 
 
-def _scale(record, robot, k, scale):
+def _scale(record: Record, robot: Robot | None, k: int, scale: float) -> list[Finding]:
     name, ratio = record.joints[k], _gear_ratio(robot, k)
     if ratio and ratio > 1.5 and (abs(scale / ratio - 1) < 0.1 or abs(scale * ratio - 1) < 0.1):
         one, other = ("motor", "joint") if scale > 1 else ("joint", "motor")
         return [Finding("error", "velocity.side", f"Its velocity is {scale:.4g} times the rate of "
                         f"its position, the gear ratio being {ratio:g}: dq is on the {one} side, "
-                        f"q on the {other} side.", "Inertia and friction would be off by its "
+                        f"q on the {other} side.", "Inertia and friction would be wrong by its "
                         "square.", "Divide by the gear ratio, or log both on one side.",
                         joint=name)]
     for factor, unit, rescale in ((DEGREE, "deg/s", ("dq", 1 / DEGREE)),
@@ -66,20 +69,21 @@ def _scale(record, robot, k, scale):
         if abs(scale / factor - 1) < 0.1:
             return [Finding("warning", "units.velocity", f"Its velocity is {scale:.4g} times the "
                             f"rate of its position, as if dq were in {unit}.",
-                            "Friction would be off by 57.3.", "State the unit in the header, as "
+                            "Friction would be wrong by 57.3.", "State the unit in the header, as "
                             f"dq_{name}[deg/s], or in [units]; --fix-units converts it.",
                             joint=name, rescale=rescale)]
     if abs(scale - 1) > 0.05:
         return [Finding("warning", "velocity.scale", f"Its velocity is {scale:.4g} times the rate "
-                        "of its position.", "Friction would be off by as much.",
+                        "of its position.", "Friction would be wrong by as much.",
                         "The velocity is taken from the position; check its unit.", joint=name)]
     return []
 
 
-def _delay(record, k, at, width):
+def _delay(record: Record, k: int, at: np.ndarray, width: int) -> list[Finding]:
     """Trailing of the logged velocity behind the position's own rate."""
     rate = np.gradient(record.q[:, k])
-    trails = lag(record, np.cumsum(np.nan_to_num(rate)), np.cumsum(np.nan_to_num(record.dq[:, k])),
+    trails = lag(record, np.cumsum(np.nan_to_num(rate)),
+                 np.cumsum(np.nan_to_num(record.signal("dq")[:, k])),
                  at, width)
     if not abs(trails) > 1.0:
         return []
@@ -90,6 +94,6 @@ def _delay(record, k, at, width):
                     "state its filter in [controller].", joint=record.joints[k])]
 
 
-def _gear_ratio(robot, k):
+def _gear_ratio(robot: Robot | None, k: int) -> float | None:
     ratio = robot.motor.gear_ratio if robot else None
     return None if ratio is None else float(ratio[k])

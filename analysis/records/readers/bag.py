@@ -1,23 +1,26 @@
 """ROS 2 bags (sqlite3 or MCAP): joint states, and the command from another topic."""
 
 import array
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.records.clock import repeated, segments
-from clie_blocks.analysis.records.model import Record, frozen
+from clie_blocks.analysis.records.clock import repeated_stamps, segments
+from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.analysis.records.readers import sandbox
-from clie_blocks.analysis.records.readers.options import foreign, need
-from clie_blocks.analysis.records.resampling import held
+from clie_blocks.analysis.records.readers.options import Options, library_errors, need
+from clie_blocks.analysis.records.resampling import hold_last
 from clie_blocks.errors import RecordError, nearest
 
 STATES = "sensor_msgs/msg/JointState"
 COMMANDS = {"sensor_msgs/msg/JointState", "std_msgs/msg/Float64MultiArray",
             "trajectory_msgs/msg/JointTrajectory"}
-LATE = 0.1  # s between stamp and arrival worth a word
+LATE = 0.1  # s between stamp and arrival worth a note
 
 
-def read(path, options):
+def read(path: Path, options: Options) -> list[Record]:
     """Return the record of a bag.
 
     The stamp in the message's header counts, not the time of recording.  A command holds from its
@@ -31,23 +34,15 @@ def read(path, options):
     return [_record(arrays, found, str(path))]
 
 
-def load(path, topic, command_topic):
-    """Return joint states and commands of a bag; runs in the child.
-
-    Parameters
-    ----------
-    path : str
-        Folder of a bag, or a single .mcap or .db3 file.
-    topic, command_topic : str or None
-        Where the states and the commands are.
-
-    """
+def load(path: str, topic: str | None,
+         command_topic: str | None) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return joint states and commands of a bag, or a .mcap or .db3 file; runs in the child."""
     from pathlib import Path
 
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    with foreign(path, "a ROS 2 bag"), AnyReader(
+    with library_errors(path, "a ROS 2 bag"), AnyReader(
             [Path(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as bag:
         kinds = {connection.topic: connection.msgtype for connection in bag.connections}
         topic = _one(topic, [name for name, kind in kinds.items()
@@ -64,37 +59,41 @@ def load(path, topic, command_topic):
                                      if kind in COMMANDS and name != topic)}
 
 
-def _one(topic, candidates, path, option, kinds):
+def _one(topic: str | None, candidates: Sequence[str], path: str, option: str,
+         kinds: Mapping[str, str]) -> str:
     if topic is not None:
         _known(topic, kinds, path)
         return topic
     if len(candidates) != 1:
         what = f"joint states on {', '.join(candidates)}" if candidates else (
             f"no joint states; its topics are {', '.join(kinds) or 'none'}")
-        raise RecordError(f"{path} has {what}; say which: --{option} NAME")
+        raise RecordError(f"{path} has {what}; choose one: --{option} NAME")
     return candidates[0]
 
 
-def _known(topic, kinds, path):
+def _known(topic: str, kinds: Mapping[str, str], path: str) -> None:
     if topic not in kinds:
         raise RecordError(f"{path} has no topic {topic!r}; {nearest(topic, kinds)}")
 
 
-def _messages(bag, topic):
+def _messages(bag: Any, topic: str) -> Iterator[tuple[int, Any]]:
     wanted = [connection for connection in bag.connections if connection.topic == topic]
     for connection, arrival, raw in bag.messages(connections=wanted):
         yield arrival, bag.deserialize(raw, connection.msgtype)
 
 
-def _stamp(message, arrival):
+def _stamp(message: Any, arrival: int) -> int:
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     nanoseconds = stamp.sec * 10**9 + stamp.nanosec if stamp is not None else 0
     return nanoseconds or arrival
 
 
-def _states(bag, topic, path):
+def _states(bag: Any, topic: str, path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Stamps, and position, velocity, effort by joint in the order of the first message."""
-    names, stamps, arrivals, strange = None, [], [], 0
+    names: list[str] = []
+    stamps: list[int] = []
+    arrivals: list[int] = []
+    strange = 0
     rows = array.array("d")  # a tenth of the memory of lists
     for arrival, message in _messages(bag, topic):
         names = names or list(message.name)
@@ -107,7 +106,8 @@ def _states(bag, topic, path):
         stamps.append(_stamp(message, arrival))
         arrivals.append(arrival)
     if not stamps:
-        raise RecordError(f"{path}: topic {topic} has no usable joint states")
+        raise RecordError(f"{path}: topic {topic} has no usable joint states; choose another with "
+                          "--topic NAME")
     origin = stamps[0]
     table = np.array(rows).reshape(len(stamps), 3, len(names))
     late = (np.array(arrivals) - np.array(stamps)) * 1e-9
@@ -117,11 +117,12 @@ def _states(bag, topic, path):
              "late": float(np.median(np.abs(late)))})
 
 
-def _filled(values, order):
+def _filled(values: Sequence[float], order: Sequence[int]) -> list[float]:
     return [values[k] if len(values) == len(order) else np.nan for k in order]
 
 
-def _commands(bag, topic, kind, names):
+def _commands(bag: Any, topic: str, kind: str,
+              names: Sequence[str]) -> tuple[dict[str, np.ndarray], str]:
     """Times and values of commands, and whether they are u or qd."""
     stamps, rows, signal = [], [], "u"
     for arrival, message in _messages(bag, topic):
@@ -136,7 +137,7 @@ def _commands(bag, topic, kind, names):
     return {"command_stamps": np.array(stamps, np.int64), "command": np.array(rows)}, signal
 
 
-def _command(message, kind, names):
+def _command(message: Any, kind: str, names: Sequence[str]) -> tuple[str, list[float]] | None:
     if kind == "std_msgs/msg/Float64MultiArray" and len(message.data) == len(names):
         return "u", list(message.data)
     if kind == "trajectory_msgs/msg/JointTrajectory" and message.points:
@@ -150,17 +151,17 @@ def _command(message, kind, names):
     return None
 
 
-def _record(arrays, found, path):
+def _record(arrays: Mapping[str, np.ndarray], found: Mapping[str, Any], path: str) -> Record:
     time = arrays["time"]
     ranges, notes = segments(time)
-    twins, twin_notes = repeated(time)
-    signals = {name: frozen(arrays[name]) for name in ("dq", "tau")
+    twins, twin_notes = repeated_stamps(time)
+    signals: dict[str, Any] = {name: read_only(arrays[name]) for name in ("dq", "tau")
                if np.isfinite(arrays[name]).any()}
     valid = np.isfinite(arrays["q"]).all(axis=1) & ~twins
     if "command" in arrays:
         stamps = (arrays["command_stamps"] - found["origin"]) * 1e-9
-        value, early = held(stamps, arrays["command"], time)
-        signals[found["command"]] = frozen(value)
+        value, early = hold_last(stamps, arrays["command"], time)
+        signals[found["command"]] = read_only(value)
         valid &= np.isfinite(value).all(axis=1)
         notes.append(f"{found['command']} is the command on {found['command_topic']}, held from "
                      f"its time to the next; {early} states come before the first command.")
@@ -169,10 +170,10 @@ def _record(arrays, found, path):
                   decisions=(*_remarks(found), *notes, *twin_notes))
 
 
-def _remarks(found):
+def _remarks(found: Mapping[str, Any]) -> list[str]:
     notes = ["Stamps are those in the message headers; the first one became 0 s."]
     if found.get("unnamed"):
-        notes.append(f"The commands carry no names; took their order to be that of the states: "
+        notes.append("The commands carry no joint names; took their order from the states: "
                      f"{', '.join(found['names'])}.")
     if found["late"] > LATE:
         notes.append(f"Messages arrived {found['late']:.3g} s from their stamp (median); two "

@@ -6,13 +6,16 @@ voltage less back-EMF.  Motor constants are BAM's own fit of other recordings of
 
 import json
 import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
-from clie_blocks.analysis.records.readers.options import foreign
+from clie_blocks.analysis.records.readers.options import Options, library_errors
 from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Links, Motor, Robot
 
 STEPS = 4096  # of the encoder per turn
@@ -21,10 +24,10 @@ GAIN_UNIT = STEPS / (2 * math.pi) / (256 * FULL_DUTY)  # duty per rad and unit o
 UNITS = {"u": "duty", "pe": "duty"}
 
 
-def read(folder, options):
+def read(folder: Path, options: Options) -> list[Record]:
     """Return the runs of a folder with ``runs.parquet`` and ``runs.json``."""
     columns = columns_of(folder / "runs.parquet")
-    with foreign(folder / "runs.json", "JSON"):
+    with library_errors(folder / "runs.json", "JSON"):
         runs = json.loads((folder / "runs.json").read_text())
         constants = _constants(folder)
         return [_record({name: value[columns["run"] == run["run"]]
@@ -32,12 +35,13 @@ def read(folder, options):
                 for run in runs]
 
 
-def _constants(folder):
+def _constants(folder: Path) -> dict[str, float]:
     path = folder / "bam_params" / "m1.json"
     return json.loads(path.read_text()) if path.is_file() else {}
 
 
-def _record(columns, run, constants, folder):
+def _record(columns: Mapping[str, np.ndarray], run: Mapping[str, Any],
+            constants: Mapping[str, float], folder: Path) -> Record:
     name = f"{run['trajectory']}, P {run['kp']}"
     ranges, notes = segments(columns["t"])
     off = np.count_nonzero(~columns["torque_enable"])
@@ -55,15 +59,19 @@ def _record(columns, run, constants, folder):
         robot=_robot(run, constants, name))
 
 
-def _robot(run, constants, name):
+def _robot(run: Mapping[str, Any], constants: Mapping[str, float], name: str) -> Robot:
+    def fitted(key: str) -> np.ndarray | None:
+        return np.array([constants[key]]) if key in constants else None
+
+    one = np.ones(1)
     return Robot(
         n=1, name=f"{run['motor']} servo with pendulum", joints=("servo",), units=UNITS,
-        motor=Motor(gear_ratio=1.0, torque_constant=constants.get("kt"),
-                    resistance=constants.get("R"), inertia=constants.get("armature")),
-        links=Links(mass=run["mass"], length=run["length"], com=run["length"], inertia=0.0),
-        controller=Controller(law="servo", kp=run["kp"] * GAIN_UNIT, saturation=1.0,
-                              hold="zero-order", command_resolution=1 / FULL_DUTY,
+        motor=Motor(gear_ratio=one, torque_constant=fitted("kt"), resistance=fitted("R"),
+                    inertia=fitted("armature")),
+        links=Links(mass=run["mass"], length=run["length"], com=run["length"], inertia=0.0 * one),
+        controller=Controller(law="servo", kp=run["kp"] * GAIN_UNIT, saturation=one,
+                              hold="zero-order", command_resolution=one / FULL_DUTY,
                               supply=run["vin"]),
-        encoder=Encoder(mounting="joint side", resolution=2 * math.pi / STEPS),
+        encoder=Encoder(mounting="joint side", resolution=one * (2 * math.pi / STEPS)),
         experiments={name: Experiment(excitation="other", signal=run["trajectory"])},
         source="BAM runs.json")

@@ -12,12 +12,15 @@ import gzip
 import io
 import re
 import zlib
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from types import TracebackType
+from typing import IO, NamedTuple, Self, cast
 
 import numpy as np
 
-from clie_blocks.analysis.records.readers.dialect import LISTED, sniff
+from clie_blocks.analysis.records.readers.dialect import LISTED, Dialect, sniff
+from clie_blocks.analysis.records.readers.options import Options
 from clie_blocks.analysis.records.table import Table
 from clie_blocks.errors import RecordError
 
@@ -30,56 +33,47 @@ MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "#n/a"}
 WORDS = {"true": 1.0, "false": 0.0}
 
 
-def read(path, options):
+def read(path: Path, options: Options) -> list[Table]:
     """Return the log in a delimited text file, as a list of one table.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file; gzip is recognised by its content.
-    options : Options
-        Not used.
-
-    Raises
-    ------
-    RecordError
-        With file, line and column.
-
+    Gzip is recognised by its content.  Faults are named with file, line and column.
     """
     with _opened(path) as file, _Readable(path):
         head = file.read(HEAD)
     dialect = sniff(head, path)
     decisions = list(dialect.decisions)
 
-    def blocks(indices):
+    def blocks(indices: Sequence[int]) -> Iterator[np.ndarray]:
         return _blocks(path, dialect, indices, decisions)
 
     return [Table(dialect.names, blocks, str(path), decisions)]
 
 
-def _opened(path):
+def _opened(path: Path) -> IO[bytes]:
     with open(path, "rb") as file:
         packed = file.read(2) == b"\x1f\x8b"
-    return gzip.open(path, "rb") if packed else open(path, "rb")
+    return cast(IO[bytes], gzip.open(path, "rb") if packed else open(path, "rb"))
 
 
 class _Readable:
-    """Words for what goes wrong while bytes are read."""
+    """Turns what goes wrong while bytes are read into a message."""
 
-    def __init__(self, path):
+    def __init__(self, path: Path) -> None:
         self.path = path
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind, error, trace):
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
         if kind and issubclass(kind, (EOFError, zlib.error, OSError)):
-            words = "it ends too early" if kind is EOFError else str(error)
-            raise RecordError(f"{self.path} cannot be unpacked: {words}; copy or export it "
+            reason = "it ends too early" if kind is EOFError else str(error)
+            raise RecordError(f"{self.path} cannot be unpacked: {reason}; copy or export it "
                               "again") from None
 
 
-def _blocks(path, dialect, indices, decisions):
+def _blocks(path: Path, dialect: Dialect, indices: Sequence[int],
+            decisions: list[str]) -> Iterator[np.ndarray]:
     line = 1
     with _opened(path) as file, _Readable(path), _progress(path) as advance:
         for text, last in _texts(file, path):
@@ -93,7 +87,7 @@ def _blocks(path, dialect, indices, decisions):
                 yield _parsed(text, dialect, indices, _Place(path, start, last, decisions))
 
 
-def _progress(path):
+def _progress(path: Path) -> contextlib.AbstractContextManager[Callable[[int], None]]:
     size = path.stat().st_size
     if size < SLOW:
         return contextlib.nullcontext(lambda amount: None)
@@ -102,7 +96,7 @@ def _progress(path):
     return progress(f"reading {path.name}", size)
 
 
-def _texts(file, path):
+def _texts(file: IO[bytes], path: Path) -> Iterator[tuple[bytes, bool]]:
     """Yield whole lines in blocks, and whether the block is the last."""
     rest, size, limit = b"", 0, max(HARMLESS, BOMB * path.stat().st_size)
     while True:
@@ -119,14 +113,14 @@ def _texts(file, path):
             return
         end = text.rfind(b"\n") + 1
         if not end and len(text) > BLOCK:
-            raise RecordError(f"{path} has a line of more than {BLOCK} bytes; this is no log in "
-                              "rows and columns")
+            raise RecordError(f"{path} has a line of more than {BLOCK} bytes; it is not a log "
+                              "in rows and columns")
         if end:
             yield text[:end].replace(b"\r", b""), False
         rest = text[end:]
 
 
-def _body(text, dialect):
+def _body(text: bytes, dialect: Dialect) -> tuple[bytes, int]:
     """Cut off what stands before the first row."""
     parts = text.split(b"\n", dialect.skip)
     return (parts[-1] if len(parts) > dialect.skip else b""), dialect.skip
@@ -138,10 +132,10 @@ class _Place(NamedTuple):
     path: Path
     line: int
     last: bool
-    decisions: list
+    decisions: list[str]
 
 
-def _parsed(text, dialect, indices, place):
+def _parsed(text: bytes, dialect: Dialect, indices: Sequence[int], place: _Place) -> np.ndarray:
     commented = any(mark in text for mark in dialect.comments)
     plain = _plain_text(text, dialect)
     if not plain.strip():
@@ -158,14 +152,14 @@ def _parsed(text, dialect, indices, place):
     return _line_by_line(plain, dialect, indices, place)
 
 
-def _plain_text(text, dialect):
+def _plain_text(text: bytes, dialect: Dialect) -> str:
     plain = text.decode("latin-1")
     if dialect.lists:
         plain = plain.translate(LISTED)
     return plain.replace(",", ".") if dialect.decimal_comma else plain
 
 
-def _filled(plain, delimiter):
+def _filled(plain: str, delimiter: str | None) -> str:
     """Write nan into empty cells, so that numpy can read them."""
     if delimiter is None or '"' in plain:
         return plain
@@ -175,14 +169,15 @@ def _filled(plain, delimiter):
     return plain.replace(f"\n{delimiter}", f"\nnan{delimiter}")
 
 
-def _is_regular(plain, dialect, rows):
+def _is_regular(plain: str, dialect: Dialect, rows: int) -> bool:
     """Whether every row has as many separators as the header, where that can be counted."""
     if dialect.delimiter is None:
         return len(plain.split()) == rows * len(dialect.names)
     return plain.count(dialect.delimiter) == rows * (len(dialect.names) - 1)
 
 
-def _line_by_line(plain, dialect, indices, place):
+def _line_by_line(plain: str, dialect: Dialect, indices: Sequence[int],
+                  place: _Place) -> np.ndarray:
     lines = plain.split("\n")
     rows = []
     for number, line in enumerate(lines, place.line):
@@ -196,7 +191,7 @@ def _line_by_line(plain, dialect, indices, place):
             raise RecordError(
                 f"{place.path}:{number}: this line has {len(fields)} values, the header has "
                 f"{len(dialect.names)} columns: {line[:80]!r}; a shifted value would go to the "
-                "wrong signal, so mend or delete the line")
+                "wrong signal, so correct or delete the line")
         stamp = _date(fields[indices[0]])
         if stamp is not None:
             fields[indices[0]] = repr(stamp)
@@ -204,7 +199,7 @@ def _line_by_line(plain, dialect, indices, place):
     return np.array(rows, float).reshape(-1, len(indices))
 
 
-def _fields(line, dialect):
+def _fields(line: str, dialect: Dialect) -> list[str]:
     if dialect.delimiter is None:
         return line.split()
     if '"' in line:
@@ -216,7 +211,7 @@ def _fields(line, dialect):
     return fields
 
 
-def _date(field):
+def _date(field: str) -> float | None:
     """Seconds since 1970 of a date with time, or None; without a zone it counts as UTC."""
     if ":" not in field:
         return None
@@ -227,7 +222,7 @@ def _date(field):
         return None
 
 
-def _number(field, place, line, index, dialect):
+def _number(field: str, place: _Place, line: int, index: int, dialect: Dialect) -> float:
     word = field.strip().lower()
     if word in MISSING:
         return float("nan")

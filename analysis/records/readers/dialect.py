@@ -4,6 +4,8 @@ import csv
 import dataclasses
 import re
 from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
 
 from clie_blocks.analysis.records.units import SPELLINGS, TO_SI
 from clie_blocks.errors import RecordError
@@ -20,52 +22,38 @@ NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|in
 class Dialect:
     """How a file is written; `skip` lines stand before the first row."""
 
-    names: tuple
+    names: tuple[str, ...]
     delimiter: str | None
     skip: int
     decimal_comma: bool
     lists: bool
-    decisions: tuple
-    marks: tuple = MARKS
+    decisions: tuple[str, ...]
+    marks: tuple[str, ...] = MARKS
 
     @property
-    def comments(self):
+    def comments(self) -> tuple[bytes, ...]:
         """Comment marks as bytes."""
         return tuple(mark.encode() for mark in self.marks)
 
 
-def sniff(head, path):
-    """Return the dialect of a file from its first bytes.
-
-    Parameters
-    ----------
-    head : bytes
-        The beginning of the file.
-    path : path-like
-        For messages.
-
-    Raises
-    ------
-    RecordError
-        If this is no table in text.
-
-    """
+def sniff(head: bytes, path: Path) -> Dialect:
+    """Return the dialect of a file from its first bytes; refuse what is no table in text."""
     lines = _text(head, path).split("\n")
     if len(head) > HALF and len(lines) > 1:
         lines.pop()  # it goes on beyond what was read
     rows = [(number, line) for number, line in enumerate(lines)
             if line.strip() and not line.lstrip().startswith(MARKS)
-            and not re.fullmatch(r"\s*sep=.\s*", line)]  # a spreadsheet's word on its separator
+            and not re.fullmatch(r"\s*sep=.\s*", line)]  # how a spreadsheet names its separator
     if not rows:
-        raise RecordError(f"{path} has no line with values; is the log empty?")
+        raise RecordError(f"{path} has no line with values; check that the log is not empty")
     delimiter = _separator([line for _, line in rows[:SAMPLE]])
     first = _split(rows[0][1], delimiter)
     notes = []
     if _numeric(first):
         names = _header_in_comment(lines[:rows[0][0]], delimiter, len(first))
         if names is None:
-            raise RecordError(f"{path}:{rows[0][0] + 1}: the log has no header, so what the "
-                              f"{len(first)} columns mean cannot be known; put a line such as "
+            raise RecordError(f"{path}:{rows[0][0] + 1}: the log has no header, so the meaning "
+                              f"of its {len(first)} columns is unknown; put a line such as "
                               "time,q1,u1 on top")
         skip, data = rows[0][0], rows
         notes.append("Took the header from a comment line.")
@@ -82,12 +70,12 @@ def sniff(head, path):
     return Dialect(tuple(names), delimiter, skip, comma, lists, tuple(notes))
 
 
-def _text(head, path):
+def _text(head: bytes, path: Path) -> str:
     if head[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise RecordError(f"{path} is text in UTF-16; save it as UTF-8 or plain CSV")
     if b"\0" in head:
-        raise RecordError(f"{path} is neither a known log format nor text; known are CSV, "
-                          "Parquet, NPZ, MATLAB, ROS 2 bag, MCAP and LeRobot folders")
+        raise RecordError(f"{path} is neither text nor a known log format; the known ones are "
+                          "CSV, Parquet, NPZ, MATLAB, ROS 2 bag, MCAP and LeRobot folders")
     try:
         text = head.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -97,9 +85,10 @@ def _text(head, path):
     return text.replace("\r", "")
 
 
-def _separator(lines):
+def _separator(lines: Sequence[str]) -> str | None:
     """The separator that gives most lines the same number of fields, more than one."""
-    best, best_score = ",", 0.0
+    best: str | None = ","
+    best_score = 0.0
     for delimiter in SEPARATORS:
         counts = Counter(len(_split(line, delimiter)) for line in lines)
         fields, hits = counts.most_common(1)[0]
@@ -109,7 +98,7 @@ def _separator(lines):
     return best
 
 
-def _split(line, delimiter):
+def _split(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return line.split()
     if '"' not in line:
@@ -120,17 +109,18 @@ def _split(line, delimiter):
         return line.split(delimiter)
 
 
-def _numeric(fields):
+def _numeric(fields: Sequence[str]) -> bool:
     return all(NUMBER.fullmatch(field.strip()) for field in fields)
 
 
-def _are_units(fields, count):
+def _are_units(fields: Sequence[str], count: int) -> bool:
     words = [field.strip() for field in fields]
     return len(words) == count and any(words) and all(
         word in TO_SI or word in SPELLINGS for word in words) and not _numeric(fields)
 
 
-def _header_in_comment(lines, delimiter, count):
+def _header_in_comment(lines: Sequence[str], delimiter: str | None,
+                       count: int) -> list[str] | None:
     for line in reversed(lines):
         names = _split(line.strip().lstrip("".join(MARKS)).strip(), delimiter)
         if len(names) == count and not _numeric(names):
@@ -138,13 +128,13 @@ def _header_in_comment(lines, delimiter, count):
     return None
 
 
-def _has_decimal_comma(sample):
+def _has_decimal_comma(sample: Sequence[Sequence[str]]) -> bool:
     fields = [field.strip() for row in sample for field in row]
     return any(re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", field) for field in fields) \
         and not any(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", field) for field in fields)
 
 
-def _expanded(names, sample):
+def _expanded(names: list[str], sample: Sequence[Sequence[str]]) -> tuple[list[str], bool]:
     """Names with one entry per element of a quoted list, ``positions[0], positions[1]``."""
     first = sample[0] if sample else []
     if len(first) != len(names) or not any(field.strip().startswith("[") for field in first):
@@ -158,7 +148,7 @@ def _expanded(names, sample):
     return wide, True
 
 
-def _remarks(delimiter, comma, lists):
+def _remarks(delimiter: str | None, comma: bool, lists: bool) -> list[str]:
     shown = {";": "semicolon", "\t": "tab", "|": "bar", None: "white space"}
     notes = [f"The columns are separated by {shown[delimiter]}."] if delimiter != "," else []
     if comma:

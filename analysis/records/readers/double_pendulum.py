@@ -4,12 +4,15 @@ Torques are at the joint, behind the 6:1 gear, so the gear ratio here is 1 and t
 the reflected one.
 """
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
-from clie_blocks.analysis.records.readers.options import foreign
+from clie_blocks.analysis.records.readers.options import Options, library_errors
 from clie_blocks.analysis.records.robot import Controller, Links, Motor, Robot
 
 DECISIONS = (
@@ -18,7 +21,7 @@ DECISIONS = (
 )
 
 
-def read(folder, options):
+def read(folder: Path, options: Options) -> list[Record]:
     """Return the runs of a folder with ``sysid.parquet`` and one yml file per design."""
     path = folder / "sysid.parquet"
     columns = columns_of(path)
@@ -31,8 +34,8 @@ def read(folder, options):
             for a, b in zip([0, *edges], [*edges, runs.size])]
 
 
-def _record(columns, source, robot):
-    def joints(name):
+def _record(columns: Mapping[str, np.ndarray], source: str, robot: Robot) -> Record:
+    def joints(name: str) -> np.ndarray:
         return np.column_stack([columns[f"{name}1"], columns[f"{name}2"]])
 
     ranges, notes = segments(columns["t"])
@@ -41,7 +44,7 @@ def _record(columns, source, robot):
                   decisions=(*DECISIONS, *notes), robot=robot)
 
 
-def _robot(folder, design):
+def _robot(folder: Path, design: str) -> Robot:
     paths = sorted(folder.glob(f"design_{design}_model_*.yml"))
     known = _numbers(paths[0]) if paths else {}
     return Robot(n=2, name=f"DFKI double pendulum, design {design}", motor=_motor(known),
@@ -49,27 +52,27 @@ def _robot(folder, design):
                  source=str(paths[0]) if paths else "")
 
 
-def _numbers(path):
+def _numbers(path: Path) -> dict[str, float]:
     """Numbers of a flat ``key: value`` file."""
-    with foreign(path, "a list of key: value"):
+    with library_errors(path, "a list of key: value"):
         pairs = [line.split(":", 1) for line in path.read_text().splitlines() if ":" in line]
         return {key.strip(): float(value) for key, value in pairs}
 
 
-def _motor(known):
+def _motor(known: Mapping[str, float]) -> Motor:
     if not known:
         return Motor()
-    return Motor(gear_ratio=[1.0, 1.0], inertia=[known["Ir"] * known["gr"] ** 2] * 2,
-                 peak_torque=[known["tl1"], known["tl2"]])
+    return Motor(gear_ratio=np.ones(2), inertia=np.full(2, known["Ir"] * known["gr"] ** 2),
+                 peak_torque=np.array([known["tl1"], known["tl2"]]))
 
 
-def _links(known):
+def _links(known: Mapping[str, float]) -> Links:
     """Links of a design; an inertia about the joint below m r^2 is no body and stays unknown."""
     if not known:
         return Links()
     mass, com = (np.array([known[f"{key}{k}"] for k in (1, 2)]) for key in ("m", "r"))
     about_joint = np.array([known["I1"], known["I2"]])
     inertia = about_joint - mass * com**2
-    return Links(length=[known["l1"], known["l2"]], mass=mass, com=com,
+    return Links(length=np.array([known["l1"], known["l2"]]), mass=mass, com=com,
                  inertia=inertia if (inertia >= 0).all() else None,
-                 joint_viscous_friction=[known["b1"], known["b2"]])
+                 joint_viscous_friction=np.array([known["b1"], known["b2"]]))

@@ -5,10 +5,16 @@ velocity estimate, the encoder step and the factor of the pulses were found in t
 the stated law gives the logged command to 10 mV rms.
 """
 
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.readers.options import foreign, need
+from clie_blocks.analysis.records.readers.mat_variables import read_columns
+from clie_blocks.analysis.records.readers.options import Options, library_errors, need
 from clie_blocks.analysis.records.robot import Controller, Encoder, Motor, Robot
 
 LOGS = ("DATA_EMPS", "DATA_EMPS_PULSES")
@@ -16,32 +22,24 @@ UNITS = {"q": "m", "qd": "m", "u": "V", "pe": "V", "dq": "m/s", "tau": "N"}
 PULSE_FACTOR = 1.014  # V in the command per V of pulses_N
 
 
-def is_emps(names):
+def is_emps(names: Iterable[str]) -> bool:
     """Whether a log has the variables of the EMPS archive."""
     return {"t", "qg", "qm", "vir"} <= set(names)
 
 
-def robot():
+def robot() -> Robot:
     """Return the EMPS machine with its published gains."""
     return Robot(
         n=1, name="EMPS: DC motor and ball screw", joints=("axis",), units=UNITS,
-        motor=Motor(torque_gain=35.15065188248547),
-        controller=Controller(law="cascade", kp=160.18, kv=243.45, velocity_filter="two_tap",
-                              sample_time=0.001, hold="zero-order", saturation=10.0),
-        encoder=Encoder(resolution=5e-8), source="EMPS benchmark")
+        motor=Motor(torque_gain=np.array([35.15065188248547])),
+        controller=Controller(law="cascade", kp=np.array([160.18]), kv=np.array([243.45]),
+                              velocity_filter="two_tap", sample_time=0.001, hold="zero-order",
+                              saturation=np.array([10.0])),
+        encoder=Encoder(resolution=np.array([5e-8])), source="EMPS benchmark")
 
 
-def record(columns, source):
-    """Return the record of one EMPS log.
-
-    Parameters
-    ----------
-    columns : dict of str to array_like
-        ``t, qg, qm, vir`` and for the pulses ``pulses_N``.
-    source : str
-        The file.
-
-    """
+def record(columns: Mapping[str, ArrayLike], source: str) -> Record:
+    """Return the record of one EMPS log: ``t, qg, qm, vir`` and for the pulses ``pulses_N``."""
     pulses = columns.get("pulses_N")
     decisions = ["Recognised the EMPS benchmark by its variables: qm is q in m on the load side, "
                  "qg is qd, vir is u in V; one volt gives 35.15 N."]
@@ -54,34 +52,25 @@ def record(columns, source):
                   joints=("axis",), units=UNITS, source=source, decisions=decisions, robot=robot())
 
 
-def read(folder, options):
+def read(folder: Path, options: Options) -> list[Record]:
     """Return the records of a folder with the EMPS files, Parquet or MATLAB.
 
     The identification run comes first, then the run with pulses.
 
     """
-    from clie_blocks.analysis.records.readers import mat
-
-    found = []
+    records = []
     for stem in LOGS:
         path = folder / f"{stem}.parquet"
         if path.is_file():
-            found.append(record(columns_of(path), str(path)))
+            records.append(record(columns_of(path), str(path)))
         elif (path := folder / f"{stem}.mat").is_file():
-            found += mat.read(path, options)
-    return found
+            records.append(record(read_columns(path), str(path)))
+    return records
 
 
-def columns_of(path):
-    """Return the columns of a Parquet file by name.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-
-    """
+def columns_of(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """Return the columns of a Parquet file by name."""
     pq = need("pyarrow.parquet", "reading Parquet", "parquet", "pyarrow")
-    with foreign(path, "Parquet"):
+    with library_errors(path, "Parquet"):
         table = pq.read_table(path)
         return {name: table[name].to_numpy() for name in table.column_names}

@@ -1,8 +1,10 @@
 """Which reader reads what: the table of formats, and the one place that recognises them."""
 
 import importlib
+import os
 import zipfile
 from pathlib import Path
+from types import ModuleType
 
 from clie_blocks.errors import RecordError
 
@@ -35,24 +37,15 @@ FOLDERS = (  # format: what its folder holds
 )
 
 
-def reader(name):
+def reader(name: str) -> ModuleType:
     """Return the module that reads a format; it has ``read(path, options)``."""
     return importlib.import_module(f"clie_blocks.analysis.records.readers.{READERS[name]}")
 
 
-def recognise(path):
-    """Return the name of a log's format, from its content.
+def recognise(path: str | os.PathLike[str]) -> str:
+    """Return the format of a file or folder, from its content.
 
-    Parameters
-    ----------
-    path : path-like
-        A file, or a folder of one of the formats that are folders.
-
-    Raises
-    ------
-    RecordError
-        If it is missing, unreadable, empty, a pickle, or of no known format.
-
+    What is missing, unreadable, empty, a pickle, or of no known format is refused.
     """
     path = Path(path)
     try:
@@ -65,11 +58,11 @@ def recognise(path):
     except OSError as error:
         raise RecordError(f"cannot open {path}: {error.strerror}") from None
     if not head:
-        raise RecordError(f"{path} is empty; was the log still being written?")
+        raise RecordError(f"{path} is empty; check that the log was written to its end")
     return _file(path, head)
 
 
-def _folder(path):
+def _folder(path: Path) -> str:
     for name, wanted in FOLDERS:
         if all((path / entry).is_file() for entry in wanted):
             return name
@@ -77,7 +70,7 @@ def _folder(path):
                       "with robot.toml and log-*.csv); point at the log file itself")
 
 
-def _file(path, head):
+def _file(path: Path, head: bytes) -> str:
     if head.startswith(b"PAR1"):
         return "parquet"
     if head.startswith(b"\x89MCAP0\r\n") or head.startswith(b"SQLite format 3\0"):
@@ -97,7 +90,7 @@ def _file(path, head):
     return "csv"
 
 
-def _archive(path):
+def _archive(path: Path) -> str:
     try:
         with zipfile.ZipFile(path) as archive:
             names = archive.namelist()
@@ -113,7 +106,7 @@ def _archive(path):
     return "npz"
 
 
-def _pickle(path):
+def _pickle(path: Path) -> str:
     return (f"{path} is a pickle, and opening one runs whatever program is in it, so it is never "
             "loaded; where you trust it, convert it once: "
             "data = torch.load(FILE) or pickle.load(open(FILE, 'rb')); "

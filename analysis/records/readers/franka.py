@@ -5,24 +5,27 @@ belongs to a state stands therefore in the next row; the last state has none and
 """
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 
 from clie_blocks.analysis.records.assemble import assemble
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers import csv_text
+from clie_blocks.analysis.records.readers.options import Options
 
 COMMANDED = ("u",)
 
 
-def read(path, options):
+def read(path: Path, options: Options) -> list[Record]:
     """Return the record of a libfranka log, with the shift between command and state repaired."""
     (table,) = csv_text.read(path, options)
     table = dataclasses.replace(table, time_unit="ms")  # RobotState::time.toMSec()
     record = assemble(table, options.robot, options.columns, options.time_unit)
-    return [unshifted(record)]
+    return [with_commands_in_step(record)]
 
 
-def unshifted(record):
+def with_commands_in_step(record: Record) -> Record:
     """Return a record whose commands stand beside the state they were computed for."""
     later = {}
     for signal in COMMANDED:

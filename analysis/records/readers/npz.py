@@ -1,17 +1,20 @@
 """NPZ archives of plain arrays; size and kind are checked before anything is loaded."""
 
+import os
 import zipfile
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
-from clie_blocks.analysis.records.readers.options import foreign
-from clie_blocks.analysis.records.table import table_of
+from clie_blocks.analysis.records.readers.options import Options, library_errors
+from clie_blocks.analysis.records.table import Table, table_of
 from clie_blocks.errors import RecordError
 
 LARGEST = 1_000_000_000  # bytes unpacked
 
 
-def read(path, options):
+def read(path: Path, options: Options) -> list[Table]:
     """Return the arrays of an NPZ file, as a list of one table.
 
     Arrays (N,) and (N, k) of the length most arrays have; others are named and left out.
@@ -22,7 +25,7 @@ def read(path, options):
         If it would unpack to more than a gigabyte, or holds Python objects.
 
     """
-    with foreign(path, "NPZ"):
+    with library_errors(path, "NPZ"):
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > LARGEST:
@@ -30,11 +33,11 @@ def read(path, options):
                               f"of {LARGEST / 1e9:g} GB; store only the signals that are needed")
         arrays = _arrays(path)
     if not arrays:
-        raise RecordError(f"{path} holds no numeric array")
+        raise RecordError(f"{path} has no numeric array; save the signals with dtype=float")
     return [table_of(of_one_length(arrays, path), str(path))]
 
 
-def _arrays(path):
+def _arrays(path: Path) -> dict[str, np.ndarray]:
     arrays = {}
     with np.load(path, allow_pickle=False) as archive:
         for name in archive.files:
@@ -49,23 +52,19 @@ def _arrays(path):
     return {name: array for name, array in arrays.items() if array.dtype.kind in "biuf"}
 
 
-def of_one_length(arrays, path):
-    """Return the columns of the commonest length, matrices turned upright.
+def of_one_length(arrays: Mapping[str, np.ndarray],
+                  path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """Return the columns of the most common length, matrices with one row per sample.
 
-    Parameters
-    ----------
-    arrays : dict of str to ndarray
-        What the file holds; scalars and arrays of other lengths are left out.
-    path : path-like
-        For messages.
-
+    Scalars and arrays of other lengths are left out.
     """
-    lengths = {}
+    lengths: dict[int, int] = {}
     for array in arrays.values():
         if 1 <= array.ndim <= 2 and array.size > 1:
             lengths[max(array.shape)] = lengths.get(max(array.shape), 0) + 1
     if not lengths:
-        raise RecordError(f"{path} holds no array with more than one sample")
+        raise RecordError(f"{path} has no array with more than one sample; save each signal as an "
+                          "array with one row per sample")
     length = max(lengths, key=lambda size: (lengths[size], size))
     columns = {}
     for name, array in arrays.items():

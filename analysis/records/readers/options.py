@@ -1,14 +1,18 @@
-"""What a caller may say about a log, and how faults of foreign libraries become words."""
+"""What a caller may state about a log, and how faults of format libraries become messages."""
 
 import contextlib
 import dataclasses
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError, MissingExtraError, RecordError
 
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """What is known beside the file.
+    """What is known besides the file.
 
     Parameters
     ----------
@@ -23,15 +27,15 @@ class Options:
 
     """
 
-    robot: object = None
-    columns: dict | None = None
+    robot: Robot | None = None
+    columns: Mapping[str, str] | None = None
     time_unit: str | None = None
     topic: str | None = None
     command_topic: str | None = None
 
 
 @contextlib.contextmanager
-def foreign(source, what):
+def library_errors(source: str | os.PathLike[str], what: str) -> Iterator[None]:
     """Turn whatever a format's library raises on a damaged file into a `RecordError`."""
     try:
         yield
@@ -43,25 +47,15 @@ def foreign(source, what):
         raise RecordError(f"{source} needs more memory than there is; export only the signals "
                           "that are needed") from None
     except Exception as error:
-        words = str(error).splitlines() or [type(error).__name__]
-        raise RecordError(f"{source} cannot be read as {what}: {words[0][:200]}; the file is "
+        reason = str(error).splitlines() or [type(error).__name__]
+        raise RecordError(f"{source} cannot be read as {what}: {reason[0][:200]}; the file is "
                           "damaged or of another format, export it again") from None
 
 
-def need(module, job, extra, package=None):
-    """Import an optional dependency, or say which extra brings it.
+def need(module: str, job: str, extra: str, package: str | None = None) -> Any:
+    """Import an optional dependency, or name the extra that installs it for the job.
 
-    Parameters
-    ----------
-    module : str
-        What to import.
-    job : str
-        What it is for.
-    extra : str
-        Name of the extra.
-    package : str, optional
-        Name on the package index where it differs from the module.
-
+    `package` is its name on the package index where that differs from the module.
     """
     import importlib
 

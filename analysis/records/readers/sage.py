@@ -5,14 +5,17 @@ robot and, depending on the writer, in seconds for a simulation.
 """
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from clie_blocks.analysis.records.assemble import assemble
-from clie_blocks.analysis.records.model import frozen
+from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.analysis.records.readers import csv_text
-from clie_blocks.analysis.records.resampling import held
+from clie_blocks.analysis.records.readers.options import Options
+from clie_blocks.analysis.records.resampling import hold_last
+from clie_blocks.analysis.records.table import Table
 from clie_blocks.errors import RecordError
 
 MAP = {"time": "timestamp", "q": "positions[{k}]"}
@@ -20,7 +23,7 @@ STATE = {**MAP, "dq": "velocities[{k}]", "tau": "torques[{k}]"}
 SLOWEST = 10.0  # s; a median step beyond this is in microseconds
 
 
-def read(path, options):
+def read(path: Path, options: Options) -> list[Record]:
     """Return the record of a SAGE folder, or of its ``state_motor.csv`` alone.
 
     The goal that was in force at a state is the last one written at or before its stamp.
@@ -37,7 +40,7 @@ def read(path, options):
     return [record.replace(joints=names or record.joints)]
 
 
-def _timed(path, columns, options):
+def _timed(path: Path, columns: Mapping[str, str], options: Options) -> Record:
     (table,) = csv_text.read(path, options)
     present = {signal: pattern for signal, pattern in columns.items()
                if any(name.startswith(pattern.split("[")[0]) for name in table.names)}
@@ -47,33 +50,35 @@ def _timed(path, columns, options):
     return assemble(table, None, {**present, **(options.columns or {})})
 
 
-def _unit(table):
+def _unit(table: Table) -> str:
     """Unit of the clock: no robot logs slower than SLOWEST, none faster than 100 kHz."""
     if "timestamp" not in table.names:
-        raise RecordError(f"{table.source} begins like a SAGE log but has no column 'timestamp'")
+        raise RecordError(f"{table.source} begins like a SAGE log but has no column "
+                          "'timestamp'; export it again with its stamps")
     stamps = next(table.blocks([table.names.index("timestamp")]), np.empty((0, 1)))[:, 0]
     step = np.diff(stamps[np.isfinite(stamps)])
     step = step[step > 0]
     return "us" if step.size and np.median(step) > SLOWEST else "s"
 
 
-def _with_goal(record, control, path):
+def _with_goal(record: Record, control: Record, path: Path) -> Record:
     if control.n != record.n:
-        raise RecordError(f"{path} has {control.n} joints, state_motor.csv has {record.n}")
-    goal, early = held(control.time, control.q, record.time)
+        raise RecordError(f"{path} has {control.n} joints, state_motor.csv has {record.n}; "
+                          "the two files are of different runs")
+    goal, early = hold_last(control.time, control.q, record.time)
     notes = [f"qd is the goal in {path.name} in force at the stamp of each state.",
              *(note for note in control.decisions if note not in record.decisions)]
     if early:
         notes.append(f"The first {early} states have no goal yet and are masked.")
     valid = record.valid & np.isfinite(goal).all(axis=1)
-    return record.replace(qd=frozen(goal), valid=valid).noted(*notes)
+    return record.replace(qd=read_only(goal), valid=valid).noted(*notes)
 
 
-def _joint_names(path, n):
+def _joint_names(path: Path, n: int) -> tuple[str, ...]:
     if not path.is_file():
         return ()
-    names = [name.strip() for name in path.read_text(errors="replace").splitlines()]
-    names = tuple(name for name in names if name)
+    lines = path.read_text(errors="replace").splitlines()
+    names = tuple(line.strip() for line in lines if line.strip())
     if len(names) != n:
-        raise RecordError(f"{path} lists {len(names)} joints, the log has {n}")
+        raise RecordError(f"{path} lists {len(names)} joints, the log has {n}; correct the list")
     return names

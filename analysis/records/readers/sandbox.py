@@ -10,10 +10,11 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.records.readers.options import foreign
+from clie_blocks.analysis.records.readers.options import library_errors
 from clie_blocks.errors import RecordError
 
 MEMORY = 4_000_000_000  # bytes of address space
@@ -22,29 +23,30 @@ SPEED = 1_000_000  # bytes per second that may be added for a large file
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads reserve memory
 
 
-def run(job, path, **said):
+def run(job: str, path: str | os.PathLike[str],
+        **arguments: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return what a function of a reader module finds in a file, computed in a child process.
 
     Parameters
     ----------
     job : str
-        ``module.function`` in this folder; it takes the path and `said` and returns a dict of
+        ``module.function`` in this folder; it takes the path and `arguments` and returns a dict of
         arrays and a dict that JSON can hold.
     path : path-like
         The log.
-    **said
+    **arguments
         Passed on.
 
     Raises
     ------
     RecordError
-        If the job says so, or the child dies, or needs too much memory or time.
+        If the job refuses the file, or the child dies, or needs too much memory or time.
 
     """
     seconds = SECONDS + _size(Path(path)) / SPEED
     with tempfile.TemporaryDirectory() as folder:
-        order = json.dumps({"job": job, "path": str(path), "said": said, "folder": folder,
-                            "memory": MEMORY, "seconds": int(seconds) + 1})
+        order = json.dumps({"job": job, "path": str(path), "arguments": arguments,
+                            "folder": folder, "memory": MEMORY, "seconds": int(seconds) + 1})
         try:
             child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),
                                    capture_output=True, timeout=seconds, check=False,
@@ -62,12 +64,12 @@ def run(job, path, **said):
             return {name: arrays[name] for name in arrays.files}, found
 
 
-def _size(path):
+def _size(path: Path) -> int:
     files = path.rglob("*") if path.is_dir() else [path]
     return sum(file.stat().st_size for file in files if file.is_file())
 
 
-def _death(path, child):
+def _death(path: str | os.PathLike[str], child: subprocess.CompletedProcess[bytes]) -> str:
     if child.returncode < 0:
         return (f"{path} crashed its reader (signal {-child.returncode}), which runs apart so "
                 "that nothing else is hurt; the file is damaged or hostile, export it again")
@@ -75,7 +77,7 @@ def _death(path, child):
     return f"{path} could not be read: {words[-1][:200]}; the file is damaged, export it again"
 
 
-def serve():
+def serve() -> None:
     """Do the job that stands on stdin; this is the child."""
     import importlib
 
@@ -85,15 +87,15 @@ def serve():
     folder = Path(order["folder"])
     try:
         module = importlib.import_module(f"clie_blocks.analysis.records.readers.{module}")
-        with foreign(order["path"], f"a log by {order['job']}"):
-            arrays, found = getattr(module, function)(order["path"], **order["said"])
+        with library_errors(order["path"], f"a log by {order['job']}"):
+            arrays, found = getattr(module, function)(order["path"], **order["arguments"])
             np.savez(folder / "arrays.npz", **arrays)
     except RecordError as error:
         found = {"error": str(error)}
     (folder / "answer.json").write_text(json.dumps(found))
 
 
-def _limit(memory, seconds):
+def _limit(memory: int, seconds: int) -> None:
     try:
         import resource
     except ImportError:

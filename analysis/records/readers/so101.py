@@ -4,11 +4,15 @@ Each tick writes six goals and then reads the servos one after another, so the r
 a few to 15 ms and skewed between joints; the stamp is the start of the tick.
 """
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
+from clie_blocks.analysis.records.readers.options import Options
 from clie_blocks.analysis.records.robot import Controller, Encoder, Robot
 
 JOINTS = ("rotation", "pitch", "elbow", "wrist_pitch", "wrist_roll", "jaw")
@@ -20,7 +24,7 @@ DECISIONS = (
 )
 
 
-def read(folder, options):
+def read(folder: Path, options: Options) -> list[Record]:
     """Return the motions of a folder with ``so101.parquet``."""
     path = folder / "so101.parquet"
     columns = columns_of(path)
@@ -31,8 +35,8 @@ def read(folder, options):
                     f"{path} {motions[a]}") for a, b in ranges]
 
 
-def _record(columns, source):
-    def joints(kind):
+def _record(columns: Mapping[str, np.ndarray], source: str) -> Record:
+    def joints(kind: str) -> np.ndarray:
         return np.column_stack([columns[f"{kind}_{joint}"] for joint in JOINTS])
 
     ranges, notes = segments(columns["t"])
@@ -42,7 +46,7 @@ def _record(columns, source):
                   robot=_robot())
 
 
-def _robot():
+def _robot() -> Robot:
     return Robot(n=6, name="SO-101 arm with STS3215 servos", joints=JOINTS,
                  controller=Controller(law="unknown", sample_time=0.02),
-                 encoder=Encoder(resolution=0.001534), source="SAGE so101")
+                 encoder=Encoder(resolution=np.full(6, 0.001534)), source="SAGE so101")

@@ -35,8 +35,8 @@ def test_a_motion_one_way_ties_friction_to_the_offset():
     assert motion.hidden == ("viscous friction", "offset")
     assert motion.reversals == 0
     finding = check_excitation(record, None)[0]
-    assert "viscous friction and offset act alike in this motion" in finding.what
-    assert "move both ways" in finding.fix
+    assert "viscous friction and offset have the same effect in this motion" in finding.what
+    assert "move in both directions" in finding.fix
 
 
 def test_a_very_slow_motion_drowns_the_inertia():
