@@ -197,7 +197,7 @@ def of_servo():
 def test_delayed_set_points_come_first_and_only_the_delay_goes_to_a_simulator(
         diagnosed, tmp_path):
     found = diagnosed
-    late = dataclasses.replace(found, paths=(of_servo(),))
+    late = dataclasses.replace(found, findings=(of_servo(),))
     content = answer(late)
     told = json.loads(to_json(content))
     assert told["effects"][0]["effect"] == "time_delay" == told["set_90"][0]
@@ -247,7 +247,7 @@ def test_an_unknown_figure_names_the_nearest(diagnosed):
 
 
 def test_a_robot_without_such_causes_has_no_such_section(page, diagnosed):
-    assert "On the command path" not in page and diagnosed.paths == ()
+    assert "On the command path" not in page and diagnosed.findings == ()
 
 
 def test_parameter_errors_are_the_joints_and_no_gap_has_no_block(diagnosed):

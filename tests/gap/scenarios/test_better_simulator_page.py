@@ -69,11 +69,11 @@ def robot_folder(tmp_path, case, monkeypatch):
 def simulate(folder, at):
     """Write logs of a simulator that holds the refitted nominal model, and nothing else."""
     from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-    from clie_blocks.analysis.gap.problem.problem import problem
+    from clie_blocks.analysis.gap.problem.problem import Problem
     from clie_blocks.analysis.records import Record, read_trial, write_record
 
     robot, records = read_trial(folder)
-    asked = problem(robot, records)
+    asked = Problem.from_logs(robot, records)
     nominal = fit_nominal(asked, METHOD)[1].hypothesis
     at.mkdir()
     for j, (log, record) in enumerate(zip(asked.logs, records, strict=True)):
@@ -87,7 +87,7 @@ def test_the_page_runs_as_printed(robot_folder, capsys):
     assert [words[1] for words in commands] == ["check", "identify", "diagnose", "diagnose"]
     for words in commands:
         assert words[0] == "clie" and main(words[1:]) == 0, words
-    assert capsys.readouterr().out.count("coulomb at joint 1") == 2
+    assert capsys.readouterr().out.count("coulomb at joint1") == 2
     _, block = blocks("python")
     exec(compile(block, str(PAGE), "exec"), {})
     assert capsys.readouterr().out.startswith("effect ['coulomb'")
