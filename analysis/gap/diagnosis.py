@@ -17,7 +17,7 @@ from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_ca
 from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.observer import with_observer, without_observer
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.method import METHOD, Method

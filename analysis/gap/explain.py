@@ -5,15 +5,14 @@ from collections.abc import Callable, Sequence
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal, pool_logs
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.racing import QUIET
 from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, SearchSteps, search_causes
-from clie_blocks.analysis.gap.verdict.evidence import STRAYED, Table, evidence
+from clie_blocks.analysis.gap.verdict.evidence import Table, evidence
 from clie_blocks.analysis.gap.verdict.lack_of_fit import excess_with_free_torque
 
 
@@ -61,7 +60,8 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     pooled = pool_logs(problem, nominal, method)
     if pooled is not problem:
         residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
-    has_gap = nominal.excess > QUIET or nominal.penalty > STRAYED
+    has_gap = (nominal.excess > method.search.healthy_excess
+               or nominal.penalty > method.verdict.prior_violation)
     fits = (search_causes(residuals, nominal, causes, steps.search)
             if has_gap and causes and not nominal.has_diverged else [])
     table = steps.evidence(nominal, fits, residuals)
@@ -79,7 +79,7 @@ def _free_torque(nominal: Fit, fits: list[Fit], residuals: ResidualModel, steps:
     Empty where the best hypothesis leaves nothing.
     """
     best = min(fits, key=_excess, default=None)
-    if best is None or best.excess < QUIET:
+    if best is None or best.excess < residuals.method.search.healthy_excess:
         return ()
     single = min((one for one in fits if len(one.hypothesis.members) == 1), key=_excess,
                  default=best)

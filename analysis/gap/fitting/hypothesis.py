@@ -1,21 +1,31 @@
-"""A hypothesis: the joint model with some causes at some joints, and its open numbers."""
+"""A hypothesis: the joint model with some causes at some joints, and its free parameters."""
 
 import dataclasses
 import functools
+from collections.abc import Iterable, Iterator, Sequence
+from typing import cast
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import decimation
-from clie_blocks.analysis.gap.residual.whitening import DIVERGED
-from clie_blocks.analysis.gap.simulation.closed_loop import constants, simulator, structure
+from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
+from clie_blocks.analysis.gap.simulation.closed_loop import constants
+from clie_blocks.analysis.gap.simulation.simulators import LoopRunner, simulator_of
 
-SOFTNESS = 0.25  # how far, in tolerances, a joint may stray beyond its datasheet at one sigma
+Values = dict[str, np.ndarray]
+"""Parameter -> array (n,), or (logs, n) where it differs between logs."""
+
+DELAY_TOLERANCE = 0.02  # of a delay of one period: how well its length is known
+_JOINT_MODEL = "inertia", "damping", "load"
+_LEAST_INERTIA = 0.2  # of the stated one
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Member:
-    """One cause at some joints, with the numbers from which its fit starts.
+    """One cause at some joints, with the parameters from which its fit starts.
 
     Parameters
     ----------
@@ -24,25 +34,35 @@ class Member:
     joints : tuple of int
         Where it acts; elsewhere it is neutral.
     values : dict
-        Number -> array (n,), or (logs, n) for numbers of scope ``log``.
+        Parameter -> array (n,), or (logs, n) for parameters of scope ``log``.
     sizes : dict
-        Number -> a step that makes itself felt.
+        Parameter -> a change that has a visible effect.
 
     """
 
     cause: Cause
-    joints: tuple
-    values: dict
-    sizes: dict
+    joints: tuple[int, ...]
+    values: Values
+    sizes: Values
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Name of the block that it becomes."""
         return self.cause.block
 
 
+def held_members(problem: Problem) -> tuple[Member, ...]:
+    """Effects that the nominal model holds, a delay of the command as the controller check found."""
+    inside = cast(tuple[Member, ...], problem.inside)
+    if not problem.command_delay:
+        return inside
+    delay = np.full(problem.n, problem.command_delay)
+    return (Member(TIME_DELAY, tuple(range(problem.n)), {"time": delay},
+                   {"time": DELAY_TOLERANCE * delay}), *inside)
+
+
 @dataclasses.dataclass(frozen=True)
-class Open:
+class FreeParameter:
     """One number that a fit may move.
 
     Parameters
@@ -52,7 +72,7 @@ class Open:
     joint, log : int or None
         Where it counts; None for everywhere.
     size : float
-        A step that makes itself felt.
+        A change that has a visible effect.
     lower, upper : float
         Bounds.
     centre, tolerance : float or None
@@ -72,17 +92,17 @@ class Open:
     tolerance: float | None = None
     phase: bool = False
 
-    def stray(self, value):
-        """How far a value lies beyond its tolerance, in sigmas."""
-        if self.tolerance is None:
+    def violation(self, value: float, softness: float) -> float:
+        """How far a value lies beyond its tolerance [standard deviations]."""
+        if self.tolerance is None or self.centre is None:
             return 0.0
         z = (value - self.centre) / self.tolerance
-        return np.sign(z) * max(abs(z) - 1.0, 0.0) / SOFTNESS
+        return np.sign(z) * max(abs(z) - 1.0, 0.0) / softness
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """Joint model plus members, with values for all numbers.
+    """Joint model plus members, with values for all parameters.
 
     Parameters
     ----------
@@ -95,25 +115,22 @@ class Hypothesis:
 
     """
 
-    problem: object
-    members: tuple
-    values: dict
+    problem: Problem
+    members: tuple[Member, ...]
+    values: Values
 
     @functools.cached_property
-    def simulator(self):
+    def simulator(self) -> LoopRunner:
         """The closed loop of this hypothesis."""
-        causes = tuple(member.cause for member in self.all_members)
-        if self.problem.law.variant == "loop":
-            return self.problem.law.simulator(causes)
-        return simulator(structure(self.problem), causes)
+        return simulator_of(self.problem, tuple(member.cause for member in self.all_members))
 
     @property
-    def all_members(self):
-        """Causes of the hypothesis, behind those that the model holds anyway."""
-        return (*self.problem.inside, *self.members)
+    def all_members(self) -> tuple[Member, ...]:
+        """Causes of the hypothesis, behind those that the nominal model holds."""
+        return (*held_members(self.problem), *self.members)
 
     @functools.cached_property
-    def coupled(self):
+    def coupled(self) -> bool:
         """Whether links push each other in a loop that holds them.
 
         Of links that nothing holds, which fall as they like, a slope says little anyway.
@@ -121,128 +138,127 @@ class Hypothesis:
         problem, chain = self.problem, self.problem.chain
         pushed = chain.has_coupling or chain.has_gravity or any(
             piece.port == "body" for member in self.all_members for piece in member.cause.pieces)
-        return (problem.n > 1 and pushed and problem.law.variant != "loop"
-                and bool(np.all(problem.law.kp > 0)))
+        return problem.n > 1 and pushed and bool(np.all(problem.law.kp > 0))
 
-    def of_log(self, j, values=None):
+    def of_log(self, j: int, values: Values | None = None) -> Values:
         """Parameters of log j."""
         return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value
                 for key, value in (self.values if values is None else values).items()}
 
-    def positions(self, j, sets):
+    def positions(self, j: int, sets: Sequence[Values]) -> np.ndarray:
         """Positions in log j for many sets of values, shape (sets, n, N) [rad]."""
         return self.simulator.positions(self.problem.logs[j],
                                         [self.of_log(j, values) for values in sets])
 
-    def means(self, j, sets):
-        """Positions in log j averaged as errors are, for many sets of values [rad]."""
+    def means(self, j: int, sets: Sequence[Values]) -> np.ndarray:
+        """Positions in log j, decimated, for many sets of values [rad]."""
         return self.simulator.means(self.problem.logs[j],
                                     [self.of_log(j, values) for values in sets],
                                     decimation(self.problem.period))
 
-    def error(self, j, dithered=True):
+    def error(self, j: int, dithered: bool = True) -> np.ndarray:
         """Measured less simulated position in log j, shape (N, n) [rad]."""
         log = self.problem.logs[j]
         q, = self.simulator.positions(log, [self.of_log(j)], dithered)
         return np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED)
 
-    def with_values(self, values):
-        """Return the same hypothesis with other numbers."""
+    def with_values(self, values: Values) -> "Hypothesis":
+        """Return the same hypothesis with other values."""
         return dataclasses.replace(self, values=values)
 
     @functools.cached_property
-    def open(self):
-        """The numbers that a fit moves."""
-        held = (self._known(entry) for member in self.problem.inside
-                for entry in self._of_member(member))
-        return (*self._joint_model(), *held, *(entry for member in self.members
-                                               for entry in self._of_member(member)))
+    def free_parameters(self) -> tuple[FreeParameter, ...]:
+        """What a fit moves: the joint model, effects that the model holds, and the causes."""
+        held = (_with_tolerance(parameter, member) for member in held_members(self.problem)
+                for parameter in self._of_member(member))
+        own = (parameter for member in self.members for parameter in self._of_member(member))
+        return (*self._of_joint_model(), *held, *own)
 
-    def _known(self, entry):
-        """Number of a cause that the model holds: it may move within its size."""
-        member = next(m for m in self.problem.inside if entry.key.startswith(f"{m.name}."))
-        value = member.values[entry.key.removeprefix(f"{member.name}.")]
-        k = member.joints[0] if entry.joint is None else entry.joint
-        centre = value[entry.log, k] if entry.log is not None else value[k]
-        return dataclasses.replace(entry, centre=centre, tolerance=entry.size)
-
-    def _joint_model(self):
-        given, n = self.problem.nominal, self.problem.n
+    def _of_joint_model(self) -> Iterator[FreeParameter]:
+        stated = self.problem.nominal
         freed = {(name, k) for member in self.members for name in member.cause.frees
                  for k in member.joints}
-        for name in ("inertia", "damping", "load"):
-            centre, tolerance = getattr(given, name), getattr(given, f"{name}_tolerance")
-            for k in range(n):
-                free = (name, k) in freed
-                lower = {"inertia": 0.2 * centre[k], "damping": 0.0}.get(name, -np.inf)
-                yield Open(name, k, None, max(0.02 * abs(centre[k]), 0.3 * tolerance[k]),
-                           lower, np.inf, centre[k], None if free else tolerance[k])
+        for name in _JOINT_MODEL:
+            centre, tolerance = getattr(stated, name), getattr(stated, f"{name}_tolerance")
+            for k in range(self.problem.n):
+                lower = {"inertia": _LEAST_INERTIA * centre[k], "damping": 0.0}.get(name, -np.inf)
+                size = max(0.02 * abs(centre[k]), 0.3 * tolerance[k])
+                yield FreeParameter(name, k, None, size, lower, np.inf, centre[k],
+                                    None if (name, k) in freed else tolerance[k])
 
-    def _of_member(self, member):
+    def _of_member(self, member: Member) -> Iterator[FreeParameter]:
         for number in member.cause.numbers:
             if number.fixed:
                 continue
             key = f"{member.name}.{number.name}"
             size = np.max(np.abs(np.atleast_2d(member.sizes[number.name])), axis=0)
             if number.scope == "robot":
-                yield Open(key, None, None, size[member.joints[0]], number.lower, number.upper)
+                yield FreeParameter(key, None, None, size[member.joints[0]],
+                                    number.lower, number.upper)
                 continue
             logs = range(len(self.problem.fit)) if number.scope == "log" else (None,)
             for log in logs:
                 for k in member.joints:
-                    yield Open(key, k, log, size[k], number.lower, number.upper,
-                               phase=number.phase)
+                    yield FreeParameter(key, k, log, size[k], number.lower, number.upper,
+                                        phase=number.phase)
 
-    def get(self, entry):
-        """Value of an open number."""
-        value = self.values[entry.key]
-        k = self.members_joint(entry) if entry.joint is None else entry.joint
-        return value[entry.log, k] if entry.log is not None else value[k]
+    def get(self, parameter: FreeParameter) -> float:
+        """Value of a free parameter."""
+        value, k = self.values[parameter.key], parameter.joint
+        if k is None:
+            k = next(member.joints[0] for member in self.all_members
+                     if parameter.key.startswith(f"{member.name}."))
+        return value[parameter.log, k] if parameter.log is not None else value[k]
 
-    def members_joint(self, entry):
-        """First joint of the member that a number of the whole robot belongs to."""
-        return next(member.joints[0] for member in self.all_members
-                    if entry.key.startswith(f"{member.name}."))
-
-    def moved(self, steps):
-        """Return the values after steps on open numbers: a list of (entry, new value)."""
-        values = {key: value for key, value in self.values.items()}
-        for entry, value in steps:
-            array = values[entry.key].copy()
-            where = slice(None) if entry.joint is None else entry.joint
-            array[where if entry.log is None else (entry.log, where)] = value
-            values[entry.key] = array
+    def moved(self, steps: Iterable[tuple[FreeParameter, float]]) -> Values:
+        """Return the values with new ones for some free parameters."""
+        values = dict(self.values)
+        for parameter, value in steps:
+            array = values[parameter.key].copy()
+            k = slice(None) if parameter.joint is None else parameter.joint
+            array[k if parameter.log is None else (parameter.log, k)] = value
+            values[parameter.key] = array
         return values
 
-    def stray(self):
-        """Distances of the joint model from its datasheet, one per open number [sigma]."""
-        return np.array([entry.stray(self.get(entry)) for entry in self.open])
+    def prior_violations(self, softness: float) -> np.ndarray:
+        """Distances beyond the datasheet, one per free parameter [standard deviations]."""
+        return np.array([parameter.violation(self.get(parameter), softness)
+                         for parameter in self.free_parameters])
 
 
-def hypothesis(problem, members, base=None):
-    """Return the hypothesis of some members, from the numbers of a fitted base or the nominal.
+def _with_tolerance(parameter: FreeParameter, member: Member) -> FreeParameter:
+    """Parameter of an effect that the nominal model holds: it may move within its size."""
+    value = member.values[parameter.key.removeprefix(f"{member.name}.")]
+    k = member.joints[0] if parameter.joint is None else parameter.joint
+    centre = value[parameter.log, k] if parameter.log is not None else value[k]
+    return dataclasses.replace(parameter, centre=centre, tolerance=parameter.size)
 
-    Parameters
-    ----------
-    problem : Problem
-        The robot.
-    members : sequence of Member
-        The causes.
-    base : Hypothesis, optional
-        Where the joint model's numbers come from.
 
-    """
+def build_hypothesis(problem: Problem, members: Iterable[Member],
+                     joint_model: Hypothesis | None = None) -> Hypothesis:
+    """Return the hypothesis of some members, with the joint model stated or as it was fitted."""
     members = tuple(members)
     values = constants(problem)
-    for member in (*problem.inside, *members):
+    for member in (*held_members(problem), *members):
         for number in member.cause.numbers:
             value = np.array(member.values[number.name], float)
             if number.scope != "robot" and number.neutral is not None:
                 idle = [k for k in range(problem.n) if k not in member.joints]
                 value[..., idle] = number.neutral
             values[f"{member.name}.{number.name}"] = value
-    if base is not None:
-        held = {f"{m.name}.{number.name}" for m in problem.inside for number in m.cause.numbers}
-        values.update({key: value for key, value in base.values.items()
-                       if key in held or key in ("inertia", "damping", "load", "a", "b")})
+    if joint_model is not None:
+        held = {f"{member.name}.{number.name}" for member in held_members(problem)
+                for number in member.cause.numbers}
+        values.update({key: value for key, value in joint_model.values.items()
+                       if key in held or key in (*_JOINT_MODEL, "a", "b")})
     return Hypothesis(problem, members, values)
+
+
+def chi2_by_joint(variants: Sequence[Hypothesis], residuals: ResidualModel, j: int,
+                  ) -> list[np.ndarray]:
+    """chi^2 of each joint in log j, one value per variant: they are simulated side by side.
+
+    The variants are one hypothesis with several values.
+    """
+    runs = variants[0].means(j, [variant.values for variant in variants])
+    return [(part**2).sum(axis=1) for part in residuals.of_runs(runs, j)]

@@ -1,71 +1,63 @@
-"""Least squares of a hypothesis in closed loop: simulate, whiten, step, keep what improves.
+"""Where the fit of a candidate starts: what was fitted before, and amplitudes that do not harm."""
 
-The residual is the whitened prediction error of all joints and fit logs, freed from the response
-to an unknown start, with the distances from the datasheet appended.
-"""
+from collections.abc import Sequence
+from typing import Protocol
 
-from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step
-
-TRIES = 4
-
-
-def shrink_amplitudes(start, bench, reference, members):
-    """Return a start with smaller amplitudes, if as it is it does worse than a reference.
-
-    Parameters
-    ----------
-    start : Hypothesis
-        With numbers from a linear regression, which may reach too far.
-    bench : Bench
-        Whitening.
-    reference : float
-        Cost on the fit logs of the hypothesis without the causes.
-    members : sequence of Member
-        Whose amplitudes.
-
-    """
-    amplitudes = [f"{member.name}.{number.name}" for member in members
-                  for number in member.cause.numbers
-                  if number.neutral == 0.0 and not number.fixed]
-    for _ in range(TRIES):
-        if jacobian(start, bench).cost < reference:
-            break
-        start = start.with_values({key: 0.3 * value if key in amplitudes else value
-                                   for key, value in start.values.items()})
-    return start
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 
-STEPS = 2  # of the numbers that were there before
+class Startable(Protocol):
+    """Causes with parameters from a linear regression, and the fit that they start from."""
+
+    @property
+    def members(self) -> tuple[Member, ...]:
+        """The causes."""
+
+    @property
+    def extends(self) -> Fit | None:
+        """The fit whose joint model they start with; None for the refitted nominal model."""
 
 
-def initial_guess(candidate, bench, base):
-    """Return the hypothesis of a candidate that a fit starts from.
-
-    Parameters
-    ----------
-    candidate : Candidate
-        Causes with numbers from a linear regression.
-    bench : Bench
-        Whitening.
-    base : Fit
-        The refitted nominal model.
-
-    """
-    before = candidate.after or base
-    at = hypothesis(bench.problem, candidate.members, before.hypothesis)
-    there = {entry.key for entry in before.hypothesis.open}
+def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit) -> Hypothesis:
+    """Return the hypothesis of a candidate that a fit starts from."""
+    method = residuals.method.fitting
+    before = candidate.extends or nominal
+    hypothesis = build_hypothesis(residuals.problem, candidate.members, before.hypothesis)
+    fitted_keys = {parameter.key for parameter in before.hypothesis.free_parameters}
     known = {member.name for member in before.hypothesis.members}
     new = [member for member in candidate.members if member.name not in known]
-    extends = len(known) + len(new) == len(candidate.members)
-    reference = (before if extends else base).cost
-    for _ in range(STEPS):
-        here = jacobian(at, bench)
-        if here.cost < reference:
+    keeps_all = len(known) + len(new) == len(candidate.members)
+    reference = (before if keeps_all else nominal).cost
+    for _ in range(method.joint_model_steps):
+        tangent = jacobian(hypothesis, residuals)
+        if tangent.cost < reference:
             break
-        answered = damped_step(at, here, keys=there)
-        if jacobian(answered, bench).cost >= here.cost:
+        adapted = damped_step(hypothesis, tangent, method, method.cautious_damping, fitted_keys)
+        if jacobian(adapted, residuals).cost >= tangent.cost:
             break
-        at = answered
-    return shrink_amplitudes(at, bench, reference, new)
+        hypothesis = adapted
+    return shrink_amplitudes(hypothesis, residuals, reference, new)
+
+
+def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: float,
+                      members: Sequence[Member]) -> Hypothesis:
+    """Return a start with smaller amplitudes of some causes, if it does worse than without them.
+
+    A linear regression may reach too far; `reference` is the cost on the fit logs without the
+    causes.
+    """
+    method = residuals.method.fitting
+    amplitudes = {f"{member.name}.{number.name}" for member in members
+                  for number in member.cause.numbers
+                  if number.neutral == 0.0 and not number.fixed}
+    for _ in range(method.shrink_tries):
+        if jacobian(start, residuals).cost < reference:
+            break
+        start = start.with_values({
+            key: method.shrink_factor * value if key in amplitudes else value
+            for key, value in start.values.items()})
+    return start

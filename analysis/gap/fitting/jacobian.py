@@ -1,24 +1,27 @@
-"""Slopes of a hypothesis: what a small step on each of its numbers changes in the residual.
+"""Jacobian of a hypothesis: what a small step on each parameter changes in the residual.
 
-Columns of the Jacobian are finite differences of simulations; numbers that act on different rows,
-of other logs or of joints that do not push each other, are moved in one run.
+Columns of the Jacobian are finite differences of simulations; parameters that act on different
+rows, of other logs or of joints that do not push each other, are moved in one run.
 """
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.hypothesis import SOFTNESS
+from clie_blocks.analysis.gap.fitting.cache import FitCache
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
-ASIDE = 5e-3  # of a number's size: wider, curvature hides the slope of a flat valley, and a fit
-# crawls; narrower, the instants at which friction holds and teeth meet hide it
-ROOM = 400_000_000  # bytes of slopes that are kept: those of arms of six joints fill gigabytes
+_KEPT_BYTES = 400_000_000  # of Jacobians: those of arms of six joints fill gigabytes
+_LEAST_RELATIVE_SIZE = 0.2  # of a parameter's value, which may be far larger than its size
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Tangent:
-    """What a small step on each open number of a hypothesis would change.
+    """What a small step on each free parameter of a hypothesis would change.
 
     Parameters
     ----------
@@ -27,139 +30,154 @@ class Tangent:
     residual : ndarray
         All parts, with the distances from the datasheet below.
     columns : ndarray
-        Derivatives of the residual to (value / size) of each open number.
+        Derivatives of the residual to (value / size) of each free parameter.
 
     """
 
-    parts: list
+    parts: list[np.ndarray]
     residual: np.ndarray
     columns: np.ndarray
 
     @functools.cached_property
-    def cost(self):
+    def cost(self) -> float:
         """Sum of squares."""
         return float(self.residual @ self.residual)
 
     @property
-    def slopes(self):
+    def slopes(self) -> np.ndarray:
         """Columns of the logs, without the datasheet."""
         return self.columns[:len(self.residual) - self.columns.shape[1]]
 
+    @property
+    def prior_violation(self) -> np.ndarray:
+        """Distances from the datasheet, one per free parameter [standard deviations]."""
+        return self.residual[len(self.slopes):]
+
     @functools.cached_property
-    def normal(self):
+    def normal(self) -> tuple[np.ndarray, np.ndarray]:
         """Matrix and right-hand side of the normal equations, without the datasheet."""
         columns = self.slopes
         return columns.T @ columns, columns.T @ self.residual[:len(columns)]
 
 
-def jacobian(at, bench):
-    """Return the `Tangent` of a hypothesis; a second question costs nothing, unless long after."""
-    kept = bench.tangents
-    if at not in kept:
-        kept[at] = found = forward_jacobian(at, bench)
-        while len(kept) > 1 and sum(each.columns.nbytes for each in kept.values()) > ROOM:
-            del kept[next(iter(kept))]
-        return found
-    return kept[at]
+_TANGENTS: FitCache[Hypothesis, Tangent] = FitCache()
 
 
-def forward_jacobian(at, bench, width=ASIDE):
-    """Return a `Tangent` whose slopes are taken over some share of each number's size.
-
-    Parameters
-    ----------
-    at : Hypothesis
-        Where.
-    bench : Bench
-        Whitening.
-    width : float
-        Share of the size; negative for slopes to the other side.
-
-    """
-    groups = [[(i, *_difference(at, at.open[i], width)) for i in group] for group in _groups(at)]
-    sets = [at.values, *(at.moved([(at.open[i], value) for i, value, _ in group])
-                         for group in groups)]
-    runs = [part for j in range(len(at.problem.fit))
-            for part in bench.residuals(at.means(j, sets), j)]
-    parts, stray = [run[0] for run in runs], at.stray()
-    residual = np.concatenate([*parts, stray])
-    columns, last = np.zeros((len(residual), len(at.open))), 0
-    for place, run in enumerate(runs):
-        rows = slice(last, last + run.shape[1])
-        last = rows.stop
-        where = divmod(place, at.problem.n)
-        for group, moved in zip(groups, run[1:]):
-            for i, _, width in group:
-                if _acts(at, at.open[i], *where):
-                    columns[rows, i] = (moved - run[0]) / width
-    for i, entry in enumerate(at.open):
-        if entry.tolerance is not None and stray[i] != 0.0:
-            columns[last + i, i] = entry.size / entry.tolerance / SOFTNESS
-    return Tangent(parts, residual, columns)
+def jacobian(hypothesis: Hypothesis, residuals: ResidualModel) -> Tangent:
+    """Return the `Tangent` of a hypothesis; asking again is free, unless it was long ago."""
+    known = _TANGENTS.of(residuals)
+    if hypothesis in known:
+        return known[hypothesis]
+    known[hypothesis] = tangent = forward_jacobian(hypothesis, residuals)
+    while len(known) > 1 and sum(each.columns.nbytes for each in known.values()) > _KEPT_BYTES:
+        del known[next(iter(known))]
+    return tangent
 
 
-def central_jacobian(at, bench):
+def central_jacobian(hypothesis: Hypothesis, residuals: ResidualModel) -> Tangent:
     """Return the `Tangent` of a hypothesis by central differences.
 
-    A slope to one side holds half the curvature, and passes it for a difference between numbers
-    that are alike.
+    A slope to one side holds half the curvature, and passes it for a difference between
+    parameters that are alike.
     """
-    ahead, behind = jacobian(at, bench), forward_jacobian(at, bench, -ASIDE)
+    ahead, behind = jacobian(hypothesis, residuals), forward_jacobian(hypothesis, residuals, -1.0)
     return dataclasses.replace(ahead, columns=(ahead.columns + behind.columns) / 2)
 
 
-def _acts(at, entry, log, joint):
-    return entry.log in (None, log) and (at.coupled or entry.joint in (None, joint))
+@dataclasses.dataclass(frozen=True)
+class _Move:
+    """A free parameter a small step away: its place, value, and the step in sizes."""
+
+    index: int
+    parameter: FreeParameter
+    value: float
+    step: float
+
+    def acts_on(self, log: int, joint: int, coupled: bool) -> bool:
+        """Whether it changes the residual of a joint in a log."""
+        return (self.parameter.log in (None, log)
+                and (coupled or self.parameter.joint in (None, joint)))
 
 
-def _groups(at):
-    """Open numbers that may move in the same run: one key, and each acts on rows of its own."""
-    groups = {}
-    for i, entry in enumerate(at.open):
-        groups.setdefault((entry.key, at.coupled and entry.joint), []).append(i)
-    return groups.values()
+def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: float = 1.0,
+                     ) -> Tangent:
+    """Return a `Tangent` by differences to one side: ahead (1.0) or behind (-1.0)."""
+    method, n = residuals.method.fitting, hypothesis.problem.n
+    groups = _groups_of_moves(hypothesis, side * method.difference_step)
+    sets = [hypothesis.values, *(
+        hypothesis.moved([(move.parameter, move.value) for move in group]) for group in groups)]
+    runs = [part for j in range(len(hypothesis.problem.fit))
+            for part in residuals.of_runs(hypothesis.means(j, sets), j)]
+    parts, violations = [run[0] for run in runs], hypothesis.prior_violations(method.prior_softness)
+    residual = np.concatenate([*parts, violations])
+    columns, last = np.zeros((len(residual), len(hypothesis.free_parameters))), 0
+    for place, run in enumerate(runs):
+        log, joint = divmod(place, n)
+        rows = slice(last, last + run.shape[1])
+        last = rows.stop
+        for group, moved in zip(groups, run[1:]):
+            for move in group:
+                if move.acts_on(log, joint, hypothesis.coupled):
+                    columns[rows, move.index] = (moved - run[0]) / move.step
+    for i, parameter in enumerate(hypothesis.free_parameters):
+        if parameter.tolerance is not None and violations[i] != 0.0:
+            columns[last + i, i] = parameter.size / parameter.tolerance / method.prior_softness
+    return Tangent(parts, residual, columns)
 
 
-def _difference(at, entry, width):
-    """Value a small step away, inside the bounds, and the step in units of the entry's size."""
-    here = at.get(entry)
-    step = width * (entry.size if entry.phase else max(entry.size, 0.2 * abs(here)))
-    if not entry.lower <= here + step <= entry.upper:
+def _groups_of_moves(hypothesis: Hypothesis, width: float) -> list[list[_Move]]:
+    """Moves that share a run: they are of one key, and each acts on rows of its own."""
+    groups: dict[tuple[str, int | bool | None], list[_Move]] = {}
+    for i, parameter in enumerate(hypothesis.free_parameters):
+        key = parameter.key, hypothesis.coupled and parameter.joint
+        groups.setdefault(key, []).append(_move(hypothesis, i, width))
+    return list(groups.values())
+
+
+def _move(hypothesis: Hypothesis, i: int, width: float) -> _Move:
+    """Free parameter i a small step away, inside its bounds; `width` is a share of its size."""
+    parameter = hypothesis.free_parameters[i]
+    value, size = hypothesis.get(parameter), parameter.size
+    step = width * (size if parameter.phase else max(size, _LEAST_RELATIVE_SIZE * abs(value)))
+    if not parameter.lower <= value + step <= parameter.upper:
         step = -step
-    return here + step, step / entry.size
+    return _Move(i, parameter, value + step, step / size)
 
 
-def joint_columns(found, bench):
-    """Per joint, columns of a fit's numbers and its residual, on the fit logs, with their prior.
+def joint_columns(fit: Fit, residuals: ResidualModel) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Per joint, columns of a fit's parameters and its residual, on the fit logs, with their prior.
 
-    Returns
-    -------
-    columns, residual : list of ndarray
-        One of each per joint.  Below the rows of the logs both carry one row per number: what the
-        datasheet allows, and how far beyond it the number stands, counted at its own joint.  A
-        number that does not act on the joint is left out.
-
+    Below the rows of the logs both carry one row per parameter: what the datasheet allows, and
+    how far beyond it the parameter is, counted at its own joint.  A parameter that does not act
+    on the joint is left out.
     """
-    at = found.hypothesis
-    here = jacobian(at, bench)
-    n = at.problem.n
-    ends = np.cumsum([0, *(len(part) for part in here.parts)])
-    columns, residual = [], []
-    for k in range(n):
-        rows = np.concatenate([np.arange(ends[place], ends[place + 1])
-                               for place in range(k, len(here.parts), n)])
-        used = [i for i in range(len(at.open)) if np.any(here.columns[rows, i])]
-        slopes, stray = np.reshape([_prior(at.open[i], found.stray[i], k) for i in used],
-                                   (-1, 2)).T
-        columns.append(np.concatenate([here.columns[np.ix_(rows, used)], np.diag(slopes)]))
-        residual.append(np.concatenate([*here.parts[k::n], stray]))
-    return columns, residual
+    tangent, n = jacobian(fit.hypothesis, residuals), fit.hypothesis.problem.n
+    by_joint = [_columns_of_joint(fit, tangent, k, n, residuals.method.fitting.prior_softness)
+                for k in range(n)]
+    return [columns for columns, _ in by_joint], [residual for _, residual in by_joint]
 
 
-def _prior(entry, stray, k):
-    """Slope and value of a number's distance from the datasheet, as joint k counts it [sigma]."""
-    if not entry.tolerance:
-        return 0.0, 0.0
-    if stray == 0.0 or entry.joint != k:
-        return entry.size / entry.tolerance, 0.0
-    return entry.size / entry.tolerance / SOFTNESS, stray
+def _columns_of_joint(fit: Fit, tangent: Tangent, k: int, n: int, softness: float,
+                      ) -> tuple[np.ndarray, np.ndarray]:
+    ends = np.cumsum([0, *(len(part) for part in tangent.parts)])
+    rows = np.concatenate([np.arange(ends[place], ends[place + 1])
+                           for place in range(k, len(tangent.parts), n)])
+    parameters = fit.hypothesis.free_parameters
+    used = [i for i in range(len(parameters)) if np.any(tangent.columns[rows, i])]
+    slopes, violations = _prior_rows([parameters[i] for i in used], fit.prior_violation[used], k,
+                                     softness)
+    return (np.concatenate([tangent.columns[np.ix_(rows, used)], np.diag(slopes)]),
+            np.concatenate([*tangent.parts[k::n], violations]))
+
+
+def _prior_rows(parameters: Sequence[FreeParameter], violations: np.ndarray, k: int,
+                softness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes and values of the distances from the datasheet, as joint k counts them."""
+    slopes, values = np.zeros(len(parameters)), np.zeros(len(parameters))
+    for i, (parameter, violation) in enumerate(zip(parameters, violations)):
+        if not parameter.tolerance:
+            continue
+        slopes[i] = parameter.size / parameter.tolerance
+        if violation != 0.0 and parameter.joint == k:
+            slopes[i], values[i] = slopes[i] / softness, violation
+    return slopes, values

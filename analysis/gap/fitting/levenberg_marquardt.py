@@ -1,261 +1,221 @@
-"""One step of a fit, and the doubt that is left: both know what the datasheet allows."""
+"""Least squares of a hypothesis in closed loop: simulate, whiten, step, keep what improves.
 
-import dataclasses
+The residual is the whitened prediction error of all joints and fit logs, freed from the response
+to an unknown initial state, with the distances from the datasheet appended.
+
+Why not `scipy.optimize.least_squares`: simulations come in SIMD lanes, 16 runs at hardly the cost
+of one.  So all columns of a Jacobian are one batch, and where a step fails, eight dampings are
+tried in another; a routine that asks for one run after the other takes several times as long.
+The datasheet, too, is no bound of such a routine: inside its tolerance a parameter costs nothing,
+beyond it a squared distance.
+"""
+
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.hypothesis import SOFTNESS
-from clie_blocks.analysis.gap.fitting.jacobian import central_jacobian, jacobian
-from clie_blocks.analysis.gap.residual.whitening import DIVERGED
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis, chi2_by_joint
+from clie_blocks.analysis.gap.fitting.jacobian import Tangent, central_jacobian, jacobian
+from clie_blocks.analysis.gap.method.fitting import FittingMethod
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
-DAMPING = 1e-4
-FACTOR = 2.5  # by which a step may change a time or a range
-BOUNDS = 4  # rounds of finding which bounds of the datasheet a step ends beyond
+__all__ = ["Fit", "damped_step", "fit", "predicted_gain", "standard_deviations"]
+
+UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
-ANYWHERE = 3.0  # inverse variance, in tolerances, of what lies anywhere within its tolerance
+_BOUND_ROUNDS = 4  # of finding which bounds of the datasheet a step ends beyond
 
 
-def damped_step(at, here, damping=DAMPING, keys=None, within=0.0):
-    """Hypothesis after a damped Gauss-Newton step, of all open numbers or of some keys only.
+def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None) -> Fit:
+    """Fit a hypothesis to the fit logs, then evaluate it on all logs.
 
-    Parameters
-    ----------
-    at : Hypothesis
-        Where the step starts.
-    here : Tangent
-        Its slopes.
-    damping : float
-        Levenberg's, relative to the squares of the columns.
-    keys : collection of str, optional
-        Numbers that may move.
-    within : float
-        What draws a number to its stated value inside its tolerance, see `change`.
-
+    Where a fit ends beyond the datasheet it continues with central differences: along a flat
+    valley, the curvature in a one-sided slope outweighs the datasheet.  By default it takes as
+    many steps as the method of the residuals says.
     """
-    used = [i for i, entry in enumerate(at.open) if keys is None or entry.key in keys]
-    gram, right = here.normal
-    delta = best_change([at.open[i] for i in used], at, gram[np.ix_(used, used)], right[used],
-                   damping, within)
-    moves = []
-    for entry, moved in zip((at.open[i] for i in used), delta):
-        here = at.get(entry)
-        reach = 3 * max(abs(here), entry.size)
-        value = here + np.clip(moved * entry.size, -reach, reach)
-        if _is_scale(entry) and here > 0.0:
-            value = np.clip(value, here / FACTOR, FACTOR * here)
-        moves.append((entry, float(np.clip(value, entry.lower, entry.upper))))
-    return at.with_values(at.moved(moves))
+    method = residuals.method.fitting
+    hypothesis, tangent = start, jacobian(start, residuals)
+    damping, kept, two_sided, cautious = method.least_damping, 0, False, False
+    for _ in range(method.iterations if iterations is None else iterations):
+        step = _improving_step(hypothesis, tangent, residuals, damping, cautious)
+        if step is not None:
+            hypothesis, damping, cautious = step
+            kept += 1
+        after = jacobian(hypothesis, residuals)
+        if step is None or tangent.cost - after.cost < _least_gain(after, method):
+            violation = after.prior_violation
+            if two_sided or violation @ violation < method.two_sided_violation:
+                break
+            damping, two_sided = method.least_damping, True
+        tangent = central_jacobian(hypothesis, residuals) if two_sided else after
+    return _evaluated(hypothesis, residuals, kept)
 
 
-def _is_scale(entry):
-    """Whether a number is a time or a range: what it does goes with its logarithm."""
-    return entry.key.partition(".")[2] in ("time", "range")
+def _least_gain(tangent: Tangent, method: FittingMethod) -> float:
+    """Gain of a step that ends a fit."""
+    return method.converged_gain * len(tangent.residual) + method.converged_share * tangent.cost
 
 
-def best_change(entries, at, gram, right, damping=DAMPING, within=0.0):
-    """Change of each number, over its size, that is best with the datasheet's bounds.
+class _Step(NamedTuple):
+    """A step that improves, the damping of the next one, and whether that is likely to fail."""
 
-    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
-    costs `within` times its squared distance from the stated value, in tolerances, and from the
-    bound on that cost grows no faster.
+    hypothesis: Hypothesis
+    damping: float
+    cautious: bool
+
+
+def _improving_step(hypothesis: Hypothesis, tangent: Tangent, residuals: ResidualModel,
+                    damping: float, cautious: bool) -> _Step | None:
+    """Step that improves; None if there is none worth it.
+
+    If the first step fails, many with more damping are simulated side by side.  The next first
+    step is likely to fail as well: a cautious fit tries it among them, and takes no slopes there.
     """
-    size, here = (np.array(x) for x in zip(*((entry.size, at.get(entry)) for entry in entries)))
-    centre, allowed = np.array([(entry.centre or 0.0, entry.tolerance or np.inf)
-                                for entry in entries]).T
-    side = np.sign(at.stray()[[at.open.index(entry) for entry in entries]])
-    for _ in range(BOUNDS):
-        weight = np.where(side == 0.0, np.sqrt(within), 1.0 / SOFTNESS)
-        slope = weight * size / allowed
-        bound = side * (1.0 - within * SOFTNESS**2)
-        beyond = weight * ((here - centre) / allowed - bound)
-        normal = gram + np.diag(slope**2)
-        scale = np.sqrt(np.diag(normal)) + 1e-12
-        normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-        delta = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
-        z = (here + delta * size - centre) / allowed
-        ended = np.sign(z) * (np.abs(z) > 1.0)
-        if (ended == side).all():
-            break
-        side = ended
-    return delta
+    method = residuals.method.fitting
+    if predicted_gain(hypothesis, tangent, method) < (
+            method.skipped_gain * _least_gain(tangent, method)):
+        return None
+    first = damped_step(hypothesis, tangent, method, damping)
+    after_first = _Step(first, max(damping / 10, method.least_damping), False)
+    if not cautious and jacobian(first, residuals).cost < tangent.cost:
+        return after_first
+    dampings = max(damping, method.cautious_damping) * np.array(method.retry_factors)
+    proposals = [damped_step(hypothesis, tangent, method, more) for more in dampings]
+    costs = _costs([first, *proposals] if cautious else proposals, residuals)
+    if cautious and costs[0] < tangent.cost:
+        return after_first
+    costs = costs[-len(proposals):]
+    best = int(np.argmin(costs))
+    if costs[best] < tangent.cost:
+        return _Step(proposals[best], dampings[best] / 10, True)
+    return None
 
 
-def standard_deviations(entries, gram, misfit):
-    """Standard deviation of each number, whatever the others are.
-
-    Parameters
-    ----------
-    entries : sequence of Open
-        The numbers.
-    gram : ndarray
-        Of the columns of the logs, per size of each number.
-    misfit : float
-        chi^2 per sample, by which the logs tell less than their noise would allow.
-
-    """
-    size, allowed = np.array([(entry.size, entry.tolerance or np.inf) for entry in entries]).T
-    known = gram / max(misfit, 1.0) + ANYWHERE * np.diag((size / allowed)**2)
-    scale = np.sqrt(np.diag(known)) + TINY
-    inverse = np.linalg.inv(known / np.outer(scale, scale) + TINY * np.eye(len(scale)))
-    return np.sqrt(np.diag(inverse)) / scale * size
+def _costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarray:
+    """Cost of each of some variants of a hypothesis, simulated side by side."""
+    softness = residuals.method.fitting.prior_softness
+    violations = [variant.prior_violations(softness) for variant in variants]
+    costs = np.array([violation @ violation for violation in violations])
+    for j in range(len(variants[0].problem.fit)):
+        for chi2 in chi2_by_joint(variants, residuals, j):
+            costs = costs + chi2
+    return costs
 
 
-CONVERGED = 1e-3
-FUTILE = 0.1  # of the gain that ends a fit: foreseen to be less, a step is not simulated
-LIGHT = 1e-6  # damping: a heavier one crawls where a cause and the joint model are alike
-ASTRAY = 1.0  # squared sigmas beyond the datasheet from which on a fit looks twice
-CAUTION = 10.0 ** np.arange(1.0, 7.0, 0.75)  # factors on a damping that failed
+def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int) -> Fit:
+    """Fit of a hypothesis as it stands."""
+    problem, tangent = hypothesis.problem, jacobian(hypothesis, residuals)
+    held_out = [part[0] for j in range(len(problem.fit), len(problem.logs))
+                for part in residuals.of_runs(hypothesis.means(j, [hypothesis.values]), j)]
+    parts, shape = [*tangent.parts, *held_out], (len(problem.logs), problem.n)
+    chi2 = np.reshape([part @ part for part in parts], shape)
+    samples = np.reshape([float(len(part)) for part in parts], shape)
+    sizes = np.array([parameter.size for parameter in hypothesis.free_parameters])
+    covariance = np.linalg.pinv(tangent.columns.T @ tangent.columns, hermitian=True)
+    spread = standard_deviations(hypothesis.free_parameters, tangent.normal[0],
+                                 chi2.sum() / samples.sum())
+    return Fit(hypothesis, chi2, samples, tangent.prior_violation,
+               covariance * np.outer(sizes, sizes), spread, kept)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Fit:
-    """A fitted hypothesis and how well it does.
+def damped_step(hypothesis: Hypothesis, tangent: Tangent, method: FittingMethod, damping: float,
+                keys: Collection[str] | None = None, inner_weight: float = 0.0) -> Hypothesis:
+    """Hypothesis after a damped Gauss-Newton step.
 
     Parameters
     ----------
     hypothesis : Hypothesis
-        With its fitted values.
-    chi2 : ndarray, shape (logs, n)
-        Whitened squared error of each log (those held out included) and joint.
-    samples : ndarray, shape (logs, n)
-        Whitened samples.
-    stray : ndarray, shape (open,)
-        Distances from the datasheet [sigma].
-    covariance : ndarray, shape (open, open)
-        Of the open numbers, from the Jacobian: what the logs and the datasheet's bounds tell.
-    spread : ndarray, shape (open,)
-        Standard deviation of the open numbers, see `spread` in `step`: what is told to the user.
-    iterations : int
-        Steps that were kept.
+        Where the step starts.
+    tangent : Tangent
+        Its slopes.
+    method : FittingMethod
+        How far a step may go.
+    damping : float
+        Levenberg's, relative to the squares of the columns.
+    keys : collection of str, optional
+        Parameters that may move; all by default.
+    inner_weight : float
+        What draws a parameter to its stated value inside its tolerance, see `_best_change`.
 
     """
-
-    hypothesis: object
-    chi2: np.ndarray
-    samples: np.ndarray
-    stray: np.ndarray
-    covariance: np.ndarray
-    spread: np.ndarray
-    iterations: int
-
-    @property
-    def penalty(self):
-        """Squared distances from the datasheet."""
-        return float(self.stray @ self.stray)
-
-    @property
-    def cost(self):
-        """chi^2 on the fit logs with the datasheet's penalty."""
-        return float(self.chi2[:len(self.hypothesis.problem.fit)].sum() + self.penalty)
-
-    @property
-    def total(self):
-        """chi^2 on all logs with the datasheet's penalty."""
-        return float(self.chi2.sum() + self.penalty)
+    parameters = hypothesis.free_parameters
+    used = [i for i, parameter in enumerate(parameters) if keys is None or parameter.key in keys]
+    change = _best_change(hypothesis, tangent, used, method, damping, inner_weight)
+    return hypothesis.with_values(hypothesis.moved(
+        [(parameters[i], _limited(parameters[i], hypothesis.get(parameters[i]), share, method))
+         for i, share in zip(used, change)]))
 
 
-def fit(start, bench, iterations=6):
-    """Fit a hypothesis to the fit logs, then judge it on all logs.
+def _limited(parameter: FreeParameter, value: float, change: float, method: FittingMethod) -> float:
+    """Value after a change, which is in sizes, inside the reach of a step and the bounds."""
+    reach = method.step_reach * max(abs(value), parameter.size)
+    proposed = value + np.clip(change * parameter.size, -reach, reach)
+    is_scale = parameter.key.partition(".")[2] in ("time", "range")
+    if is_scale and value > 0.0:
+        proposed = np.clip(proposed, value / method.scale_step_factor,
+                           method.scale_step_factor * value)
+    return float(np.clip(proposed, parameter.lower, parameter.upper))
 
-    Where a fit ends beyond the datasheet it goes on with slopes taken to both sides: along a flat
-    valley, the curvature in a slope to one side outweighs what draws it home.
 
-    Parameters
-    ----------
-    start : Hypothesis
-        With values to start from.
-    bench : Bench
-        Whitening and free responses.
-    iterations : int
-        Most steps.
+def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
+                 method: FittingMethod, damping: float, inner_weight: float = 0.0) -> np.ndarray:
+    """Best change of each used parameter, over its size, with the bounds of the datasheet.
 
+    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
+    costs `inner_weight` times its squared distance from the stated value, in tolerances, and from
+    the bound on that cost grows no faster.
     """
-    at, damping, kept, turned, wary = start, LIGHT, 0, False, False
-    here = jacobian(at, bench)
-    for _ in range(iterations):
-        found = _improved(at, here, bench, damping, wary)
-        if found is not None:
-            at, damping, wary = found
-            kept += 1
-        after = jacobian(at, bench)
-        ended = found is None or here.cost - after.cost < _little(after)
-        if ended and (turned or at.stray() @ at.stray() < ASTRAY):
+    gram, right = tangent.normal
+    gram, right = gram[np.ix_(used, used)], right[used]
+    parameters = [hypothesis.free_parameters[i] for i in used]
+    size, value = (np.array(column) for column in zip(*(
+        (parameter.size, hypothesis.get(parameter)) for parameter in parameters)))
+    centre, allowed = np.array([(parameter.centre or 0.0, parameter.tolerance or np.inf)
+                                for parameter in parameters]).T
+    softness = method.prior_softness
+    side = np.sign(hypothesis.prior_violations(softness)[used])
+    for _ in range(_BOUND_ROUNDS):
+        weight = np.where(side == 0.0, np.sqrt(inner_weight), 1.0 / softness)
+        slope = weight * size / allowed
+        bound = side * (1.0 - inner_weight * softness**2)
+        beyond = weight * ((value - centre) / allowed - bound)
+        normal = gram + np.diag(slope**2)
+        scale = np.sqrt(np.diag(normal)) + 1e-12
+        normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
+        change = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
+        z = (value + change * size - centre) / allowed
+        ended = np.sign(z) * (np.abs(z) > 1.0)
+        if (ended == side).all():
             break
-        if ended:
-            damping, turned = LIGHT, True
-        here = central_jacobian(at, bench) if turned else after
-    return _validated(at, bench, kept)
+        side = ended
+    return change
 
 
-def _little(here):
-    """Gain of a step that ends a fit."""
-    return CONVERGED * len(here.residual) + 1e-4 * here.cost
+def predicted_gain(hypothesis: Hypothesis, tangent: Tangent, method: FittingMethod) -> float:
+    """Gain that the slopes of a hypothesis predict, were its parameters free to take any step."""
+    parameters = hypothesis.free_parameters
+    change = _best_change(hypothesis, tangent, range(len(parameters)), method,
+                          method.least_damping)
+    gram, right = tangent.normal
+    before, after = tangent.prior_violation, [
+        parameter.violation(hypothesis.get(parameter) + share * parameter.size,
+                            method.prior_softness)
+        for parameter, share in zip(parameters, change)]
+    return -change @ (2 * right + gram @ change) + before @ before - np.dot(after, after)
 
 
-def _improved(at, here, bench, damping, wary):
-    """Step that improves: ``hypothesis, next damping, wary``; None if there is none worth it.
+def standard_deviations(parameters: Sequence[FreeParameter], gram: np.ndarray, misfit: float,
+                        ) -> np.ndarray:
+    """Standard deviation of each parameter, whatever the others are.
 
-    If the first step fails, many more cautious ones are simulated side by side.  The next first
-    step is likely to fail as well: a wary fit tries it among them, and no slopes are taken there.
+    `gram` is that of the columns of the logs, per size of each parameter, and `misfit` the chi^2
+    per sample, by which the logs determine less than their noise would allow.
     """
-    if predicted_gain(at, here) < FUTILE * _little(here):
-        return None
-    first = damped_step(at, here, damping)
-    if not wary and jacobian(first, bench).cost < here.cost:
-        return first, max(damping / 10, LIGHT), False
-    dampings = max(damping, DAMPING) * CAUTION
-    proposals = [damped_step(at, here, more) for more in dampings]
-    costs = _costs([first, *proposals] if wary else proposals, bench)
-    if wary and costs[0] < here.cost:
-        return first, max(damping / 10, LIGHT), False
-    costs = costs[-len(proposals):]
-    best = int(np.argmin(costs))
-    return (proposals[best], dampings[best] / 10, True) if costs[best] < here.cost else None
-
-
-def predicted_gain(at, here):
-    """Gain that the slopes of a hypothesis promise, were its numbers free to take any step."""
-    delta, (gram, right) = best_change(at.open, at, *here.normal, LIGHT), here.normal
-    stray = [entry.stray(at.get(entry) + moved * entry.size)
-             for entry, moved in zip(at.open, delta)]
-    before = here.residual[len(here.residual) - len(at.open):]
-    return -delta @ (2 * right + gram @ delta) + before @ before - np.dot(stray, stray)
-
-
-def _costs(proposals, bench):
-    """Cost of each of some variants of a hypothesis, simulated side by side."""
-    at = proposals[0]
-    costs = [proposal.stray() @ proposal.stray() for proposal in proposals]
-    for j in range(len(at.problem.fit)):
-        for part in bench.residuals(at.means(j, [each.values for each in proposals]), j):
-            costs = costs + (part**2).sum(axis=1)
-    return costs
-
-
-def _validated(at, bench, kept):
-    """Fit of a hypothesis as it stands."""
-    here, n, logs = jacobian(at, bench), at.problem.n, len(at.problem.logs)
-    held_out = [part[0] for j in range(len(at.problem.fit), logs)
-                for part in bench.residuals(at.means(j, [at.values]), j)]
-    parts = [*here.parts, *held_out]
-    chi2 = np.reshape([part @ part for part in parts], (logs, n))
-    samples = np.reshape([float(len(part)) for part in parts], (logs, n))
-    covariance = np.linalg.pinv(here.columns.T @ here.columns, hermitian=True)
-    scale = np.array([entry.size for entry in at.open])
-    misfit = chi2.sum() / samples.sum()
-    return Fit(at, chi2, samples, at.stray(), covariance * np.outer(scale, scale),
-               standard_deviations(at.open, here.normal[0], misfit), kept)
-
-
-def has_diverged(found):
-    """Whether the model of a fit leaves every bound in one of the logs."""
-    at = found.hypothesis
-    return any(np.abs(at.error(j)).max() >= DIVERGED for j in range(len(at.problem.logs)))
-
-
-def excess(fit, extra=0):
-    """chi^2 beyond the noise per sample of one joint, with the price of the numbers."""
-    samples = fit.samples.sum()
-    numbers = sum(entry.tolerance is None for entry in fit.hypothesis.open) + extra
-    beyond = fit.total + numbers * np.log(samples) - samples
-    return beyond / (samples / fit.hypothesis.problem.n)
+    size, allowed = np.array([(parameter.size, parameter.tolerance or np.inf)
+                              for parameter in parameters]).T
+    precision = gram / max(misfit, 1.0) + UNIFORM_PRECISION * np.diag((size / allowed)**2)
+    scale = np.sqrt(np.diag(precision)) + TINY
+    inverse = np.linalg.inv(precision / np.outer(scale, scale) + TINY * np.eye(len(scale)))
+    return np.sqrt(np.diag(inverse)) / scale * size

@@ -1,53 +1,55 @@
-"""What a verdict rests on: one row per hypothesis, in numbers that can be kept and read again.
-
-The excess is chi^2 beyond the noise, per sample of one joint, with what the numbers cost.  Nothing
-here depends on the calibration, so a table of many robots can be weighed anew in no time; which
-pairs were fitted at all does, where a further cause is futile under the stored one.
-"""
+"""Causes that contain each other: what a fitted cause is once a parameter has shrunk to nothing."""
 
 import numpy as np
 
-IDLE = 0.02  # share of the size that makes itself felt, below which a number does nothing,
-TOLD = 10.0  # unless it is more than these standard deviations from zero
-FAR = 3.0  # squared gap over its floor, less one: more contradicts a small excess
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
+from clie_blocks.analysis.gap.method.method import Method
 
 
-def simpler_names(fit):
+def simpler_names(fit: Fit, method: Method) -> tuple[str, ...] | None:
     """Names that a fit really holds, if a cause has shrunk to a simpler one; else None."""
-    names = [_shrunk_name(fit, member) for member in fit.hypothesis.members]
+    names = [_shrunk_name(fit, member, method) for member in fit.hypothesis.members]
     own = [member.cause.name for member in fit.hypothesis.members]
     return None if names == own else tuple(sorted(set(names)))
 
 
-def repeats_simulator(fit):
-    """Whether a cause is no more than another number of an effect that the simulator holds."""
-    held = {member.cause.name for member in fit.hypothesis.problem.inside}
-    return any({_shrunk_name(fit, member), _even_name(fit, member)} & held
+def repeats_simulator(fit: Fit, method: Method) -> bool:
+    """Whether a cause only changes a parameter of an effect that the simulator holds."""
+    held = {member.cause.name for member in held_members(fit.hypothesis.problem)}
+    return any({_shrunk_name(fit, member, method), _even_name(fit, member, method)} & held
                for member in fit.hypothesis.members)
 
 
-def _shrunk_name(fit, member):
-    name, number = member.cause.without or (None, None)
-    if name is None:
+def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
+    """Name of the cause, or of the simpler one that it is without a parameter that is next to 0."""
+    if not member.cause.without:
         return member.cause.name
-    joints, key = list(member.joints), f"{member.name}.{number}"
-    told = [min((doubt for entry, doubt in zip(fit.hypothesis.open, fit.spread)
-                 if entry.key == key and entry.joint in (None, k)), default=np.inf)
-            for k in joints]
-    little = np.minimum(IDLE * np.abs(np.asarray(member.sizes[number])[..., joints]),
-                        TOLD * np.array(told))
-    shrunk = np.all(np.abs(_value(fit, member, number)) < little)
-    return name if shrunk else member.cause.name
+    simpler, parameter = member.cause.without
+    joints = list(member.joints)
+    spread = [_spread(fit, f"{member.name}.{parameter}", k) for k in joints]
+    limit = np.minimum(
+        method.fitting.shrunk_share * np.abs(np.asarray(member.sizes[parameter])[..., joints]),
+        method.fitting.shrunk_deviations * np.array(spread))
+    shrunk = np.all(np.abs(_value(fit, member, parameter)) < limit)
+    return simpler if shrunk else member.cause.name
 
 
-def _even_name(fit, member):
-    """As `_shrunk_name`, where two numbers are alike: an offset of the drive can hide that."""
-    name, *pair = member.cause.even or (None,)
-    if name is None:
+def _spread(fit: Fit, key: str, k: int) -> float:
+    """Least standard deviation of a parameter at joint k; infinite where it is not fitted."""
+    return min((spread for parameter, spread in zip(fit.hypothesis.free_parameters, fit.spread)
+                if parameter.key == key and parameter.joint in (None, k)), default=np.inf)
+
+
+def _even_name(fit: Fit, member: Member, method: Method) -> str:
+    """As `_shrunk_name`, where two parameters are equal: an offset of the drive can hide that."""
+    if not member.cause.even:
         return member.cause.name
-    one, other = (_value(fit, member, number) for number in pair)
-    return name if np.all(np.abs(one - other) <= IDLE * np.abs(one + other)) else member.cause.name
+    simpler, *pair = member.cause.even
+    one, other = (_value(fit, member, parameter) for parameter in pair)
+    equal = np.all(np.abs(one - other) <= method.fitting.shrunk_share * np.abs(one + other))
+    return simpler if equal else member.cause.name
 
 
-def _value(fit, member, number):
-    return fit.hypothesis.values[f"{member.name}.{number}"][..., list(member.joints)]
+def _value(fit: Fit, member: Member, parameter: str) -> np.ndarray:
+    return fit.hypothesis.values[f"{member.name}.{parameter}"][..., list(member.joints)]

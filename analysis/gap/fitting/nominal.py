@@ -2,66 +2,55 @@
 
 import dataclasses
 
-from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
-from clie_blocks.analysis.gap.residual.whitening import residual_model
+from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
+from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
 from clie_blocks.linear_filters import high_pass
 
-DITHER = 20.0  # Hz, above which an error of the model is noise
-MOST = 40  # steps: a coupled arm takes many, and an effect must not win what the refit left undone
+_CORNER_SHARE = 0.2  # of the sample rate: the highest corner that a filter may have
 
 
-def fit_nominal(problem):
+def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sensor_noise_model,
+                ) -> tuple[ResidualModel, Fit]:
     """Fit inertia, damping and load of every joint, with the datasheet as prior information.
 
-    Returns
-    -------
-    bench : Bench
-        Whitening for the fitted loop; its problem has the noise seen beside the fitted model.
-    base : Fit
-        The refitted nominal model.
-
+    The residual model is that of the fitted loop; its problem has the noise that the fitted model
+    leaves.
     """
-    start = hypothesis(problem, ())
-    rough = fit(start, residual_model(problem, start)).hypothesis
-    problem = problem if problem.quiet else with_measured_noise(rough)
-    again = dataclasses.replace(rough, problem=problem)
-    bench = residual_model(problem, again)
-    fits = [fit(again, bench, MOST)]
+    start = build_hypothesis(problem, ())
+    rough = fit(start, residual_model(problem, start, method, noise_model)).hypothesis
+    if not problem.quiet:
+        problem = with_measured_noise(rough, method.fitting.noise_corner)
+    rough = dataclasses.replace(rough, problem=problem)
+    residuals = residual_model(problem, rough, method, noise_model)
+    fits = [fit(rough, residuals, method.fitting.nominal_iterations)]
     if problem.quiet:
-        fits.append(fit(start, bench, 0))  # a simulator may be right as it is
-    return bench, min(fits, key=lambda found: found.total)
+        fits.append(fit(start, residuals, 0))  # a simulator may be right as it is
+    return residuals, min(fits, key=lambda fit: fit.total)
 
 
-def with_measured_noise(rough, corner=DITHER):
+def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
     """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
-    problem, rate = rough.problem, 1.0 / rough.problem.period
-    corner = min(corner, 0.2 * rate)
-    logs = [dataclasses.replace(log, dither=high_pass(rough.error(j), 2, corner, rate))
-            for j, log in enumerate(problem.logs)]
-    fit_logs = len(problem.fit)
-    return dataclasses.replace(problem, fit=tuple(logs[:fit_logs]),
-                               held_out=tuple(logs[fit_logs:]))
+    problem, rate = hypothesis.problem, 1.0 / hypothesis.problem.period
+    corner = min(corner, _CORNER_SHARE * rate)
+    return problem.with_log_list(
+        [dataclasses.replace(log, dither=high_pass(hypothesis.error(j), 2, corner, rate))
+         for j, log in enumerate(problem.logs)])
 
 
-RATIO = 3.0  # times the misfit of all others, from which on a log is one to learn from
-LEAST = 1.0  # excess per sample of a log and joint that says something
+def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:
+    """Return the problem with all logs to fit, if the refitted nominal model asks for it.
 
-
-def pool_logs(problem, base):
-    """Return the problem with all logs to learn from, if the refitted nominal model asks for it.
-
-    Parameters
-    ----------
-    problem : Problem
-        With logs that judge.
-    base : Fit
-        The nominal model, refitted to the other logs.
-
+    It does where a hold-out log is much worse than the fit logs: what it shows, they do not.
     """
-    fit = len(problem.fit)
-    beyond = base.chi2 / base.samples - 1.0
-    learned, judged = beyond[:fit].max(axis=0), beyond[fit:].max(axis=0, initial=0.0)
-    if (judged > RATIO * learned.clip(min=LEAST)).any():
+    fit_logs = len(problem.fit)
+    excess = nominal.chi2 / nominal.samples - 1.0
+    fitted, held_out = excess[:fit_logs].max(axis=0), excess[fit_logs:].max(axis=0, initial=0.0)
+    limit = method.fitting.pooling_ratio * fitted.clip(min=method.fitting.pooling_excess)
+    if (held_out > limit).any():
         return dataclasses.replace(problem, fit=problem.logs, held_out=())
     return problem

@@ -1,30 +1,26 @@
-"""How far the gap shrinks: prediction errors of nominal and corrected model on unseen data."""
+"""The prediction error of a model in closed loop, on the logs that validate it."""
 
 import numpy as np
 
-
-def validation_logs(problem):
-    """Indices of the logs on which models are judged: those held out, or all."""
-    first = len(problem.fit) if problem.held_out else 0
-    return range(first, len(problem.logs))
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.problem.problem import Problem
 
 
-def gap(hypothesis):
-    """Sqrt of the sum over joints of the mean squared prediction error on the judging logs [rad].
-
-    Parameters
-    ----------
-    hypothesis : Hypothesis
-        The model, simulated in closed loop from the start angle.
-
-    """
-    return _rms([square_errors(hypothesis, j) for j in validation_logs(hypothesis.problem)])
+def validation_logs(problem: Problem) -> range:
+    """Indices of the logs on which models are validated: those held out, or all."""
+    return range(len(problem.fit) if problem.held_out else 0, len(problem.logs))
 
 
-def square_errors(hypothesis, j):
+def gap(hypothesis: Hypothesis) -> float:
+    """Sqrt of the sum over joints of the mean squared prediction error [rad]."""
+    return rms([square_errors(hypothesis, j) for j in validation_logs(hypothesis.problem)])
+
+
+def square_errors(hypothesis: Hypothesis, j: int) -> np.ndarray:
     """Squared error of log j, predicted from reference and excitation alone, over joints (N,)."""
     return np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
 
 
-def _rms(squares):
+def rms(squares: list[np.ndarray]) -> float:
+    """Root of the mean of all squares of some logs."""
     return float(np.sqrt(np.mean(np.concatenate(squares))))

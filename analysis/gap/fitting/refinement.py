@@ -1,172 +1,159 @@
-"""The end of a fit: home to the datasheet, as far as the logs leave it open.
+"""MAP refinement of a finished fit: parameters that the logs leave open, joints that do nothing.
 
-Where the logs tell two numbers only together, as a gain of the drive and the inertia, a fit ends
-anywhere in the stretch that the tolerances allow.  What lies anywhere within its tolerance has a
-mean, the stated value, and a variance, so that one more step ends where the numbers are expected.
-What the logs tell, it leaves.
+Where the logs determine two parameters only together, as a gain of the drive and the inertia, a
+fit ends anywhere in the range that the tolerances allow.  What lies anywhere within its tolerance
+has a mean, the stated value, and a variance, so that one more step ends where the parameters are
+expected.  What the logs determine, it leaves.
 """
 
 import dataclasses
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.cache import FitCache
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, chi2_by_joint
 from clie_blocks.analysis.gap.fitting.jacobian import Tangent, central_jacobian, jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
-    ANYWHERE,
     TINY,
+    UNIFORM_PRECISION,
+    Fit,
     damped_step,
-    excess,
     fit,
     predicted_gain,
     standard_deviations,
 )
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
-WAYS = 2.0 ** -np.arange(7)  # shares of the step that are tried side by side
-ROUNDS, NOTABLE = 3, 10.0  # steps; chi^2 beyond chance that one must gain for another to follow
+_STEP_SHARES = 2.0 ** -np.arange(7)  # of a step, that are tried side by side
 
 
-def refine_to_prior(found, bench):
-    """Return a fit with its numbers where logs and datasheet expect them, and with their spread.
-
-    Parameters
-    ----------
-    found : Fit
-        A fit that has ended.
-    bench : Bench
-        Whitening.
-
-    """
-    for _ in range(ROUNDS):
-        found, gained = _nearer_to_prior(found, bench)
-        if gained < NOTABLE:
+def refine_to_prior(fit: Fit, residuals: ResidualModel) -> Fit:
+    """Return a fit with its parameters where logs and datasheet expect them, and their spread."""
+    method = residuals.method.fitting
+    for _ in range(method.refinement_rounds):
+        fit, gain = _nearer_to_prior(fit, residuals)
+        if gain < method.refinement_gain:
             break
-    return found
+    return fit
 
 
-def _nearer_to_prior(found, bench):
-    """Fit after a step home, and what the step gained."""
-    at, misfit = found.hypothesis, max(found.chi2.sum() / found.samples.sum(), 1.0)
-    here = _with_uncertainty(central_jacobian(at, bench), misfit)
-    goal = damped_step(at, here, TINY, within=ANYWHERE)
-    tried = [at, *(_between(at, goal, way) for way in WAYS)]
-    chi2 = _chi2(tried, bench)
-    rated = [_with_cost(one, each, misfit) for one, each in zip(tried, chi2)]
-    best = int(np.argmin(rated))
-    return dataclasses.replace(
-        found, hypothesis=tried[best], chi2=chi2[best], stray=tried[best].stray(),
-        spread=standard_deviations(at.open, here.normal[0], 1.0)), rated[0] - rated[best]
+def _nearer_to_prior(fit: Fit, residuals: ResidualModel) -> tuple[Fit, float]:
+    """Fit after a step towards the datasheet, and what the step gained."""
+    method, start = residuals.method.fitting, fit.hypothesis
+    misfit = max(fit.chi2.sum() / fit.samples.sum(), 1.0)
+    tangent = _with_uncertainty(central_jacobian(start, residuals), misfit)
+    goal = damped_step(start, tangent, method, TINY, inner_weight=UNIFORM_PRECISION)
+    tried = [start, *(_between(start, goal, share) for share in _STEP_SHARES)]
+    logs = range(len(start.problem.logs))
+    chi2 = np.moveaxis(np.array([chi2_by_joint(tried, residuals, j) for j in logs]), -1, 0)
+    violations = [each.prior_violations(method.prior_softness) for each in tried]
+    costs = [_map_cost(*each, misfit) for each in zip(tried, chi2, violations)]
+    best = int(np.argmin(costs))
+    spread = standard_deviations(start.free_parameters, tangent.normal[0], 1.0)
+    refined = dataclasses.replace(fit, hypothesis=tried[best], chi2=chi2[best],
+                                  prior_violation=violations[best], spread=spread)
+    return refined, costs[0] - costs[best]
 
 
-def _with_uncertainty(here, misfit):
-    """Tangent that is as little sure as the model is good."""
-    rows = np.where(np.arange(len(here.residual)) < len(here.slopes), 1 / np.sqrt(misfit), 1.0)
-    return Tangent(here.parts, rows * here.residual, rows[:, None] * here.columns)
+def _with_uncertainty(tangent: Tangent, misfit: float) -> Tangent:
+    """Tangent whose logs count as little as the model fits them badly."""
+    is_of_logs = np.arange(len(tangent.residual)) < len(tangent.slopes)
+    weight = np.where(is_of_logs, 1 / np.sqrt(misfit), 1.0)
+    return Tangent(tangent.parts, weight * tangent.residual, weight[:, None] * tangent.columns)
 
 
-def _between(at, goal, way):
+def _between(start: Hypothesis, goal: Hypothesis, share: float) -> Hypothesis:
     """Hypothesis part of the way to another one."""
-    return at.with_values(at.moved([
-        (entry, (1.0 - way) * at.get(entry) + way * goal.get(entry)) for entry in at.open]))
+    return start.with_values(start.moved(
+        [(parameter, (1.0 - share) * start.get(parameter) + share * goal.get(parameter))
+         for parameter in start.free_parameters]))
 
 
-def _chi2(tried, bench):
-    """chi^2 of each log and joint, for some variants of a hypothesis."""
-    at = tried[0]
-    runs = [[(part**2).sum(axis=1) for part in bench.residuals(
-        at.means(j, [one.values for one in tried]), j)]
-        for j in range(len(at.problem.logs))]
-    return np.moveaxis(np.array(runs), -1, 0)
+def _map_cost(hypothesis: Hypothesis, chi2: np.ndarray, violation: np.ndarray, misfit: float,
+              ) -> float:
+    """Negative log posterior, twice: what logs and datasheet have against a model."""
+    distance = np.abs([(hypothesis.get(parameter) - parameter.centre) / parameter.tolerance
+                       for parameter in hypothesis.free_parameters if parameter.tolerance])
+    inner = np.where(distance < 1.0, distance**2, 2.0 * distance - 1.0).sum()
+    return (chi2[:len(hypothesis.problem.fit)].sum() / misfit + violation @ violation
+            + UNIFORM_PRECISION * inner)
 
 
-def _with_cost(at, chi2, misfit):
-    """What logs and datasheet have against a model, the smaller the better."""
-    away = np.abs([(at.get(entry) - entry.centre) / entry.tolerance
-                   for entry in at.open if entry.tolerance])
-    stray = at.stray()
-    return (chi2[:len(at.problem.fit)].sum() / misfit + stray @ stray
-            + ANYWHERE * np.where(away < 1.0, away**2, 2.0 * away - 1.0).sum())
+_PRUNED: FitCache[Fit, Fit] = FitCache()
 
 
-USELESS, USELESS_SHARE = 0.05, 0.002  # rise of the excess that a joint left out may cause
-CLEAR = 10.0  # times that rise foreseen: then no fit need show it
-SURE = 3.0  # times that rise promised without the joint: then no fit need show it either
-NEAR = 0.01  # share of the whole excess that a fit may leave for its slopes to be believed
+def prune_joints(fit: Fit, residuals: ResidualModel, excess_of_nominal: float) -> Fit:
+    """Return a fit whose causes are left out at joints where they do no more than noise."""
+    known = _PRUNED.of(residuals)
+    if fit not in known:
+        pruned = _without_idle_joints(fit, residuals, excess_of_nominal)
+        known[fit] = known[pruned] = pruned
+    return known[fit]
 
 
-def prune_joints(found, bench, nothing):
-    """Leave out joints at which a cause of a fit does no more than noise.
-
-    Parameters
-    ----------
-    found : Fit
-        A fitted hypothesis.
-    bench : Bench
-        Whitening.
-    nothing : float
-        Excess of the refitted nominal model.
-
-    """
-    if found not in bench.freed:
-        freed = _without_idle_joints(found, bench, nothing)
-        bench.freed[found] = bench.freed[freed] = freed
-    return bench.freed[found]
-
-
-def _without_idle_joints(found, bench, nothing):
-    for place, member in enumerate(found.hypothesis.members):
+def _without_idle_joints(fit: Fit, residuals: ResidualModel, excess_of_nominal: float) -> Fit:
+    method = residuals.method.fitting
+    rise = method.idle_joint_excess + method.idle_joint_share * excess_of_nominal
+    for place, member in enumerate(fit.hypothesis.members):
         if member.cause.shared or len(member.joints) == 1:
             continue
-        rise = USELESS + USELESS_SHARE * nothing
-        near = excess(found) < USELESS + NEAR * nothing
-        foreseen = {k: _predicted(found, place, k) for k in member.joints}
-        idle = [k for k in foreseen if foreseen[k] < rise]
-        if near and 1 < len(idle) < len(foreseen):
-            found = _refitted(found, place, idle, bench, rise * len(idle))
-        for k in found.hypothesis.members[place].joints:
-            if not near or foreseen[k] < CLEAR * rise:
-                found = _refitted(found, place, [k], bench, rise)
-    return found
+        slopes_valid = fit.excess < (method.idle_joint_excess
+                                     + method.slopes_valid_share * excess_of_nominal)
+        predicted = {k: _predicted_rise(fit, place, k) for k in member.joints}
+        idle = [k for k in predicted if predicted[k] < rise]
+        if slopes_valid and 1 < len(idle) < len(predicted):
+            fit = _fit_without(fit, place, idle, residuals, rise * len(idle))
+        for k in fit.hypothesis.members[place].joints:
+            if not slopes_valid or predicted[k] < method.needed_joint_factor * rise:
+                fit = _fit_without(fit, place, [k], residuals, rise)
+    return fit
 
 
-def _refitted(found, place, joints, bench, rise):
+def _fit_without(fitted: Fit, place: int, joints: Sequence[int], residuals: ResidualModel,
+                 rise: float) -> Fit:
     """Fit with a cause left out at some joints, if the excess rises by less; else the same."""
-    fewer = _without(found.hypothesis, place, joints)
-    if fewer is None or _predicted_cost(fewer, found, bench) > SURE * rise:
-        return found
-    tried = fit(fewer, bench, 3)
-    return tried if excess(tried) - excess(found) < rise else found
+    method = residuals.method.fitting
+    start = _left_out(fitted.hypothesis, place, joints)
+    if start is None or (predicted_refit_rise(start, fitted, residuals)
+                         > method.refit_rise_factor * rise):
+        return fitted
+    refitted = fit(start, residuals, method.pruning_iterations)
+    return refitted if refitted.excess - fitted.excess < rise else fitted
 
 
-def _predicted_cost(fewer, found, bench):
-    """Rise of the excess on the fit logs that the slopes of a start promise to its fit."""
-    here, samples = jacobian(fewer, bench), found.samples[:len(fewer.problem.fit)]
-    left = here.cost - predicted_gain(fewer, here)
-    return (left - found.cost) / (samples.sum() / fewer.problem.n)
+def predicted_refit_rise(start: Hypothesis, fit: Fit, residuals: ResidualModel) -> float:
+    """Rise of the excess on the fit logs that the slopes of a start predict for its fit."""
+    tangent, samples = jacobian(start, residuals), fit.samples[:len(start.problem.fit)]
+    cost = tangent.cost - predicted_gain(start, tangent, residuals.method.fitting)
+    return (cost - fit.cost) / (samples.sum() / start.problem.n)
 
 
-def _predicted(found, place, k):
-    """Rise of the excess that the slopes of a fit foresee where a joint loses a cause."""
-    at = found.hypothesis
-    member = at.members[place]
+def _predicted_rise(fit: Fit, place: int, k: int) -> float:
+    """Rise of the excess that the slopes of a fit predict where a joint loses a cause."""
+    hypothesis = fit.hypothesis
+    member, parameters = hypothesis.members[place], hypothesis.free_parameters
     neutral = {f"{member.name}.{number.name}": number.neutral for number in member.cause.numbers
                if number.neutral is not None}
-    mine = [i for i, entry in enumerate(at.open) if entry.key in neutral and entry.joint == k]
-    away = np.array([at.get(at.open[i]) - neutral[at.open[i].key] for i in mine])
-    known = np.linalg.pinv(found.covariance[np.ix_(mine, mine)], hermitian=True)
-    return away @ known @ away / (found.samples.sum() / at.problem.n)
+    own = [i for i, parameter in enumerate(parameters)
+           if parameter.key in neutral and parameter.joint == k]
+    distance = np.array([hypothesis.get(parameters[i]) - neutral[parameters[i].key] for i in own])
+    information = np.linalg.pinv(fit.covariance[np.ix_(own, own)], hermitian=True)
+    return distance @ information @ distance / (fit.samples.sum() / hypothesis.problem.n)
 
 
-def _without(at, place, left_out):
-    member = at.members[place]
+def _left_out(hypothesis: Hypothesis, place: int, left_out: Collection[int]) -> Hypothesis | None:
+    """Hypothesis with a cause that is neutral at some joints; None where it acts at no other."""
+    member = hypothesis.members[place]
     joints = tuple(k for k in member.joints if k not in left_out)
     if not joints:
         return None
-    values = dict(at.values)
+    values = dict(hypothesis.values)
     for number in member.cause.numbers:
         key = f"{member.name}.{number.name}"
         if number.neutral is not None:
             values[key] = values[key].copy()
             values[key][..., list(left_out)] = number.neutral
-    members = list(at.members)
+    members = list(hypothesis.members)
     members[place] = dataclasses.replace(member, joints=joints)
-    return dataclasses.replace(at, members=tuple(members), values=values)
+    return dataclasses.replace(hypothesis, members=tuple(members), values=values)

@@ -2,7 +2,121 @@
 
 import dataclasses
 
+from clie_blocks.analysis.gap.method.calibration import Calibration
+from clie_blocks.analysis.gap.method.threshold import threshold
+
 
 @dataclasses.dataclass(frozen=True)
 class SearchMethod:
     """Thresholds of the search: screening, racing, alternatives, backlash."""
+
+    healthy_excess: float = threshold(
+        0.1, "excess per sample", "a robot that leaves less has no gap to explain")
+    explained_excess: float = threshold(
+        0.4, "excess per sample", "a hypothesis that leaves less is not extended")
+    negligible_share: float = threshold(
+        Calibration.misfit, "share of the whole excess",
+        "a hypothesis that leaves less is not extended: no further cause could outweigh its cost")
+
+    joint_gain: float = threshold(
+        10.0, "chi^2", "a further joint of a cause, or the second cause of a pair, must add more")
+    joint_share: float = threshold(
+        0.03, "share of the gain at the best joint", "a further joint of a cause must add more")
+    probes_per_cause: int = threshold(2, "probes", "of each cause at each joint, in pairs")
+    leaders: int = threshold(8, "causes", "alone, that are fitted")
+    leading_pairs: int = threshold(4, "pairs", "that may be fitted")
+    extended_fits: int = threshold(3, "fits", "for which a second cause is sought")
+    screened_extensions: int = threshold(
+        8, "causes", "that explain most of what a fit leaves: they are tried as its extensions")
+    extensions: int = threshold(5, "causes", "that may be fitted together with those of a fit")
+    most_causes: int = threshold(3, "causes", "at once")
+    hopeless_share: float = threshold(
+        0.3, "share of the excess without it",
+        "that a pair may leave, or a third cause may be predicted to leave, for triples to be "
+        "fitted; a fit that leaves more of the whole excess is not pruned")
+    pruned_leaders: int = threshold(2, "fits", "the best, that lose their idle joints")
+    alternative_rounds: int = threshold(
+        3, "rounds", "of alternatives of the best fit, which may be one of them")
+
+    single_finalists: int = threshold(4, "fits", "of single causes that are continued to the end")
+    pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
+    triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")
+    alternative_finalists: int = threshold(
+        4, "fits", "of alternatives that are continued to the end")
+    favourites: int = threshold(
+        2, "fits",
+        "of the best of the screening that are continued while much is left, however slow")
+    first_steps: int = threshold(2, "steps", "of each candidate that competes")
+    finalist_steps: int = threshold(8, "steps", "of a fit that is continued")
+    leader_steps: int = threshold(24, "steps", "more, of the leader that still moves")
+    far_behind: float = threshold(
+        10.0, "times the excess of the best", "a fit that leaves more is not continued")
+    unresolved_share: float = threshold(
+        0.05, "share of an excess", "that linear predictions do not resolve")
+    fair_share: float = threshold(
+        0.8, "share of the excess without it",
+        "a cause that leaves more explains too little to be there: many that are not there "
+        "explain a little")
+    several_causes_share: float = threshold(
+        0.5, "share of the whole excess",
+        "that two causes or more may be predicted to leave: something unknown leaves less")
+    absorbed_ratio: float = threshold(
+        0.5, "times the best prediction for a cause alone",
+        "a fit below it shows that the refitted nominal model has absorbed much of the effect, so "
+        "that linear predictions are unreliable")
+
+    restart_excess: float = threshold(
+        0.4, "excess per sample",
+        "of the leader, above which a cause that shrank to a simpler one starts again")
+    false_minimum_gain: float = threshold(
+        1.0, "chi^2", "by which a start must beat a fit for that to be a false minimum")
+
+    fault_margin: float = threshold(
+        1.0, "s", "at both ends of a log, where no onset of a fault is sought")
+    onset_spacing: float = threshold(1.0, "s", "between the onsets that are tried first")
+    onset_refinements: tuple[float, ...] = threshold(
+        (0.04, 4e-3), "s", "between those that are tried next, for the kinds that do best")
+    leading_fault_share: float = threshold(
+        0.3, "share of the best kind's gain", "a kind of fault that gains less is not refined")
+    refit_onset_spacing: float = threshold(
+        0.2, "s", "between the onsets of a fitted fault that are tried in the whole log")
+    refit_onset_refinements: tuple[float, ...] = threshold(
+        (0.02, 4e-3), "s", "between those that are tried next, around the best")
+    simulated_onset_reaches: tuple[float, ...] = threshold(
+        (0.5, 0.07, 0.01), "s",
+        "around an onset, where it is simulated, as friction that sticks needs")
+    onset_gain: float = threshold(
+        20.0, "chi^2", "that the best of a thousand onsets may gain in a log without the fault")
+    event_iterations: int = threshold(4, "steps", "of a fit with new phases and onsets")
+    event_rounds: int = threshold(3, "rounds", "of new phases and onsets")
+    event_round_gain: float = threshold(
+        0.01, "share of chi^2", "a round that removes less is the last")
+
+    ripple_least_waves: float = threshold(
+        1.0, "waves over the travel", "of a ripple: less of a wave is a spring")
+    ripple_most_per_motor_turn: float = threshold(10.0, "waves per motor turn", "of a ripple")
+    ripple_most_per_turn: float = threshold(
+        48.0, "waves per joint turn", "of a ripple, for joints with little gear")
+    ripple_lines: int = threshold(
+        3, "orders", "that are tried, with the strongest of each octave")
+
+    backlash_stiffness: float = threshold(
+        0.3, "share of the gain", "position feedback of a loop that follows recorded commands")
+    backlash_rate: float = threshold(
+        0.1, "share of the gain",
+        "velocity feedback of that loop: little, for it carries most of the noise")
+    backlash_excess: float = threshold(
+        0.4, "excess per sample", "a hypothesis that leaves less needs no search for backlash")
+    backlash_negligible_share: float = threshold(
+        0.03, "share of the whole excess",
+        "takes the place of `negligible_share`: impacts stay a little uncertain")
+    backlash_alone_share: float = threshold(
+        0.8, "share of the whole excess",
+        "that backlash alone may leave for all causes to be searched with it")
+    backlash_gap_factors: tuple[float, ...] = threshold(
+        (0.8, 0.9, 1.0, 1.1, 1.25), "times the fitted backlash",
+        "where fits start anew: each impact is a ridge in the misfit")
+    backlash_contact_rates: tuple[float, ...] = threshold(
+        (250.0, 400.0, 600.0, 1000.0), "rad/s",
+        "stiffness of a closed gap, where fits start anew")
+    backlash_restarts: int = threshold(3, "fits", "from the best of those starts")

@@ -8,15 +8,20 @@ absolute: 1 says that nothing but sensor noise is left.
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
-ORDER = 20
-RATE = 100.0  # Hz, rate at which errors are judged
-BLOCK = 16  # samples that are whitened by one product
+RATE = 100.0  # Hz, rate at which errors are compared
+_ORDER = 20  # of the autoregression
+_BLOCK = 16  # samples that are whitened by one product
+_NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
+_NOISE_CORNER_SHARE = 0.24
+_START_UP = 300  # and so many samples at both ends belong to the filter that looks there
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -39,12 +44,12 @@ class Noise:
     whitener: np.ndarray
 
 
-def decimation(period):
-    """Samples that are averaged into one before errors are judged."""
+def decimation(period: float) -> int:
+    """Samples that are averaged into one before errors are compared."""
     return max(1, round(1.0 / (RATE * period)))
 
 
-def decimated(x, period):
+def decimated(x: np.ndarray, period: float) -> np.ndarray:
     """Means over neighbouring samples, along the first axis."""
     width = decimation(period)
     rows = len(x) // width
@@ -52,66 +57,61 @@ def decimated(x, period):
     return (np.full(width, 1.0 / width) @ blocks).reshape(rows, *x.shape[1:])
 
 
-def sensor_noise(problem, k):
+def sensor_noise(problem: Problem, k: int) -> float:
     """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
     rate = 1.0 / problem.period
-    corner = min(60.0, 0.24 * rate)
-    found = [np.sqrt(np.mean(high_pass(log.q[:, k], 4, corner, rate)[300:-300] ** 2))
-             for log in problem.logs]
+    corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
+    inner = slice(_START_UP, -_START_UP)
+    by_log = [np.sqrt(np.mean(high_pass(log.q[:, k], 4, corner, rate)[inner] ** 2))
+              for log in problem.logs]
+    whole_band = float(np.median(by_log)) / np.sqrt(1.0 - 2 * corner / rate)
     quantum = problem.resolution[k] / np.sqrt(12)
-    return max(float(np.median(found)) / np.sqrt(1.0 - 2 * corner / rate), quantum, 1e-9)
+    return max(whole_band, quantum, 1e-9)
 
 
-def sensor_noise_model(problem, k, responses):
+def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
     """Noise of joint k in the closed loop.
 
-    Parameters
-    ----------
-    problem : Problem
-        The logs.
-    k : int
-        Joint.
-    responses : list of ndarray
-        Error of joint k after a unit impulse on each sensor, see `sensitivity.noise_responses`.
-
+    `responses` are the errors of joint k after a unit impulse on the sensor of each joint, see
+    `sensitivity.noise_responses`.
     """
     sigma = [sensor_noise(problem, j) for j in range(problem.n)]
     responses = [size * response for size, response in zip(sigma, responses)]
     width = decimation(problem.period)
-    covariance = sum(_covariance(response, width) for response in responses)
+    covariance = np.sum([_covariance(response, width) for response in responses], axis=0)
     covariance[0] *= 1.0 + 1e-9
-    lags = np.abs(np.subtract.outer(range(ORDER), range(ORDER)))
+    lags = np.abs(np.subtract.outer(range(_ORDER), range(_ORDER)))
     predictor = np.linalg.solve(covariance[lags], covariance[1:])
-    left = covariance[0] - predictor @ covariance[1:]
+    innovation = covariance[0] - predictor @ covariance[1:]
     return Noise(sigma=sigma[k], floor=float(np.linalg.norm(responses)),
-                 whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(left))
+                 whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(innovation))
 
 
-def _covariance(response, width):
+def _covariance(response: np.ndarray, width: int) -> np.ndarray:
     """Covariance of the decimated response to white noise, by lag."""
     averaged = np.convolve(response, np.full(width, 1.0 / width))
     return np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
-                     for lag in range(0, (ORDER + 1) * width, width)])
+                     for lag in range(0, (_ORDER + 1) * width, width)])
 
 
-def whiten(x, whitener):
+def whiten(x: np.ndarray, whitener: np.ndarray) -> np.ndarray:
     """Whitened signal along the first axis, without the start of the filter.
 
     Blocks of samples are multiplied with one small matrix, several times as fast as a filter
     that goes from sample to sample.
     """
-    past, blocks = len(whitener) - 1, -(-len(x) // BLOCK)
-    padded = np.zeros((blocks * BLOCK + past, math.prod(x.shape[1:])))
+    past, blocks = len(whitener) - 1, -(-len(x) // _BLOCK)
+    padded = np.zeros((blocks * _BLOCK + past, math.prod(x.shape[1:])))
     padded[:len(x)] = x.reshape(len(x), -1)
     step, one = padded.strides
-    windows = as_strided(padded, (blocks, BLOCK + past, padded.shape[1]),
-                         (BLOCK * step, step, one))
+    windows = as_strided(padded, (blocks, _BLOCK + past, padded.shape[1]),
+                         (_BLOCK * step, step, one))
     return (_rows(whitener) @ windows).reshape(-1, *x.shape[1:])[:len(x) - past]
 
 
-def _rows(whitener):
-    """Filter of each sample of a block, shape (BLOCK, BLOCK + past)."""
-    rows = np.zeros((BLOCK, BLOCK + len(whitener) - 1))
+def _rows(whitener: np.ndarray) -> np.ndarray:
+    """Filter of each sample of a block, shape (block, block + past)."""
+    rows = np.zeros((_BLOCK, _BLOCK + len(whitener) - 1))
     for i, row in enumerate(rows):
         row[i:i + len(whitener)] = whitener[::-1]
     return rows

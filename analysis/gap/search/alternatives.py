@@ -1,4 +1,4 @@
-"""Causes that look alike: when one of them leads, the others are fitted as well.
+"""Causes with similar signatures: when one of them leads, its alternatives are fitted as well.
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
 frequency; a ripple of low order is a spring.  A ranking that holds one of them without the
@@ -7,137 +7,148 @@ it is needed.
 """
 
 import dataclasses
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes import drive, friction, load, sensor
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    Member,
+    Values,
+    build_hypothesis,
+    chi2_by_joint,
+)
 from clie_blocks.analysis.gap.fitting.nesting import simpler_names
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
 
-TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
-         "time_delay": (drive.ACTUATOR_LAG,)}
-DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
-       "friction_drift")
-FLOOR = 0.4  # excess per sample above which a cause that shrank to a simpler one starts again
-CHANCE = 1.0  # chi^2: a fit that is worse by less has not ended in a false minimum
-SLOW = 0.03  # rad/s: speed below which Stribeck friction rises, to start from
+Keys = frozenset[str]
+
+_SIMILAR_TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
+                  "time_delay": (drive.ACTUATOR_LAG,)}
+_DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
+        "friction_drift")
+_STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
+_STRIBECK_EXCESS = 0.3  # of the level, to start from
+_LOAD_SLOPE = 0.1  # N m of friction per N m of load, to start from
+_SPRING_SHARE = 0.1  # of the steepest slope of a ripple, to start from
 
 
-def alternatives(found, fits, causes, bench, tried=()):
-    """Return candidates with one cause of a fit left out, or replaced by a look-alike.
+def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
+                 residuals: ResidualModel, tried: Sequence[Candidate] = ()) -> list[Candidate]:
+    """Return candidates with one cause of a fit left out, or replaced by an alternative.
 
     Where much is left, also with one left out and another replaced: a second cause may have made
-    up for the wrong one of some look-alikes.  Causes that were fitted already start again where
-    they do better with the leader's numbers as they are: their fit had ended in a false minimum.
-
-    Parameters
-    ----------
-    found : Fit
-        The fit that leads.
-    fits : list of Fit
-        What has been fitted already.
-    causes : sequence of Cause
-        What to look for.
-    bench : Bench
-        Whitening.
-    tried : sequence of Candidate
-        Siblings of former leaders.
-
+    up for the wrong one of some alternatives.  Causes that were fitted already start again where
+    they do better with the leader's parameters as they are: their fit had ended in a false
+    minimum.  Those that were tried for former leaders do not.
     """
-    stuck, reached = excess(found) > FLOOR, {}
+    method = residuals.method
+    much_left = leader.excess > method.search.restart_excess
+    reached: dict[Keys, float] = {}
     for fit in fits:
-        keys = frozenset(stuck and simpler_names(fit) or _keys(fit.hypothesis.members))
+        simpler = simpler_names(fit, method) if much_left else None
+        keys = frozenset(simpler) if simpler else _keys(fit.hypothesis.members)
         reached[keys] = min(fit.cost, reached.get(keys, np.inf))
-    tried = {_keys(candidate.members) for candidate in tried}
-    new = {_keys(some.members): some for some in _rivals(found, causes, stuck)}
-    return [some for keys, some in new.items() if keys not in tried
-            and (keys not in reached or _cost(some, bench) < reached[keys] - CHANCE)]
+    known = {_keys(candidate.members) for candidate in tried}
+    by_keys = {_keys(candidate.members): candidate
+               for candidate in _all_alternatives(leader, causes, much_left)}
+    return [candidate for keys, candidate in by_keys.items() if keys not in known
+            and (keys not in reached or _start_cost(candidate, residuals)
+                 < reached[keys] - method.search.false_minimum_gain)]
 
 
-def _rivals(found, causes, stuck):
+def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool) -> list[Candidate]:
     """Candidates that may explain what a fit explains."""
-    members = fitted_members(found.hypothesis)
+    members = fitted_members(leader.hypothesis)
     possible = [cause for cause in causes
-                if found.hypothesis.problem.chain.known or not cause.needs_links]
+                if leader.hypothesis.problem.chain.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
-    rivals = [Candidate(some, 0.0, found) for some in fewer if some]
-    for some in (members, *(fewer if stuck else ())):
-        rivals += _with_swapped_cause(some, found, possible)
-    return [one for one in rivals if len(_names(one.members)) == len(one.members)]
+    candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
+    for some in (members, *(fewer if much_left else ())):
+        candidates += _with_swapped_cause(some, leader, possible)
+    return [candidate for candidate in candidates
+            if len({member.cause.name for member in candidate.members}) == len(candidate.members)]
 
 
-def _with_swapped_cause(members, found, causes):
-    """Candidates with one of some members of a fit replaced by a look-alike."""
-    return [Candidate((*members[:k], other, *members[k + 1:]), 0.0, _with_even_numbers(found, member))
-            for k, member in enumerate(members)
-            for other in _is_alike(member, causes) if other.cause in causes]
+def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequence[Cause],
+                        ) -> Iterator[Candidate]:
+    """Candidates with one of some members of a fit replaced by an alternative."""
+    for k, member in enumerate(members):
+        for other in (*_other_forms(member, causes), *_other_names(member)):
+            if other.cause in causes:
+                yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
+                                _with_even_friction(leader, member))
 
 
-def _with_even_numbers(found, member):
+def _with_even_friction(leader: Fit, member: Member) -> Fit:
     """Fit whose offset holds what is lost with friction that differs between the directions."""
     if "forward" not in member.values:
-        return found
-    at, lost = found.hypothesis, (member.values["forward"] - member.values["backward"]) / 2
-    return dataclasses.replace(found, hypothesis=at.with_values(
-        {**at.values, "load": at.values["load"] + lost}))
+        return leader
+    hypothesis, lost = leader.hypothesis, (member.values["forward"] - member.values["backward"]) / 2
+    return dataclasses.replace(leader, hypothesis=hypothesis.with_values(
+        {**hypothesis.values, "load": hypothesis.values["load"] + lost}))
 
 
-def _cost(candidate, bench):
-    """Cost of causes as they start beside the numbers of the leader."""
-    at = hypothesis(bench.problem, candidate.members, candidate.after.hypothesis)
-    return at.stray() @ at.stray() + sum(
-        (part**2).sum() for j in range(len(bench.problem.fit))
-        for part in bench.residuals(at.means(j, [at.values]), j))
+def _start_cost(candidate: Candidate, residuals: ResidualModel) -> float:
+    """Cost of causes as they start with the leader's joint model."""
+    start = build_hypothesis(residuals.problem, candidate.members, candidate.extends.hypothesis)
+    violation = start.prior_violations(residuals.method.fitting.prior_softness)
+    return violation @ violation + sum(
+        float(chi2.sum()) for j in range(len(residuals.problem.fit))
+        for chi2 in chi2_by_joint([start], residuals, j))
 
 
-def _keys(members):
+def _keys(members: Iterable[Member]) -> Keys:
     return frozenset(member.cause.key for member in members)
 
 
-def _names(members):
-    return frozenset(member.cause.name for member in members)
-
-
-def _is_alike(member, causes):
-    """Members that may explain the same, with numbers to start from."""
-    return [*_other_forms(member, causes), *_other_names(member)]
-
-
-def _other_forms(member, causes):
-    """The same effect in another form of the same numbers."""
+def _other_forms(member: Member, causes: Sequence[Cause]) -> list[Member]:
+    """The same effect in another form of the same parameters."""
     return [dataclasses.replace(member, cause=cause) for cause in causes
             if cause.name == member.cause.name and cause.key != member.cause.key
             and cause.numbers == member.cause.numbers]
 
 
-def _other_names(member):
-    values, name = member.values, member.cause.name
-    if name in TIMES:
-        return [Member(cause, member.joints, values, member.sizes) for cause in TIMES[name]]
+def _other_names(member: Member) -> list[Member]:
+    """Other effects that may explain the same, with parameters to start from."""
+    name = member.cause.name
+    if name in _SIMILAR_TIMES:
+        return [Member(cause, member.joints, member.values, member.sizes)
+                for cause in _SIMILAR_TIMES[name]]
     if name == "torque_ripple":
-        steep = values["order"] * np.hypot(values["sine"], values["cosine"]) + 1e-12
-        return [Member(load.SPRING, member.joints, {"stiffness": 0.1 * steep},
-                       {"stiffness": steep})]
-    if name not in DRY or member.cause.variant == "viscous":
-        return []
-    level = _level(values)
-    size, some = np.abs(level) + 1e-9, 0.3 * level
-    starts = [
-        (friction.COULOMB, {"level": level}, {"level": size}),
-        (friction.ASYMMETRIC_COULOMB, {"forward": level, "backward": level},
-         {"forward": size, "backward": size}),
-        (friction.STRIBECK, {"level": level, "excess": some, "speed": SLOW + 0 * level},
-         {"level": size, "excess": size, "speed": SLOW + 0 * level}),
-        *((form, {"level": level, "slope": 0.0 * level},
-           {"level": size, "slope": 0.1 + 0.0 * level})
-          for form in friction.LOAD_DEPENDENT_FRICTION)]
-    return [Member(cause, member.joints, start, sizes) for cause, start, sizes in starts
-            if cause.name != name]
+        return [_spring_like(member)]
+    if name in _DRY and member.cause.variant != "viscous":
+        return [other for other in _dry_friction_like(member) if other.cause.name != name]
+    return []
 
 
-def _level(values):
+def _spring_like(ripple: Member) -> Member:
+    """A spring in the place of less than a wave of ripple."""
+    values = ripple.values
+    steepest = values["order"] * np.hypot(values["sine"], values["cosine"]) + 1e-12
+    return Member(load.SPRING, ripple.joints, {"stiffness": _SPRING_SHARE * steepest},
+                  {"stiffness": steepest})
+
+
+def _dry_friction_like(member: Member) -> Iterator[Member]:
+    """All dry frictions of about the same level as another one."""
+    level = _level(member.values)
+    size, excess, speed = np.abs(level) + 1e-9, _STRIBECK_EXCESS * level, _STRIBECK_SPEED + 0 * level
+    yield Member(friction.COULOMB, member.joints, {"level": level}, {"level": size})
+    yield Member(friction.ASYMMETRIC_COULOMB, member.joints,
+                 {"forward": level, "backward": level}, {"forward": size, "backward": size})
+    yield Member(friction.STRIBECK, member.joints,
+                 {"level": level, "excess": excess, "speed": speed},
+                 {"level": size, "excess": size, "speed": speed})
+    for form in friction.LOAD_DEPENDENT_FRICTION:
+        yield Member(form, member.joints, {"level": level, "slope": 0.0 * level},
+                     {"level": size, "slope": _LOAD_SLOPE + 0.0 * level})
+
+
+def _level(values: Values) -> np.ndarray:
     """Level of plain friction that comes near another one."""
     if "forward" in values:
         return (values["forward"] + values["backward"]) / 2

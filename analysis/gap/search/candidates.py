@@ -2,236 +2,247 @@
 
 import dataclasses
 import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import (
     fault_candidates,
     periodic_candidates,
     whitened_errors,
 )
 from clie_blocks.analysis.gap.search.ripple_spectrum import ripple_candidates
+from clie_blocks.analysis.gap.search.screening import Column, Screen
 from clie_blocks.analysis.gap.search.subset_regression import regression
-
-WORTH = 0.03  # share of a cause's gain that a further joint must add
-LEAST = 10.0  # chi^2 that a further joint must add
-PROBES = 2  # best probes of each cause that enter the search over pairs
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Candidate:
-    """Some causes with numbers to start from, and what they are expected to explain.
+    """Some causes with parameters to start from, and what they are expected to explain.
 
     Parameters
     ----------
     members : tuple of Member
         The causes.
     score : float
-        Expected drop of chi^2 less what its numbers cost.
-    after : Fit or None
-        The fit whose numbers of the joint model it starts beside: one that it extends, or whose
-        causes it swaps; None for the refitted nominal model.
+        Expected drop of chi^2 less what its parameters cost; 0 for an alternative of a fit.
+    extends : Fit or None
+        The fit whose joint model it starts with: one that it extends, or whose causes it swaps;
+        None for the refitted nominal model.
 
     """
 
-    members: tuple
+    members: tuple[Member, ...]
     score: float
-    after: object = None
+    extends: Fit | None = None
 
 
-def parameter_price(found):
-    """What one number costs in chi^2, as in BIC."""
-    return np.log(found.samples * len(found.target))
+class Use(NamedTuple):
+    """A cause at one joint: the drop of chi^2 less its price, its best probe, and coefficients."""
+
+    score: float
+    column: Column
+    theta: tuple[float, ...]
 
 
-def singles(found, bench, after, causes):
-    """Return one candidate per cause (and variant), best first.
-
-    Parameters
-    ----------
-    found : Screen
-        The screening.
-    bench : Bench
-        Whitening.
-    after : Fit
-        What was screened around.
-    causes : sequence of Cause
-        What to look for.
-
-    """
-    by_cause = {}
-    for column in found.columns:
+def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence[Cause],
+            ) -> list[Candidate]:
+    """Return one candidate per cause (and variant), best first; `fit` is what was screened."""
+    method, price = residuals.method, screen.parameter_price
+    by_cause: dict[str, list[Column]] = {}
+    for column in screen.columns:
         by_cause.setdefault(column.cause.key, []).append(column)
-    result = [(_robot_wide if columns[0].cause.shared else _per_joint)(columns, found)
-              for columns in by_cause.values()]
-    errors = whitened_errors(bench, after)
-    searched = [*periodic_candidates(bench, after, errors, causes), *fault_candidates(bench, after, errors, causes),
-                *ripple_candidates(bench, after, errors, causes)]
-    for member, drop in searched:
-        result.append(_from_event(member, drop, parameter_price(found), len(bench.problem.fit)))
-    return sorted(result, key=lambda candidate: -candidate.score)
+    candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
+                  else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
+    errors = whitened_errors(residuals, fit)
+    for search in (periodic_candidates, fault_candidates, ripple_candidates):
+        candidates += [_from_search(member, drop, price, len(residuals.problem.fit), method)
+                       for member, drop in search(residuals, fit, errors, causes)]
+    return sorted(candidates, key=lambda candidate: -candidate.score)
 
 
-def _robot_wide(columns, found):
-    """One set of numbers for all joints: the joints' regressions are stacked."""
-    best = None
-    joints = range(len(found.target))
+def _robot_wide(columns: Sequence[Column], screen: Screen) -> Candidate:
+    """One set of parameters for all joints: the joints' regressions are stacked."""
+    joints, target = tuple(range(len(screen.target))), np.concatenate(screen.target)
+    best: Use | None = None
     for probe in {column.probe for column in columns}:
-        parts = sorted((c for c in columns if c.probe == probe), key=lambda c: c.joint)
-        stacked = dataclasses.replace(parts[0], data=np.concatenate([c.data for c in parts]))
-        gain = regression([stacked], np.concatenate(found.target)).gain(0)
-        score = gain.drop - stacked.size * parameter_price(found)
-        if best is None or score > best[0]:
-            best = (score, stacked, gain.theta[0])
-    score, column, theta = best
-    member = _member(column.cause, tuple(joints), {k: (column, theta) for k in joints})
-    return Candidate((member,), score)
+        parts = sorted((column for column in columns if column.probe == probe),
+                       key=lambda column: column.joint)
+        stacked = dataclasses.replace(parts[0], data=np.concatenate([part.data for part in parts]))
+        gain = regression([stacked], target).gain(0)
+        use = Use(gain.drop - stacked.size * screen.parameter_price, stacked, gain.theta[0])
+        if best is None or use.score > best.score:
+            best = use
+    assert best is not None, "a cause has at least one probe"
+    return Candidate((_member(joints, {k: best for k in joints}),), best.score)
 
 
-def _per_joint(columns, found):
-    best = {}
-    for k, target in enumerate(found.target):
-        own = [column for column in columns if column.joint == k]
-        rule = regression(own, target)
-        gains = [rule.gain(i) for i in range(len(own))]
-        i = int(np.argmax([gain.drop for gain in gains]))
-        best[k] = (gains[i].drop - own[i].size * parameter_price(found), own[i], gains[i].theta[0])
-    joints = joints_worth_keeping(np.array([best[k][0] for k in sorted(best)]))
-    member = _member(columns[0].cause, joints, {k: best[k][1:] for k in joints})
-    return Candidate((member,), float(sum(best[k][0] for k in joints)))
+def _joint_by_joint(columns: Sequence[Column], screen: Screen, method: Method) -> Candidate:
+    """Each joint with the probe that explains most of it, at the joints where that is much."""
+    best = {k: _best_probe([column for column in columns if column.joint == k], target,
+                           screen.parameter_price) for k, target in enumerate(screen.target)}
+    joints = joints_worth_keeping(np.array([use.score for use in best.values()]), method)
+    member = _member(joints, {k: best[k] for k in joints})
+    return Candidate((member,), float(sum(best[k].score for k in joints)))
 
 
-def joints_worth_keeping(scores):
-    """Joints at which a cause earns its place: the best one, and all that add enough."""
+def _best_probe(columns: Sequence[Column], target: np.ndarray, price: float) -> Use:
+    rule = regression(columns, target)
+    gains = [rule.gain(i) for i in range(len(columns))]
+    i = int(np.argmax([gain.drop for gain in gains]))
+    return Use(gains[i].drop - columns[i].size * price, columns[i], gains[i].theta[0])
+
+
+def joints_worth_keeping(scores: np.ndarray, method: Method) -> tuple[int, ...]:
+    """Joints at which a cause is worth its parameters: the best one, and all that add enough."""
     top = scores.max()
-    return tuple(int(k) for k in range(len(scores))
-                 if scores[k] == top or scores[k] > max(LEAST, WORTH * top))
+    least = max(method.search.joint_gain, method.search.joint_share * top)
+    return tuple(k for k, score in enumerate(scores) if score == top or score > least)
 
 
-def _member(cause, joints, best):
-    """Member whose numbers at each joint are those of the joint's best probe."""
-    first = best[joints[0]][0]
-    values = {name: np.array(value, float) for name, value in first.member.values.items()}
+def _member(joints: tuple[int, ...], uses: Mapping[int, Use]) -> Member:
+    """Member whose parameters at each joint are those of the joint's best probe."""
+    template = uses[joints[0]].column.member
+    values = {name: np.array(value, float) for name, value in template.values.items()}
     for k in joints:
-        column, theta = best[k]
+        _, column, theta = uses[k]
         for name in values:
             values[name][..., k] = column.member.values[name][..., k]
         for name, coefficient in zip(column.amplitudes, theta):
             values[name][..., k] *= coefficient
-    return Member(cause, joints, values, first.member.sizes)
+    return Member(template.cause, joints, values, template.sizes)
 
 
-def _from_event(member, drop, cost, logs):
-    size = {"periodic_disturbance": 2 * logs + 1, "torque_ripple": 3}.get(member.cause.name,
-                                                                          logs + 1)
+def _from_search(member: Member, drop: np.ndarray, price: float, logs: int, method: Method,
+                 ) -> Candidate:
+    """Candidate of a cause that was searched for, with its drop of chi^2 per joint."""
+    parameters = {"periodic_disturbance": 2 * logs + 1, "torque_ripple": 3}.get(
+        member.cause.name, logs + 1)
     if member.cause.shared:
-        return Candidate((member,), float(drop.sum() - size * cost))
-    score = drop - size * cost
-    joints = joints_worth_keeping(score)
+        return Candidate((member,), float(drop.sum() - parameters * price))
+    score = drop - parameters * price
+    joints = joints_worth_keeping(score, method)
     return Candidate((dataclasses.replace(member, joints=joints),),
                      float(score[list(joints)].sum()))
 
 
-def pairs(found):
+class _PairUse(NamedTuple):
+    """A pair at one joint: together, one of them, or none."""
+
+    score: float
+    first: Use | None = None
+    second: Use | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class _JointTable:
+    """Best single causes and pairs at one joint, by key."""
+
+    single: dict[str, Use]
+    double: dict[tuple[str, str], _PairUse]
+
+    def best_use(self, one: str, two: str) -> _PairUse:
+        """Best of two causes at this joint: none, the first, the second, or both."""
+        uses = [_PairUse(0.0)]
+        if one in self.single:
+            uses.append(_PairUse(self.single[one].score, first=self.single[one]))
+        if two in self.single:
+            uses.append(_PairUse(self.single[two].score, second=self.single[two]))
+        if (one, two) in self.double:
+            uses.append(self.double[one, two])
+        return max(uses, key=lambda use: use.score)
+
+
+def pairs(screen: Screen, method: Method) -> list[Candidate]:
     """Return a candidate for every pair of causes, best first, by exhaustive search.
 
     Joints explain themselves apart: at each joint the pair may act together, alone, or not.
     """
-    n, cost = len(found.target), parameter_price(found)
-    tables = [_pair_table([c for c in found.columns if c.joint == k], found.target[k], cost)
-              for k in range(n)]
-    keys = sorted({key for single, _ in tables for key in single})
-    result = []
+    tables = [_joint_table([column for column in screen.columns if column.joint == k], target,
+                           screen.parameter_price, method)
+              for k, target in enumerate(screen.target)]
+    keys = sorted({key for table in tables for key in table.single})
+    candidates = []
     for one, two in itertools.combinations(keys, 2):
-        chosen = [_best_use(table, one, two) for table in tables]
-        score = sum(use[0] for use in chosen)
-        members = [_pair_member(chosen, i) for i in (0, 1)]
-        if all(members) and _compatible(*members):
-            result.append(Candidate(tuple(members), float(score)))
-    return sorted(result, key=lambda candidate: -candidate.score)
+        uses = [table.best_use(one, two) for table in tables]
+        first = _pair_member([use.first for use in uses], uses)
+        second = _pair_member([use.second for use in uses], uses)
+        if first and second and _compatible(first, second):
+            candidates.append(Candidate((first, second), float(sum(use.score for use in uses))))
+    return sorted(candidates, key=lambda candidate: -candidate.score)
 
 
-def _pair_table(columns, target, cost):
-    """Scores of single causes and pairs at one joint, with the columns that reach them."""
+def _joint_table(columns: Sequence[Column], target: np.ndarray, price: float, method: Method,
+                 ) -> _JointTable:
     rule = regression(columns, target)
     gains = [rule.gain(i) for i in range(len(columns))]
-    score = [gain.drop - column.size * cost for gain, column in zip(gains, columns)]
-    by_cause = {}
-    for i in np.argsort(score)[::-1]:
-        if len(by_cause.setdefault(columns[i].cause.key, [])) < PROBES:
-            by_cause[columns[i].cause.key].append(int(i))
-    single = {key: (score[own[0]], ((columns[own[0]], gains[own[0]].theta[0]),))
-              for key, own in by_cause.items()}
-    double = {}
-    for one, two in itertools.combinations(sorted(by_cause), 2):
-        best = None
-        for i, j in itertools.product(by_cause[one], by_cause[two]):
-            gain = rule.gain(i, j)
-            value = gain.drop - (columns[i].size + columns[j].size) * cost
-            if best is None or value > best[0]:
-                best = (value, tuple(zip((columns[i], columns[j]), gain.theta)))
-        double[one, two] = best
-    return single, double
+    uses = [Use(gain.drop - column.size * price, column, gain.theta[0])
+            for gain, column in zip(gains, columns)]
+    probes: dict[str, list[int]] = {}
+    for i in np.argsort([use.score for use in uses])[::-1]:
+        of_cause = probes.setdefault(columns[i].cause.key, [])
+        if len(of_cause) < method.search.probes_per_cause:
+            of_cause.append(int(i))
+
+    def together(i: int, j: int) -> _PairUse:
+        gain = rule.gain(i, j)
+        score = gain.drop - (columns[i].size + columns[j].size) * price - method.search.joint_gain
+        return _PairUse(score, *(Use(score, columns[place], theta)
+                                 for place, theta in zip((i, j), gain.theta)))
+
+    double = {(one, two): max((together(i, j) for i in probes[one] for j in probes[two]),
+                              key=lambda use: use.score)
+              for one, two in itertools.combinations(sorted(probes), 2)}
+    return _JointTable({key: uses[some[0]] for key, some in probes.items()}, double)
 
 
-def _best_use(table, one, two):
-    """Best of a pair at one joint: ``score, (first or None, second or None)``."""
-    single, double = table
-    uses = [(0.0, (None, None))]
-    if one in single:
-        uses.append((single[one][0], (single[one][1][0], None)))
-    if two in single:
-        uses.append((single[two][0], (None, single[two][1][0])))
-    if (one, two) in double:
-        score, both = double[one, two]
-        uses.append((score - LEAST, both))
-    return max(uses, key=lambda use: use[0])
-
-
-def _pair_member(chosen, i):
-    best = {k: use[1][i] for k, use in enumerate(chosen) if use[1][i] is not None}
-    if not best:
+def _pair_member(of_joints: Sequence[Use | None], pair_uses: Sequence[_PairUse]) -> Member | None:
+    """Member of one of a pair, from its use at each joint; None where it acts at none."""
+    uses = {k: use for k, use in enumerate(of_joints) if use is not None}
+    if not uses:
         return None
-    cause = next(iter(best.values()))[0].cause
-    joints = tuple(best)
-    if cause.shared:
-        strongest = max(best, key=lambda k: chosen[k][0])
-        joints, best = tuple(range(len(chosen))), {k: best[strongest]
-                                                   for k in range(len(chosen))}
-    return _member(cause, joints, best)
+    if next(iter(uses.values())).column.cause.shared:
+        strongest = max(uses, key=lambda k: pair_uses[k].score)
+        uses = {k: uses[strongest] for k in range(len(of_joints))}
+    return _member(tuple(uses), uses)
 
 
-def _compatible(one, two):
-    """Whether two members are two: names differ, neither is in the other, one transmission."""
-    loose = {"joint_elasticity", "backlash"}
+def _compatible(one: Member, two: Member) -> bool:
+    """Whether two members are two: names differ, neither contains the other, one transmission."""
+    transmissions = {"joint_elasticity", "backlash"}
     names = {one.cause.name, two.cause.name}
     nested = one.cause.name in two.cause.without or two.cause.name in one.cause.without
-    return len(names) == 2 and not nested and not names <= loose
+    return len(names) == 2 and not nested and not names <= transmissions
 
 
-def extensions(first, candidates):
+def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
     """Candidates that add a cause to the members of a fit."""
-    kept = fitted_members(first.hypothesis)
+    fitted = fitted_members(fit.hypothesis)
     for candidate in candidates:
-        (more,) = candidate.members
-        beside = [member for member in kept if member.cause.name not in more.cause.without]
-        for member in kept:
-            if member not in beside:
-                more = _holding(more, member)
-        if all(_compatible(member, more) for member in beside):
-            yield Candidate((*beside, more), candidate.score, first)
+        (added,) = candidate.members
+        kept = [member for member in fitted if member.cause.name not in added.cause.without]
+        for member in fitted:
+            if member not in kept:
+                added = _containing(added, member)
+        if all(_compatible(member, added) for member in kept):
+            yield Candidate((*kept, added), candidate.score, fit)
 
 
-def _holding(more, simpler):
-    """Member of a cause that is a simpler one, and more: with the level of both."""
-    level = more.values["level"] + simpler.values["level"]
-    return dataclasses.replace(more, joints=tuple(sorted({*more.joints, *simpler.joints})),
-                               values={**more.values, "level": level})
+def _containing(member: Member, simpler: Member) -> Member:
+    """Member of a cause that contains a simpler one: with the level of both."""
+    level = member.values["level"] + simpler.values["level"]
+    return dataclasses.replace(member, joints=tuple(sorted({*member.joints, *simpler.joints})),
+                               values={**member.values, "level": level})
 
 
-def fitted_members(at):
-    """Members of a fitted hypothesis with the fitted numbers."""
+def fitted_members(hypothesis: Hypothesis) -> tuple[Member, ...]:
+    """Members of a fitted hypothesis with the fitted parameters."""
     return tuple(dataclasses.replace(member, values={
-        number.name: at.values[f"{member.name}.{number.name}"]
-        for number in member.cause.numbers}) for member in at.members)
+        number.name: hypothesis.values[f"{member.name}.{number.name}"]
+        for number in member.cause.numbers}) for member in hypothesis.members)

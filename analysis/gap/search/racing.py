@@ -1,168 +1,180 @@
-"""The race of candidates: all that compete begin, the best are fitted to the end."""
+"""The race of candidates: all that compete take a few steps, the best are fitted to the end."""
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess, fit
-from clie_blocks.analysis.gap.search.events import refit_event_times
-
-FAR = 10.0  # times the excess of the best: what stays so far behind it is not fitted further
-LITTLE = 0.05  # share of an excess that its promises do not resolve
-FAVOURITES = 2  # of the screening that are fitted to the end, while much is left, slow or not
-STEPS, PATIENCE = 8, 24  # of a finalist's fit, and more of the leader's where it still moves
-WORTH = 0.8  # share of what a fit leaves that another cause beside it may leave, to be begun
-MOST = 0.5  # share of the excess of the nominal model that two causes and more may leave
-BENT = 0.5  # times the best promise of a cause alone: a fit below says that promises mean nothing
-QUIET = 0.1  # excess per sample of a robot that nothing ails
-ENOUGH = 0.4  # excess per sample below which no second cause is looked for
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.candidates import Candidate
+from clie_blocks.analysis.gap.search.event_times import refit_event_times
 
 
-def race(bench, base, candidates, finalists):
-    """Fit candidates for a few steps, then the best of them, and the favourites, to the end."""
-    begun = _started(bench, base, candidates)
-    order = sorted(begun, key=lambda f: f.total)
-    leaders = [one.after for one in candidates if _is_alternative(one)]
-    within = min(map(excess, order[:1] + leaders), default=0.0)
-    far = pruning_limit(within, excess(base) if leaders else 0.0)
-    last = [f for f in order[:finalists] if excess(f) < far]
-    slow = not leaders and within > LITTLE * excess(base)
-    last += [f for f in begun[:FAVOURITES if slow else 0] if f not in last]
-    done = sorted((fit(f.hypothesis, bench, STEPS) for f in last), key=lambda f: f.total)
-    done[:1] = [fit(f.hypothesis, bench, PATIENCE) if _is_moving(f) else f for f in done[:1]]
-    return [_with_event_times(f, bench, base) for f in done] + [f for f in order if f not in last]
+def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate], finalists: int,
+         ) -> list[Fit]:
+    """Fit candidates for a few steps, then the best of them, and the favourites, to the end.
 
-
-def _with_event_times(found, bench, base):
-    """Fit with its moments and phases found anew, unless it has explained too little for a cause.
-
-    Moments that the screening missed cost a right fault less than what a wrong one leaves.
+    Returns all of them; only those that competed are there.
     """
-    told = _training_excess(found) < WORTH * _training_excess(base)
-    return refit_event_times(found, bench) if told else found
+    method = residuals.method
+    begun = _first_fits(residuals, nominal, candidates)
+    order = sorted(begun, key=lambda one: one.total)
+    to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
+    finished = sorted((fit(one.hypothesis, residuals, method.search.finalist_steps)
+                       for one in to_finish), key=lambda one: one.total)
+    if finished and _is_still_moving(finished[0], method):
+        finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
+    return [refit_event_times(one, residuals) if explains_fair_share(one, nominal, method) else one
+            for one in finished] + [one for one in order if one not in to_finish]
 
 
-def _is_alternative(candidate):
-    """Whether a candidate is a look-alike of a fit, or a part of it, rather than an extension."""
-    return candidate.after is not None and candidate.score == 0.0
+def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[Candidate],
+               count: int, nominal: Fit, method: Method) -> list[Fit]:
+    """Fits to continue: the best, not far behind, and favourites of the screening if all is slow."""
+    leaders = [candidate.extends for candidate in candidates if is_alternative(candidate)]
+    best = least_excess([*order[:1], *leaders])
+    limit = pruning_limit(best, nominal.excess if leaders else 0.0, method)
+    chosen = [one for one in order[:count] if one.excess < limit]
+    if not leaders and best > method.search.unresolved_share * nominal.excess:
+        chosen += [one for one in begun[:method.search.favourites] if one not in chosen]
+    return chosen
 
 
-def _is_part(candidate):
+def least_excess(fits: Iterable[Fit]) -> float:
+    """Excess of the best of some fits; 0 for none."""
+    return min((fit.excess for fit in fits), default=0.0)
+
+
+def explains_fair_share(fit: Fit, nominal: Fit, method: Method) -> bool:
+    """Whether a fit has explained enough for its onsets and phases to be worth seeking anew.
+
+    Onsets that the screening missed cost a right fault less than what a wrong one leaves.
+    """
+    return training_excess(fit) < method.search.fair_share * training_excess(nominal)
+
+
+def is_alternative(candidate: Candidate) -> bool:
+    """Whether a candidate is an alternative to a fit, or a part of it, not an extension."""
+    return candidate.extends is not None and candidate.score == 0.0
+
+
+def is_part(candidate: Candidate) -> bool:
     """Whether a candidate is a fit without one of its causes."""
-    return _is_alternative(candidate) and {member.cause for member in candidate.members} < {
-        member.cause for member in candidate.after.hypothesis.members}
+    return is_alternative(candidate) and {member.cause for member in candidate.members} < {
+        member.cause for member in candidate.extends.hypothesis.members}
 
 
-def pruning_limit(best, nothing):
+def pruning_limit(best: float, excess_of_nominal: float, method: Method) -> float:
     """Excess beyond which nothing is fitted further: far behind the best, and much of all.
 
-    What a part of a fit leaves says what the rest of it removes, so little is told exactly.
-
-    Parameters
-    ----------
-    best, nothing : float
-        Excess of the best fit, and of the refitted nominal model.
-
+    What a part of a fit leaves says what the rest of it removes, so little is known exactly.
     """
-    return max(FAR * max(best, ENOUGH), LITTLE * nothing)
+    return max(method.search.far_behind * max(best, method.search.explained_excess),
+               method.search.unresolved_share * excess_of_nominal)
 
 
-def _started(bench, base, candidates):
-    """First steps of the candidates that compete, those that promise most first."""
-    begun = []
+def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate],
+                ) -> list[Fit]:
+    """First steps of the candidates that compete, those with the best predictions first."""
+    begun: list[Fit] = []
     for candidate in sorted(candidates, key=predicted_excess):
-        if not begun or _can_compete(candidate, min(begun, key=_training_excess)):
-            begun.append(_first_steps(candidate, bench, base))
+        if not begun or can_compete(candidate, min(begun, key=training_excess), residuals.method):
+            begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
+                                      residuals, nominal))
     return begun
 
 
-def _first_steps(candidate, bench, base):
-    """Fit after two steps; as it starts, where a part of the leader proves to be far too little.
+def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualModel, nominal: Fit,
+                 ) -> Fit:
+    """Fit after a few steps; as it starts, where a part of the leader starts far behind it.
 
-    A part starts with the leader's numbers; where other look-alikes start says nothing.
+    A part starts with the leader's parameters; where other alternatives start says nothing.
     """
-    start = initial_guess(candidate, bench, base)
-    if _is_part(candidate):
-        plain = fit(start, bench, 0)
-        if _training_excess(plain) > pruning_limit(_training_excess(candidate.after), _training_excess(base)):
-            return plain
-    return fit(start, bench, 2)
+    if is_part(candidate):
+        unfitted = fit(start, residuals, 0)
+        if starts_far_behind(unfitted, candidate, nominal, residuals.method):
+            return unfitted
+    return fit(start, residuals, residuals.method.search.first_steps)
 
 
-def _can_compete(candidate, best):
-    """Whether a candidate may come near the best fit: as promised, or with a cause of that one.
+def starts_far_behind(start: Fit, candidate: Candidate, nominal: Fit, method: Method) -> bool:
+    """Whether the part of a leader leaves so much that the rest of the leader is needed."""
+    limit = pruning_limit(training_excess(candidate.extends), training_excess(nominal), method)
+    return training_excess(start) > limit
 
-    Promises are linear: what they leave of a large excess is blurred.
+
+def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:
+    """Whether a candidate may come near the best fit: as predicted, or with a cause of that one.
+
+    Predictions are linear: what they leave of a large excess is blurred.
     """
     shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    if shared or candidate.after is None:
+    if shared or candidate.extends is None:
         return True
-    blur = LITTLE * _training_excess(candidate.after)
-    return predicted_excess(candidate) < FAR * max(_training_excess(best), QUIET) + blur
+    blur = method.search.unresolved_share * training_excess(candidate.extends)
+    near = method.search.far_behind * max(training_excess(best), method.search.healthy_excess)
+    return predicted_excess(candidate) < near + blur
 
 
-def predicted_excess(candidate):
-    """Excess that a candidate promises to leave beside the fit that it extends.
+def predicted_excess(candidate: Candidate) -> float:
+    """Excess that a candidate is predicted to leave, where it extends a fit.
 
-    What a further cause promises beside a fit is nearly what it does.  Beside the nominal model,
-    which a large effect has bent, it promises too little, and look-alikes promise nothing.
+    What a further cause is predicted to explain of what a fit leaves is nearly what it does.  Of
+    what the nominal model leaves, which has absorbed some of a large effect, it is too little,
+    and for alternatives there is no prediction: both are always worth trying.
     """
-    if candidate.after is None or _is_alternative(candidate):
+    if candidate.extends is None or is_alternative(candidate):
         return -np.inf
-    return _training_excess(candidate.after, candidate.score)
+    return training_excess(candidate.extends, candidate.score)
 
 
-def worth_extending(candidate, base):
-    """Whether a further cause promises to explain a fair share of what the fit before it leaves.
+def worth_extending(candidate: Candidate, nominal: Fit, method: Method) -> bool:
+    """Whether a further cause is predicted to explain a fair share of what a fit leaves.
 
-    A cause that is there promises half of it and more; many that are not there promise a little.
-    Together the causes must promise most of what there is: something unknown leaves less.
-    Of a link that moves apart from its motor the screening knows too little to promise.
-
-    Parameters
-    ----------
-    candidate : Candidate
-        Extends a fit.
-    base : Fit
-        The refitted nominal model.
-
+    A cause that is there explains half of it and more; many that are not there explain a little.
+    Together the causes must explain most of what there is: something unknown leaves less.
+    Of a link that moves apart from its motor the screening knows too little to predict.
     """
-    left, new = _training_excess(candidate.after), candidate.members[-1].cause
-    if left > QUIET and any(piece.port == "transmission" for piece in new.pieces):
+    left, added = training_excess(candidate.extends), candidate.members[-1].cause
+    if left <= method.search.healthy_excess:
+        return False
+    if any(piece.port == "transmission" for piece in added.pieces):
         return True
-    return left > QUIET and predicted_excess(candidate) < min(WORTH * left, MOST * _training_excess(base))
+    return predicted_excess(candidate) < min(
+        method.search.fair_share * left,
+        method.search.several_causes_share * training_excess(nominal))
 
 
-def pairs_worth_fitting(pairs, alone, fits, base):
-    """Return the pairs that promise more than what the best single cause has reached.
+def pairs_worth_fitting(pairs: Sequence[Candidate], alone: Sequence[Candidate],
+                        fits: Sequence[Fit], nominal: Fit, method: Method) -> list[Candidate]:
+    """Return the pairs that are predicted to leave less than the best single cause does.
 
-    Where that does far better than any had promised, the nominal model is too bent for promises.
-    Then all are returned but those that hold its cause: what another one adds, its own fit tells.
-
-    Parameters
-    ----------
-    pairs, alone : list of Candidate
-        Two causes, and one, beside the nominal model.
-    fits : list of Fit
-        What the single causes have come to.
-    base : Fit
-        The refitted nominal model.
-
+    `fits` are those of the single causes, `alone`.  Where the best of them leaves far less than
+    any was predicted to, the nominal model has absorbed too much for predictions.  Then all pairs
+    are returned but those with its cause: what another one adds to it, its own extensions show.
     """
-    best = min(fits, key=_training_excess)
-    reached = _training_excess(best)
-    if reached < BENT * min(_training_excess(base, one.score) for one in alone):
+    best = min(fits, key=training_excess)
+    reached = training_excess(best)
+    predicted = min(training_excess(nominal, candidate.score) for candidate in alone)
+    if reached < method.search.absorbed_ratio * predicted:
         leading = {member.cause for member in best.hypothesis.members}
-        return [pair for pair in pairs if leading.isdisjoint(m.cause for m in pair.members)]
-    return [pair for pair in pairs
-            if _training_excess(base, pair.score) < min(reached, MOST * _training_excess(base))]
+        return [pair for pair in pairs
+                if leading.isdisjoint(member.cause for member in pair.members)]
+    limit = min(reached, method.search.several_causes_share * training_excess(nominal))
+    return [pair for pair in pairs if training_excess(nominal, pair.score) < limit]
 
 
-def _training_excess(found, gain=0.0):
-    """Excess of a fit on the logs that it learned from, after a gain."""
-    samples = found.samples[:len(found.hypothesis.problem.fit)]
-    return (found.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
+def training_excess(fit: Fit, gain: float = 0.0) -> float:
+    """Excess of a fit on the logs that it was fitted to, after a gain."""
+    samples = fit.samples[:len(fit.hypothesis.problem.fit)]
+    return (fit.cost - gain) / samples.sum(axis=0).mean() - samples.shape[1]
 
 
-def _is_moving(found):
-    """Whether the fit of a finalist ended for want of steps, away from the floor."""
-    return found.iterations == STEPS and excess(found) > QUIET
+def _is_still_moving(fit: Fit, method: Method) -> bool:
+    """Whether the fit of a finalist ended for want of steps, away from the noise."""
+    return (fit.iterations == method.search.finalist_steps
+            and fit.excess > method.search.healthy_excess)

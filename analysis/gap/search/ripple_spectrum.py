@@ -4,124 +4,141 @@ What a torque exp(i N q) would explain is its product with the error sent back t
 of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every order.
 """
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.noise import decimation
-from clie_blocks.analysis.gap.residual.sensitivity import torque_sensitivity
-from clie_blocks.analysis.gap.search.events import torque_columns
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.events import Found, sinusoid_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
 
-LEAST, MOST = 2 * np.pi, 10.0  # orders looked for: one wave over the travel, per motor turn
-ENOUGH = 48.0  # per turn: the top of the range for joints with little gear
-TRIED = 3  # lines of the spectrum that are fitted, beside the strongest of each octave
-SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
+_SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
 
 
-def ripple_candidates(bench, base, errors, causes):
-    """Return the member of the strongest order of each joint, and what it would explain.
+class _Ripple(NamedTuple):
+    """One order at one joint, and the drop of chi^2 that it explains."""
 
-    Returns
-    -------
-    list of (Member, ndarray)
-        Torque ripple at all joints, and the drop of chi^2 on the fit logs per joint; empty if it
-        is not among the causes to look for.
+    drop: float
+    order: float
+    sine: float
+    cosine: float
 
+
+def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                      causes: Sequence[Cause]) -> Found:
+    """Return the strongest order of each joint, and what it would explain.
+
+    Empty where the torque ripple is not among the causes.
     """
     if TORQUE_RIPPLE not in causes:
         return []
-    n = bench.problem.n
-    found = [max((_explained_drop(bench, base, errors, k, order)
-                  for order in _lines(bench, base, errors, k)), key=lambda one: one[0])
-             for k in range(n)]
-    drop, order, sine, cosine = (np.array(column) for column in zip(*found))
+    n = residuals.problem.n
+    by_joint = [_strongest_ripple(residuals, fit, errors, k) for k in range(n)]
+    drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
     size = np.hypot(sine, cosine) + 1e-12
     values = {"sine": sine, "cosine": cosine, "order": order}
-    travel = np.ptp(np.concatenate([log.q for log in bench.problem.fit]), axis=0)
+    travel = np.ptp(np.concatenate([log.q for log in residuals.problem.fit]), axis=0)
     sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9)}
     return [(Member(TORQUE_RIPPLE, tuple(range(n)), values, sizes), drop)]
 
 
-def _lines(bench, base, errors, k):
+def _strongest_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
+                      ) -> _Ripple:
+    orders = _strongest_orders(residuals, fit, errors, k)
+    return max((_fitted_ripple(residuals, fit, errors, k, order) for order in orders),
+               key=lambda ripple: ripple.drop)
+
+
+def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
+                      ) -> list[float]:
     """Orders of the strongest lines of joint k."""
-    problem = bench.problem
-    top = max(MOST * problem.gear_ratio[k], ENOUGH)
+    problem, method = residuals.problem, residuals.method.search
+    top = max(method.ripple_most_per_motor_turn * problem.gear_ratio[k],
+              method.ripple_most_per_turn)
     width = np.pi / (2.0 * top)  # of a class of pose
     start = min(log.q[:, k].min() for log in problem.fit)
     travel = max(log.q[:, k].max() for log in problem.fit) - start
     classes = int(travel / width) + 1
-    room = 1 << int(np.ceil(np.log2(8 * classes + 64)))
-    orders = 2 * np.pi * np.arange(room // 2) / (room * width)
-    product, square = 0.0, 0.0
+    padded = 1 << int(np.ceil(np.log2(8 * classes + 64)))
+    orders = 2 * np.pi * np.arange(padded // 2) / (padded * width)
+    product, power = np.zeros(padded // 2, complex), np.zeros(padded // 2)
     for j, log in enumerate(problem.fit):
-        back = _reflected(bench, base, errors[j][k], j, k)
-        place = ((log.q[:, k] - start) / width).astype(int)
-        product = product + np.fft.fft(np.bincount(place, back, room))[:room // 2]
-        square = square + _power(bench, base, log, k, orders)
-    score = np.abs(product) ** 2 / (square + 1e-3 * np.max(square))
-    score[(orders < LEAST / (travel + width)) | (orders > top)] = 0.0
-    return _peaks(orders, score, room // classes)
+        back = _sent_back(residuals, fit, errors[j][k], j, k)
+        pose_class = ((log.q[:, k] - start) / width).astype(int)
+        product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
+        power = power + _response_power(residuals, fit, log, k, orders)
+    score = np.abs(product) ** 2 / (power + 1e-3 * np.max(power))
+    lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
+    score[(orders < lowest) | (orders > top)] = 0.0
+    return strongest_lines(orders, score, padded // classes, method.ripple_lines)
 
 
-def _peaks(orders, score, apart):
+def strongest_lines(orders: np.ndarray, score: np.ndarray, apart: int, count: int) -> list[float]:
     """Orders of the strongest lines, and of the strongest of each octave.
 
-    Where the loop hardly answers, at its top, what other causes leave passes for lines.
+    Where the loop hardly responds, at its top, what other causes leave passes for lines.
     """
-    score, found = score.copy(), _strongest_by_octave(orders, score)
-    for _ in range(TRIED):
-        at = int(np.argmax(score))
-        found.add(orders[at])
-        score[max(at - apart, 0):at + apart + 1] = 0.0
-    return sorted(found)
+    score, lines = score.copy(), _strongest_by_octave(orders, score)
+    for _ in range(count):
+        best = int(np.argmax(score))
+        lines.add(orders[best])
+        score[max(best - apart, 0):best + apart + 1] = 0.0
+    return sorted(lines)
 
 
-def _strongest_by_octave(orders, score):
-    seen = np.flatnonzero(score)
-    octave = np.log2(orders[seen]).astype(int)
-    return {orders[seen[octave == each][np.argmax(score[seen[octave == each]])]]
-            for each in np.unique(octave)}
+def _strongest_by_octave(orders: np.ndarray, score: np.ndarray) -> set[float]:
+    scored = np.flatnonzero(score)
+    octave = np.log2(orders[scored]).astype(int)
+    by_octave = [scored[octave == each] for each in np.unique(octave)]
+    return {orders[some[np.argmax(score[some])]] for some in by_octave}
 
 
-def _reflected(bench, base, error, j, k):
+def _sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,
+               ) -> np.ndarray:
     """Product of a whitened error with the response to an impulse of torque at each sample."""
-    problem, values = bench.problem, base.hypothesis.values
-    whitener = bench.noises[k].whitener
+    problem, values = residuals.problem, fit.hypothesis.values
+    whitener = residuals.noises[k].whitener
     padded = np.concatenate([np.zeros(len(whitener) - 1), error])
     slow = lfilter(whitener, [1.0], padded[::-1])[::-1]
     width = decimation(problem.period)
     back = np.zeros(len(problem.logs[j]))
     back[:len(slow) * width] = np.repeat(slow / width, width)
-    b, a = torque_sensitivity(problem.law, k, values["inertia"][k], values["damping"][k])
+    b, a = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     return lfilter(b, a, back[::-1])[::-1]
 
 
-def _power(bench, base, log, k, orders):
-    """Squared size of the whitened response to exp(i N q), by classes of speed."""
-    problem, values = bench.problem, base.hypothesis.values
-    rate = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
-    count, edges = np.histogram(rate, SPEEDS)
+def _response_power(residuals: ResidualModel, fit: Fit, log: Log, k: int, orders: np.ndarray,
+                    ) -> np.ndarray:
+    """Squared size of the whitened response to exp(i N q) for each order N."""
+    problem, values = residuals.problem, fit.hypothesis.values
+    speeds = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
+    count, edges = np.histogram(speeds, _SPEEDS)
     speed = (edges[1:] + edges[:-1]) / 2
-    nyquist = np.pi / problem.period
-    grid = np.geomspace(1e-3, nyquist, 2000)
-    torque = frequency_response(*torque_sensitivity(problem.law, k, values["inertia"][k],
-                                          values["damping"][k]), grid * problem.period)
+    frequency = np.geomspace(1e-3, np.pi / problem.period, 2000)
+    sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
+    torque = frequency_response(*sensitivity, frequency * problem.period)
     width = decimation(problem.period)
-    slow = grid * problem.period * width
-    noise = frequency_response(bench.noises[k].whitener, [1.0], np.minimum(slow, np.pi))
+    slow = frequency * problem.period * width
+    noise = frequency_response(residuals.noises[k].whitener, [1.0], np.minimum(slow, np.pi))
     gain = np.abs(torque * noise * np.sinc(slow / (2 * np.pi))) ** 2 * (slow < np.pi)
-    seen = np.interp(np.outer(orders, speed), grid, gain, right=0.0)
-    return seen @ count / width
+    power = np.interp(np.outer(orders, speed), frequency, gain, right=0.0)
+    return power @ count / width
 
 
-def _explained_drop(bench, base, errors, k, order):
-    """Drop of chi^2, order, sine and cosine for one order at joint k."""
-    problem = bench.problem
+def _fitted_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
+                   order: float) -> _Ripple:
+    """Sine and cosine of one order at joint k by least squares over the fit logs."""
     gram, right = np.zeros((2, 2)), np.zeros(2)
-    for j, log in enumerate(problem.fit):
+    for j, log in enumerate(residuals.problem.fit):
         phase = order * (log.q[:, k] - log.dither[:, k])
-        data = torque_columns(bench, base, j, k, np.stack([np.sin(phase), np.cos(phase)], 1))
-        gram, right = gram + data.T @ data, right + data.T @ errors[j][k]
-    theta = np.linalg.lstsq(gram, right, rcond=None)[0]
-    return float(right @ theta), order, *theta
+        columns = sinusoid_columns(residuals, fit, j, k, phase)
+        gram, right = gram + columns.T @ columns, right + columns.T @ errors[j][k]
+    sine, cosine = theta = np.linalg.lstsq(gram, right, rcond=None)[0]
+    return _Ripple(float(right @ theta), order, sine, cosine)

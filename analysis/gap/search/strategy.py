@@ -1,106 +1,148 @@
 """The search for causes: one alone, then two and three at once, while much is left."""
 
+import dataclasses
+from collections.abc import Callable, Sequence
+
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
-from clie_blocks.analysis.gap.method.calibration import Calibration, load_calibration
+from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.alternatives import alternatives
-from clie_blocks.analysis.gap.search.candidates import extensions, pairs, singles
+from clie_blocks.analysis.gap.search.candidates import Candidate, extensions, pairs, singles
 from clie_blocks.analysis.gap.search.racing import (
-    ENOUGH,
+    least_excess,
     pairs_worth_fitting,
     predicted_excess,
     pruning_limit,
     race,
     worth_extending,
 )
-from clie_blocks.analysis.gap.search.screening import screen_causes, screen_residual
-
-LEADERS = 8
-MOST_CAUSES = 3  # at once
-ROUNDS = 3  # of look-alikes of the best, which may be one of them
-SMALL = Calibration().misfit  # share of the excess that a right model may leave
-HOPELESS = 0.3  # share that a pair may leave of all, or a third cause of that, to be looked for
+from clie_blocks.analysis.gap.search.screening import Screen, screen_causes, screen_residual
 
 
-def search_causes(bench, base, causes=CAUSES, small=SMALL):
+@dataclasses.dataclass(frozen=True)
+class SearchSteps:
+    """The functions that a search is made of, so that each can be timed, or swapped for another."""
+
+    screen: Callable[[ResidualModel, Fit, Sequence[Cause]], Screen] = screen_causes
+    screen_residual: Callable[[Screen, ResidualModel, Fit], Screen] = screen_residual
+    singles: Callable[[Screen, ResidualModel, Fit, Sequence[Cause]], list[Candidate]] = singles
+    pairs: Callable[[Screen, Method], list[Candidate]] = pairs
+    race: Callable[[ResidualModel, Fit, Sequence[Candidate], int], list[Fit]] = race
+    prune: Callable[[Fit, ResidualModel, float], Fit] = prune_joints
+
+
+SEARCH_STEPS = SearchSteps()
+
+
+def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause] = CAUSES,
+                  steps: SearchSteps = SEARCH_STEPS) -> list[Fit]:
     """Fit the leading single causes, then pairs and triples while much is left.
 
-    Parameters
-    ----------
-    bench : Bench
-        Whitening.
-    base : Fit
-        The refitted nominal model.
-    causes : sequence of Cause
-        What to look for.
-    small : float
-        Share of the excess below which, too, no second cause is looked for: none could outweigh
-        what it costs.
-
-    Returns
-    -------
-    list of Fit
-        All hypotheses that were fitted.
-
+    Returns all hypotheses that were fitted.
     """
-    found = screen_causes(bench, base, causes)
-    alone = singles(found, bench, base, causes)[:LEADERS]
-    fits = _with_alternatives(bench, base, race(bench, base, alone, LEADERS // 2), causes)
-    if _is_explained(fits, base, small) or len(causes) == 1:
+    return _Search(residuals, nominal, causes, steps).all_fits()
+
+
+@dataclasses.dataclass(frozen=True)
+class _Search:
+    """A search for causes around a refitted nominal model."""
+
+    residuals: ResidualModel
+    nominal: Fit
+    causes: Sequence[Cause]
+    steps: SearchSteps
+
+    @property
+    def method(self) -> Method:
+        """Thresholds."""
+        return self.residuals.method
+
+    def all_fits(self) -> list[Fit]:
+        """Single causes, pairs and triples."""
+        method = self.method.search
+        screen = self.steps.screen(self.residuals, self.nominal, self.causes)
+        alone = self.steps.singles(screen, self.residuals, self.nominal, self.causes)
+        alone = alone[:method.leaders]
+        fits = self.with_raced([], alone, method.single_finalists)
+        if self.is_explained(fits) or len(self.causes) == 1:
+            return fits
+        extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
+        fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
+                               method.pair_finalists)
+        best = min(fits, key=_total)
+        if (self.is_explained(fits) or best in extended
+                or len(best.hypothesis.members) >= method.most_causes):
+            return fits
+        thirds = self.one_more_cause(screen, best)
+        predicted = min(map(predicted_excess, thirds), default=best.excess)
+        if (best.excess > method.hopeless_share * self.nominal.excess
+                and predicted > method.hopeless_share * best.excess):
+            return fits
+        return self.with_raced(fits, thirds, method.triple_finalists)
+
+    def pairs(self, screen: Screen, alone: list[Candidate], fits: list[Fit], extended: list[Fit],
+              ) -> list[Candidate]:
+        """Pairs that are worth a fit: from the screening, and as extensions of the best fits."""
+        screened = self.steps.pairs(screen, self.method)[:self.method.search.leading_pairs]
+        chosen = pairs_worth_fitting(screened, alone, fits, self.nominal, self.method)
+        for fit in extended:
+            chosen += [candidate for candidate in self.one_more_cause(screen, fit)
+                       if worth_extending(candidate, self.nominal, self.method)]
+        return _distinct(chosen)
+
+    def one_more_cause(self, screen: Screen, fit: Fit) -> list[Candidate]:
+        """Candidates that add to a fit one of the causes that explain most of what it leaves."""
+        left = self.steps.screen_residual(screen, self.residuals, fit)
+        leading = self.steps.singles(left, self.residuals, fit, self.causes)
+        leading = leading[:self.method.search.screened_extensions]
+        return list(extensions(fit, leading))[:self.method.search.extensions]
+
+    def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
+                   ) -> list[Fit]:
+        """Fits, and those of some candidates, with good leaders pruned and their alternatives."""
+        fits = fits + self.steps.race(self.residuals, self.nominal, candidates, finalists)
+        good = [fit for fit in fits
+                if fit.excess < self.method.search.hopeless_share * self.nominal.excess]
+        leaders = self.near_the_best(
+            sorted(good, key=_excess)[:self.method.search.pruned_leaders])
+        pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
+        fits = [fit for fit in fits if fit not in leaders] + pruned
+        tried: list[Candidate] = []
+        for _ in range(self.method.search.alternative_rounds):
+            alike = alternatives(min(fits, key=_excess), fits, self.causes, self.residuals, tried)
+            fits = fits + self.steps.race(self.residuals, self.nominal, alike,
+                                          self.method.search.alternative_finalists)
+            tried += alike
         return fits
-    chosen = pairs_worth_fitting(pairs(found)[:LEADERS // 2], alone, fits, base)
-    firsts = _near_the_best(sorted(fits, key=lambda f: f.total)[:3], base)
-    for first in firsts:
-        more = _with_one_more_cause(found, bench, first, causes)
-        chosen += [one for one in more if worth_extending(one, base)]
-    fits = _with_alternatives(bench, base, fits + race(bench, base, _distinct(chosen), 3), causes)
-    best = min(fits, key=lambda f: f.total)
-    if (_is_explained(fits, base, small) or len(best.hypothesis.members) >= MOST_CAUSES
-            or best in firsts):
-        return fits
-    thirds = _with_one_more_cause(found, bench, best, causes)
-    least = min(map(predicted_excess, thirds), default=excess(best))
-    if excess(best) > HOPELESS * excess(base) and least > HOPELESS * excess(best):
-        return fits
-    return _with_alternatives(bench, base, fits + race(bench, base, thirds, 2), causes)
+
+    def is_explained(self, fits: Sequence[Fit]) -> bool:
+        """Whether the best fit leaves so little that no further cause could lead with it."""
+        left, whole = least_excess(fits), self.nominal.excess
+        small = max(self.method.search.explained_excess,
+                    self.method.search.negligible_share * whole)
+        return left < small or self.method.calibration.cannot_pay_off(left, whole)
+
+    def near_the_best(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Those of some fits that are not far behind the best of them."""
+        limit = pruning_limit(least_excess(fits), self.nominal.excess, self.method)
+        return [fit for fit in fits if fit.excess < limit]
 
 
-def _is_explained(fits, base, small):
-    """Whether the best fit leaves so little that no further cause could lead beside it."""
-    least, nothing = min(map(excess, fits)), excess(base)
-    return least < max(ENOUGH, small * nothing) or load_calibration().cannot_pay_off(least, nothing)
-
-
-def _with_alternatives(bench, base, fits, causes):
-    """Fits whose leaders, if they are good, lose idle joints, with the look-alikes of the best."""
-    good = [one for one in fits if excess(one) < HOPELESS * excess(base)]
-    leaders = _near_the_best(sorted(good, key=excess)[:2], base)
-    freed = [prune_joints(one, bench, excess(base)) for one in leaders]
-    fits = [one for one in fits if one not in leaders] + freed
-    tried = []
-    for _ in range(ROUNDS):
-        alike = alternatives(min(fits, key=excess), fits, causes, bench, tried)
-        fits = fits + race(bench, base, alike, 4)
-        tried += alike
-    return fits
-
-
-def _near_the_best(fits, base):
-    """Those of some fits that are not far behind the best of them."""
-    far = pruning_limit(min(map(excess, fits), default=0.0), excess(base))
-    return [one for one in fits if excess(one) < far]
-
-
-def _with_one_more_cause(found, bench, first, causes):
-    """Candidates that add to a fit one of the causes that explain most of what it leaves."""
-    left = screen_residual(found, bench, first)
-    return list(extensions(first, singles(left, bench, first, causes)[:8]))[:5]
-
-
-def _distinct(candidates):
-    seen = {}
+def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The first candidate of each set of causes."""
+    by_causes: dict[frozenset[str], Candidate] = {}
     for candidate in candidates:
         key = frozenset(member.cause.key for member in candidate.members)
-        seen.setdefault(key, candidate)
-    return list(seen.values())
+        by_causes.setdefault(key, candidate)
+    return list(by_causes.values())
+
+
+def _total(fit: Fit) -> float:
+    return fit.total
+
+
+def _excess(fit: Fit) -> float:
+    return fit.excess

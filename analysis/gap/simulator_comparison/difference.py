@@ -88,13 +88,13 @@ def with_simulator_noise(problem: Problem, method: Method) -> Problem:
     leaves the joint elsewhere.  So the corner is low, unless more than noise lies above it: with
     the simulator's parameters or, where less is left then, with refitted ones.
     """
-    stated = build_hypothesis(problem, ())
-    heard = dataclasses.replace(stated, problem=with_measured_noise(stated))
+    stated, corner = build_hypothesis(problem, ()), method.fitting.noise_corner
+    heard = dataclasses.replace(stated, problem=with_measured_noise(stated, corner))
     refitted = fit(heard, residual_model(heard.problem, heard, method)).hypothesis
     model = min((stated, refitted),
                 key=lambda at: noise_ratio(with_measured_noise(at, SIMULATOR_NOISE)))
     noisy = with_measured_noise(model, SIMULATOR_NOISE)
-    return noisy if noise_ratio(noisy) < MORE else with_measured_noise(model)
+    return noisy if noise_ratio(noisy) < MORE else with_measured_noise(model, corner)
 
 
 def noise_ratio(problem: Problem) -> float:

@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import refine_to_prior
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Motor, Robot
 
@@ -73,17 +73,17 @@ def stated(robots, noise=LSB, late=0.0):
         experiments={f"log-{k + 1}": Experiment(start=[0.0]) for k in range(2)})
     for place in range(len(robots)):
         at = slice(place, place + 1)
-        yield problem(robot, [Record(time=TIME, q=q[:, at], u=u[:, at], qd=q_d[:, None],
+        yield Problem.from_logs(robot, [Record(time=TIME, q=q[:, at], u=u[:, at], qd=q_d[:, None],
                                      pe=pe[:, None], source=f"log-{k + 1}")
                               for k, (q_d, pe, q, u) in enumerate(runs)])
 
 
 def fitted(asked):
     """Bench of a joint, and the fit of a weak drive from the datasheet's numbers."""
-    bench, _ = fit_nominal(asked, METHOD)
+    residuals, _ = fit_nominal(asked, METHOD)
     slight = {"error": np.array([0.05])}
     weak = Member(TORQUE_GAIN_ERROR, (0,), slight, slight)
-    return bench, fit(build_hypothesis(asked, (weak,)), bench, 12)
+    return residuals, fit(build_hypothesis(asked, (weak,)), residuals, 12)
 
 
 def numbers(found):
@@ -107,8 +107,8 @@ def test_intervals_hold_the_true_numbers_wherever_the_datasheet_allows_them(weak
     robots = [truth(seed, weak) for seed in range(24)]
     errors = []
     for robot, asked in zip(robots, stated(robots, noise)):
-        bench, found = fitted(asked) if weak else fit_nominal(asked, METHOD)
-        found = refine_to_prior(found, bench)
+        residuals, found = fitted(asked) if weak else fit_nominal(asked, METHOD)
+        found = refine_to_prior(found, residuals)
         names = [entry.key for entry in found.hypothesis.free_parameters]
         errors.append((numbers(found) - [robot[name] for name in names]) / found.spread)
         assert found.spread[0] < 0.6 * TOLERANCE["inertia"]
@@ -118,11 +118,11 @@ def test_intervals_hold_the_true_numbers_wherever_the_datasheet_allows_them(weak
 def test_of_models_that_are_equal_the_nearest_to_the_datasheet_is_told():
     robot = truth(3)
     asked, = stated([robot])
-    bench, found = fitted(asked)
+    residuals, found = fitted(asked)
     true_ratio = (1.0 + robot["torque_gain_error.error"]) / robot["inertia"]
     ends = []
     for scale in (0.985, 1.0, 1.015):  # along the valley, and beyond the datasheet
-        home = refine_to_prior(fit(along(found.hypothesis, scale), bench, 0), bench)
+        home = refine_to_prior(fit(along(found.hypothesis, scale), residuals, 0), residuals)
         assert gain_over_inertia(home) == pytest.approx(true_ratio, rel=1e-3)
         assert home.chi2.sum() < found.chi2.sum() + 1.0
         ends.append(numbers(home))
@@ -132,8 +132,8 @@ def test_of_models_that_are_equal_the_nearest_to_the_datasheet_is_told():
 
 def test_what_the_logs_tell_is_left():
     asked, = stated([truth(2, weak=False)])
-    bench, found = fit_nominal(asked, METHOD)
-    home = refine_to_prior(found, bench)
+    residuals, found = fit_nominal(asked, METHOD)
+    home = refine_to_prior(found, residuals)
     assert np.all(np.abs(numbers(home) - numbers(found)) < 0.05 * home.spread)
     assert home.spread == pytest.approx(np.sqrt(np.diag(found.covariance)), rel=0.1)
 
@@ -142,10 +142,10 @@ def test_what_the_logs_tell_is_left():
 def test_a_fit_reaches_the_floor_of_a_flat_valley(error):
     """Slopes taken so widely that curvature shows in them lead along the valley, never into it."""
     asked, = stated([truth(3)])
-    bench, found = fitted(asked)
-    home = refine_to_prior(found, bench)
+    residuals, found = fitted(asked)
+    home = refine_to_prior(found, residuals)
     far = Member(TORQUE_GAIN_ERROR, (0,), {"error": np.array([error])}, {"error": np.array([0.3])})
-    tried = fit(build_hypothesis(asked, (far,)), bench, 8)
+    tried = fit(build_hypothesis(asked, (far,)), residuals, 8)
     assert tried.cost < home.cost + 0.01 * tried.samples.sum()
 
 

@@ -1,5 +1,7 @@
 """What the diagnosis does not simulate, because it knows already or would not use it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import problem as state_problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.screening import base_motion, responses
 from clie_blocks.analysis.gap.simulation import closed_loop
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE, batch_signals
@@ -26,9 +28,9 @@ def simulated(monkeypatch):
     """Logs that were simulated."""
     logs = []
 
-    def counted(simulator, log, *asked, **how):
+    def counted(simulator, log, *made, **how):
         logs.append(log)
-        return batch_signals(simulator, log, *asked, **how)
+        return batch_signals(simulator, log, *made, **how)
 
     monkeypatch.setattr(closed_loop, "batch_signals", counted)
     return logs
@@ -40,52 +42,51 @@ def everywhere(cause, n, **values):
 
 
 def test_a_fit_at_its_optimum_simulates_only_the_logs_that_judge(fitted, simulated):
-    bench, base = fitted
-    best = fit(base.hypothesis, bench, 30)
+    residuals, nominal = fitted
+    best = fit(nominal.hypothesis, residuals, 30)
     simulated.clear()
-    again = fit(best.hypothesis, bench)
+    again = fit(best.hypothesis, residuals)
     assert again.iterations == 0
     assert simulated == list(best.hypothesis.problem.held_out)
     assert again.total == best.total
 
 
 def test_a_fit_is_freed_from_idle_joints_once(fitted, healthy, simulated):
-    bench, base = fitted
+    residuals, nominal = fitted
     member = everywhere(COULOMB, healthy.n, level=1e-3 * np.abs(healthy.fit[0].u).max())
-    found = fit(build_hypothesis(healthy, (member,), base.hypothesis), bench, 2)
-    first = prune_joints(found, bench, base.excess)
+    found = fit(build_hypothesis(healthy, (member,), nominal.hypothesis), residuals, 2)
+    first = prune_joints(found, residuals, nominal.excess)
     simulated.clear()
-    assert prune_joints(found, bench, base.excess) is first
+    assert prune_joints(found, residuals, nominal.excess) is first
     assert not simulated
 
 
-def test_what_slopes_promise_of_a_joint_left_out_is_what_its_fit_leaves(case):
-    asked = case("coulomb")
-    problem = state_problem(asked.robot, asked.records)
-    bench, base = fit_nominal(problem, METHOD)
+def test_what_slopes_predict_of_a_joint_left_out_is_what_its_fit_leaves(case):
+    made = case("coulomb")
+    problem = Problem.from_logs(made.robot, made.records)
+    residuals, nominal = fit_nominal(problem, METHOD)
     level = 0.1 * np.abs(problem.fit[0].u).max(axis=0)
     found = fit(build_hypothesis(problem, (everywhere(COULOMB, problem.n, level=level),),
-                           base.hypothesis), bench, 8)
+                           nominal.hypothesis), residuals, 8)
     acting = int(np.argmax(found.hypothesis.values["coulomb.level"]))
-    fewer = refinement._without(found.hypothesis, 0, [acting])
+    fewer = refinement._left_out(found.hypothesis, 0, [acting])
     if fewer is None:
         fewer = build_hypothesis(problem, (), found.hypothesis)
-    promised = refinement._predicted_cost(fewer, found, bench)
-    assert promised > 10.0
-    assert fit(fewer, bench, 3).excess - found.excess > 0.3 * promised
+    predicted = refinement.predicted_refit_rise(fewer, found, residuals)
+    assert predicted > 10.0
+    assert fit(fewer, residuals, 3).excess - found.excess > 0.3 * predicted
 
 
-def test_a_joint_that_promises_to_be_needed_is_not_left_out(fitted, healthy, monkeypatch):
-    def unasked(*args):
-        raise AssertionError("no fit is needed")
-
-    bench, base = fitted
+def test_a_joint_that_is_predicted_to_be_needed_is_not_left_out(fitted, healthy):
+    residuals, nominal = fitted
     size = 1e-3 * np.abs(healthy.fit[0].u).max()
     found = fit(build_hypothesis(healthy, (everywhere(COULOMB, healthy.n, level=size),),
-                           base.hypothesis), bench, 0)
-    monkeypatch.setattr(refinement, "fit", unasked)
-    monkeypatch.setattr(refinement, "_predicted_cost", lambda *args: 3.1)
-    assert refinement._refitted(found, 0, [0], bench, 1.0) is found
+                                 nominal.hypothesis), residuals, 0)
+    needed = METHOD.with_values(**{"fitting.refit_rise_factor": -1e9,
+                                   "fitting.slopes_valid_share": -1e9})
+    assert prune_joints(found, residuals, nominal.excess) is not found
+    strict = dataclasses.replace(residuals, method=needed)
+    assert prune_joints(found, strict, nominal.excess) is found
 
 
 def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):

@@ -30,9 +30,9 @@ def test_noise_round_the_loop_is_whitened_to_unit_variance(healthy):
 
 def test_a_healthy_robot_leaves_noise_alone(healthy):
     problem = healthy
-    _, base = fit_nominal(problem, METHOD)
-    assert np.all(base.chi2 / base.samples < 1.35)
-    assert base.penalty == pytest.approx(0.0, abs=1.0)
+    _, nominal = fit_nominal(problem, METHOD)
+    assert np.all(nominal.chi2 / nominal.samples < 1.35)
+    assert nominal.penalty == pytest.approx(0.0, abs=1.0)
     assert sensor_noise(problem, 0) > 0.0
 
 

@@ -1,14 +1,15 @@
-"""Sensitivities of the loop, where their formulas lose digits."""
+"""How the noise of a sensor reaches the joints."""
 
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.residual.sensitivity import held_plant
+from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 
 
-def test_a_joint_without_damping_moves_as_a_double_integrator():
-    period = 2e-3
-    numerator, denominator = held_plant(1.0, 0.0, period)
-    half = period**2 / 2
-    assert numerator == pytest.approx([0.0, half, half], rel=1e-5)
-    np.testing.assert_allclose(denominator, [1.0, -2.0, 1.0], atol=1e-8)
+def test_own_noise_is_what_one_joint_alone_makes_of_it(healthy):
+    inertia, damping = healthy.nominal.inertia, healthy.nominal.damping
+    own = noise_responses(healthy, 0, inertia, damping)[0]
+    b, a = healthy.law.sensor_sensitivity(0, inertia[0], damping[0])
+    rebuilt = np.convolve(own, a)[:len(own)]  # a times the response is b, and then nothing
+    assert rebuilt[:len(b)] == pytest.approx(b, abs=1e-9)
+    assert np.abs(rebuilt[len(b):]).max() < 1e-9

@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
 )
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
-from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 
 ROWS = 6000
 
@@ -30,7 +30,7 @@ def arm(engine_arm):
     robot, records = engine_arm(rng, body, truth, ROWS)
     wrong = np.where(np.arange(body.n) == 1, 1.5, 1.0)
     motor = dataclasses.replace(robot.motor, inertia=wrong * robot.motor.inertia)
-    return problem(dataclasses.replace(robot, motor=motor), records, [])
+    return Problem.from_logs(dataclasses.replace(robot, motor=motor), records, [])
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
 )
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
-from clie_blocks.analysis.gap.problem.problem import problem  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.gap.search.screening import screen_causes  # noqa: E402
 
 ROWS, LATE = 6000, 4.3e-3
@@ -27,7 +27,7 @@ def late(engine_arm):
     rng = np.random.default_rng(40)
     body = draw_robot(rng, "arm", True)
     truth = {**draw_truth(rng, body), "late": np.array([LATE, 0.0])}
-    return problem(*engine_arm(rng, body, truth, ROWS), [])
+    return Problem.from_logs(*engine_arm(rng, body, truth, ROWS), [])
 
 
 def delayed(asked, cause, joints, time):

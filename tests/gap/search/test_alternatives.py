@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.alternatives import alternatives
 
 
@@ -21,7 +21,7 @@ from clie_blocks.analysis.gap.search.alternatives import alternatives
 def rubbing(case):
     """Bench and refitted nominal model of a robot with dry friction."""
     made = case("coulomb")
-    return fit_nominal(problem(made.robot, made.records), METHOD)
+    return fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
 
 
 def member(cause, n, **values):
@@ -29,12 +29,12 @@ def member(cause, n, **values):
     return Member(cause, tuple(range(n)), values, values)
 
 
-def leading(base, *members, left=10.0, links=False):
+def leading(nominal, *members, left=10.0, links=False):
     """Fit of some causes that leaves so many times the noise."""
-    asked = dataclasses.replace(base.hypothesis.problem, chain=SimpleNamespace(known=links))
-    at = dataclasses.replace(build_hypothesis(base.hypothesis.problem, members, base.hypothesis),
+    asked = dataclasses.replace(nominal.hypothesis.problem, chain=SimpleNamespace(known=links))
+    at = dataclasses.replace(build_hypothesis(nominal.hypothesis.problem, members, nominal.hypothesis),
                              problem=asked)
-    return dataclasses.replace(base, hypothesis=at, chi2=left * base.samples)
+    return dataclasses.replace(nominal, hypothesis=at, chi2=left * nominal.samples)
 
 
 def keys(candidates):
@@ -42,62 +42,62 @@ def keys(candidates):
 
 
 def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubbing):
-    bench, base = rubbing
-    n = base.hypothesis.problem.n
+    residuals, nominal = rubbing
+    n = nominal.hypothesis.problem.n
     pair = (member(friction.COULOMB, n, level=0.1),
             member(drive.TORQUE_GAIN_ERROR, n, error=0.1))
-    far, near = leading(base, *pair), leading(base, *pair, left=1.0)
+    far, near = leading(nominal, *pair), leading(nominal, *pair, left=1.0)
     assert far.excess > 1.0 > 0.3 > near.excess
-    wide = keys(alternatives(far, [far], CAUSES, bench))
+    wide = keys(alternatives(far, [far], CAUSES, residuals))
     for alone in ({"coulomb"}, {"torque_gain_error"}, {"stribeck"}):
         assert alone in wide
-    narrow = keys(alternatives(near, [near], CAUSES, bench))
+    narrow = keys(alternatives(near, [near], CAUSES, residuals))
     assert {"stribeck"} not in narrow and {"coulomb"} in narrow
     assert {"stribeck", "torque_gain_error"} in narrow
 
 
 def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated(rubbing):
-    bench, base = rubbing
-    n = base.hypothesis.problem.n
+    residuals, nominal = rubbing
+    n = nominal.hypothesis.problem.n
     plain, grows = "load_dependent_friction", "load_dependent_friction:links"
     dry = member(friction.COULOMB, n, level=0.1)
-    known, stated = leading(base, dry), leading(base, dry, links=True)
-    assert {plain} in keys(alternatives(known, [known], CAUSES, bench))
-    assert {grows} not in keys(alternatives(known, [known], CAUSES, bench))
-    assert {grows} in keys(alternatives(stated, [stated], CAUSES, bench))
-    loaded = leading(base, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
+    known, stated = leading(nominal, dry), leading(nominal, dry, links=True)
+    assert {plain} in keys(alternatives(known, [known], CAUSES, residuals))
+    assert {grows} not in keys(alternatives(known, [known], CAUSES, residuals))
+    assert {grows} in keys(alternatives(stated, [stated], CAUSES, residuals))
+    loaded = leading(nominal, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
                      links=True)
-    (swapped,) = [one for one in alternatives(loaded, [loaded], CAUSES, bench)
+    (swapped,) = [one for one in alternatives(loaded, [loaded], CAUSES, residuals)
                   if keys([one]) == [{plain}]]
     assert np.all(swapped.members[0].values["slope"] == 0.2)
 
 
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
-    bench, base = rubbing
-    found = leading(base, member(friction.COULOMB, base.hypothesis.problem.n, level=0.1))
-    first = alternatives(found, [found], CAUSES, bench)
-    assert first and alternatives(found, [found], CAUSES, bench, first) == []
+    residuals, nominal = rubbing
+    found = leading(nominal, member(friction.COULOMB, nominal.hypothesis.problem.n, level=0.1))
+    first = alternatives(found, [found], CAUSES, residuals)
+    assert first and alternatives(found, [found], CAUSES, residuals, first) == []
 
 
 def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
-    bench, base = rubbing
-    at, n = base.hypothesis, base.hypothesis.problem.n
+    residuals, nominal = rubbing
+    at, n = nominal.hypothesis, nominal.hypothesis.problem.n
     other = {**at.values, "inertia": 1.1 * at.values["inertia"]}
     dry = member(friction.COULOMB, n, level=0.1)
-    found = dataclasses.replace(base, hypothesis=build_hypothesis(at.problem, (dry,),
+    found = dataclasses.replace(nominal, hypothesis=build_hypothesis(at.problem, (dry,),
                                                             at.with_values(other)))
-    swapped = next(one for one in alternatives(found, [found], CAUSES, bench)
+    swapped = next(one for one in alternatives(found, [found], CAUSES, residuals)
                    if keys([one]) == [{"stribeck"}])
-    generous = dataclasses.replace(base, chi2=1e9 * base.samples)
-    start = initial_guess(swapped, bench, generous)
+    generous = dataclasses.replace(nominal, chi2=1e9 * nominal.samples)
+    start = initial_guess(swapped, residuals, generous)
     assert np.array_equal(start.values["inertia"], other["inertia"])
 
 
 def test_a_fit_that_ended_in_a_false_minimum_starts_again_beside_the_leader(rubbing):
     """Uneven friction is plain friction with an offset: as good as the leader, with one less."""
-    bench, base = rubbing
-    at, n = base.hypothesis, base.hypothesis.problem.n
-    plain = fit(build_hypothesis(at.problem, (member(friction.COULOMB, n, level=0.02),), at), bench)
+    residuals, nominal = rubbing
+    at, n = nominal.hypothesis, nominal.hypothesis.problem.n
+    plain = fit(build_hypothesis(at.problem, (member(friction.COULOMB, n, level=0.02),), at), residuals)
     level, tilt = plain.hypothesis.values["coulomb.level"], 0.2
     uneven = Member(friction.ASYMMETRIC_COULOMB, tuple(range(n)),
                     {"forward": (1 + tilt) * level, "backward": (1 - tilt) * level},
@@ -106,8 +106,8 @@ def test_a_fit_that_ended_in_a_false_minimum_starts_again_beside_the_leader(rubb
     leader = dataclasses.replace(plain, hypothesis=build_hypothesis(
         at.problem, (uneven,), at.with_values({**values, "load": values["load"] - tilt * level})))
     stuck = dataclasses.replace(plain, chi2=2.0 * plain.chi2)
-    (again,) = [one for one in alternatives(leader, [leader, stuck], CAUSES, bench)
+    (again,) = [one for one in alternatives(leader, [leader, stuck], CAUSES, residuals)
                 if keys([one]) == [{"coulomb"}]]
     start = build_hypothesis(at.problem, again.members, again.extends.hypothesis)
-    assert jacobian(start, bench).cost == pytest.approx(plain.cost, rel=1e-6)
-    assert {"coulomb"} not in keys(alternatives(leader, [leader, plain], CAUSES, bench))
+    assert jacobian(start, residuals).cost == pytest.approx(plain.cost, rel=1e-6)
+    assert {"coulomb"} not in keys(alternatives(leader, [leader, plain], CAUSES, residuals))

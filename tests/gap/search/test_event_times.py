@@ -34,10 +34,10 @@ def displaced(right, k, change):
 
 @pytest.mark.parametrize("change", [{0: NEVER}, {1: SET_IN + 0.4}, {0: SET_IN - 0.3, 2: NEVER}])
 def test_a_moment_that_was_missed_is_found_again(diagnosed, change):
-    bench, right, k = diagnosed
+    residuals, right, k = diagnosed
     key, at = displaced(right, k, change)
-    wrong = fit(at, bench, 0)
-    again = refit_event_times(wrong, bench)
+    wrong = fit(at, residuals, 0)
+    again = refit_event_times(wrong, residuals)
     assert wrong.total > right.total + 1000.0
     assert again.hypothesis.values[key][:, k] == pytest.approx(SET_IN, abs=0.02)
     assert again.total < right.total + 20.0

@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.search import racing
 from clie_blocks.analysis.gap.search.candidates import Candidate
 
@@ -24,10 +25,14 @@ def fitted(left, *causes):
                            samples=np.array([[SAMPLES]]), cost=(1.0 + left) * SAMPLES)
 
 
+def parts(*causes):
+    """Members of a candidate, as far as a race looks at them."""
+    return tuple(SimpleNamespace(cause=cause) for cause in causes)
+
+
 def candidate(left, *causes):
-    """A candidate that promises to leave an excess beside a fit that leaves 100."""
-    members = tuple(SimpleNamespace(cause=cause) for cause in causes)
-    return Candidate(members, (100.0 - left) * SAMPLES, fitted(100.0, *causes[:-1]))
+    """A candidate that is predicted to leave an excess, and extends a fit that leaves 100."""
+    return Candidate(parts(*causes), (100.0 - left) * SAMPLES, fitted(100.0, *causes[:-1]))
 
 
 def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
@@ -37,32 +42,30 @@ def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
 @pytest.mark.parametrize("left, competes", [(5.0, True), (24.0, True), (26.0, False)])
 def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
-    assert racing._can_compete(candidate(left, SPRING, COULOMB), best) == competes
+    assert racing.can_compete(candidate(left, SPRING, COULOMB), best, METHOD) == competes
 
 
 def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
     best = fitted(0.0, SPRING, ACTUATOR_LAG)
-    assert racing._can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best)
-    assert not racing._can_compete(candidate(90.0, COULOMB, TIME_DELAY), best)
+    assert racing.can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best, METHOD)
+    assert not racing.can_compete(candidate(90.0, COULOMB, TIME_DELAY), best, METHOD)
 
 
 @pytest.mark.parametrize("left, whole, promising", [
     (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
 def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, whole, promising):
-    assert racing.worth_extending(candidate(left, SPRING, COULOMB), fitted(whole)) == promising
+    assert racing.worth_extending(candidate(left, SPRING, COULOMB), fitted(whole), METHOD) == promising
 
 
-def test_moments_are_found_anew_only_where_a_cause_has_explained_a_fair_share(monkeypatch):
-    monkeypatch.setattr(racing, "refit_event_times", lambda found, bench: "in time")
-    assert racing._with_event_times(fitted(79.0, STEP), None, fitted(100.0)) == "in time"
-    far = fitted(81.0, STEP)
-    assert racing._with_event_times(far, None, fitted(100.0)) is far
+def test_onsets_are_sought_anew_only_where_a_cause_has_explained_a_fair_share():
+    assert racing.explains_fair_share(fitted(79.0, STEP), fitted(100.0), METHOD)
+    assert not racing.explains_fair_share(fitted(81.0, STEP), fitted(100.0), METHOD)
 
 
 def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
     done = fitted(-0.1, SPRING)
     more = Candidate((SimpleNamespace(cause=COULOMB),), 0.2 * SAMPLES, done)
-    assert not racing.worth_extending(more, fitted(100.0))
+    assert not racing.worth_extending(more, fitted(100.0), METHOD)
 
 
 def beside_nominal(left, *causes):
@@ -74,37 +77,35 @@ def beside_nominal(left, *causes):
 def test_a_pair_must_promise_more_than_the_best_single_cause_has_reached():
     alone = [beside_nominal(40.0, SPRING), beside_nominal(60.0, COULOMB)]
     pairs = [beside_nominal(5.0, SPRING, COULOMB), beside_nominal(35.0, SPRING, TIME_DELAY)]
-    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(30.0, SPRING)], fitted(100.0))
+    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(30.0, SPRING)],
+                                      fitted(100.0), METHOD)
     assert kept == pairs[:1]
 
 
 def test_where_a_fit_does_far_better_than_promised_no_promise_is_believed():
     alone = [beside_nominal(40.0, SPRING)]
     pairs = [beside_nominal(35.0, COULOMB, TIME_DELAY), beside_nominal(5.0, SPRING, TIME_DELAY)]
-    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(10.0, SPRING)], fitted(100.0))
+    kept = racing.pairs_worth_fitting(pairs, alone, [fitted(10.0, SPRING)],
+                                      fitted(100.0), METHOD)
     assert kept == pairs[:1]  # what may be added to the spring, the fit of the spring tells
 
 
-@pytest.mark.parametrize("causes, left, goes_on", [
-    ((COULOMB,), 50.0, False), ((COULOMB,), 5.0, True), ((ACTUATOR_LAG,), 50.0, True)])
-def test_a_part_of_a_leader_that_starts_far_behind_it_is_left_there(monkeypatch, causes, left,
-                                                                    goes_on):
-    steps = []
+@pytest.mark.parametrize("left, far", [(50.0, True), (5.0, False)])
+def test_a_part_of_a_leader_is_left_where_it_starts_far_behind(left, far):
+    part = Candidate(parts(COULOMB), 0.0, fitted(1.0, SPRING, COULOMB))
+    assert racing.starts_far_behind(fitted(left, COULOMB), part, fitted(100.0), METHOD) == far
 
-    def fit(at, bench, iterations):
-        steps.append(iterations)
-        return fitted(left, *causes)
 
-    monkeypatch.setattr(racing, "fit", fit)
-    monkeypatch.setattr(racing, "initial_guess", lambda *_: None)
-    members = tuple(SimpleNamespace(cause=cause) for cause in causes)
-    alike = Candidate(members, 0.0, fitted(1.0, SPRING, COULOMB))
-    racing._first_steps(alike, None, fitted(100.0))
-    assert (steps[-1] > 0) == goes_on
+def test_only_a_fit_without_one_of_its_causes_is_a_part_of_it():
+    leader = fitted(1.0, SPRING, COULOMB)
+    assert racing.is_part(Candidate(parts(COULOMB), 0.0, leader))
+    assert not racing.is_part(Candidate(parts(ACTUATOR_LAG), 0.0, leader))
+    assert not racing.is_part(Candidate(parts(COULOMB), 10.0, leader))  # an extension
+    assert not racing.is_part(Candidate(parts(COULOMB), 0.0))
 
 
 def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
         alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)
-        assert racing._can_compete(alike, best)
+        assert racing.can_compete(alike, best, METHOD)

@@ -8,9 +8,9 @@ from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import Problem, problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.events import whitened_errors
-from clie_blocks.analysis.gap.search.ripple_spectrum import _peaks, ripple_candidates
+from clie_blocks.analysis.gap.search.ripple_spectrum import ripple_candidates, strongest_lines
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 
 
@@ -19,13 +19,13 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
         ripple=2e-3 * joint["kp"], order=order))
     made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
-    bench, base = fit_nominal(problem(made.robot, made.records), METHOD)
-    (member, drop), = ripple_candidates(bench, base, whitened_errors(bench, base), (TORQUE_RIPPLE,))
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    (member, drop), = ripple_candidates(residuals, nominal, whitened_errors(residuals, nominal), (TORQUE_RIPPLE,))
     k = made.causes["torque_ripple"] - 1
-    travel = np.ptp(np.concatenate([log.q[:, k] for log in bench.problem.fit]))
-    assert drop[k] > 0.5 * (base.chi2[:2, k].sum() - base.samples[:2, k].sum())
+    travel = np.ptp(np.concatenate([log.q[:, k] for log in residuals.problem.fit]))
+    assert drop[k] > 0.5 * (nominal.chi2[:2, k].sum() - nominal.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
-    assert ripple_candidates(bench, base, whitened_errors(bench, base), ()) == []
+    assert ripple_candidates(residuals, nominal, whitened_errors(residuals, nominal), ()) == []
 
 
 @pytest.mark.parametrize("waves, said", [(0.5, "torque_ripple"), (0.1, "spring")])
@@ -48,6 +48,6 @@ def test_a_line_is_found_though_the_top_of_the_spectrum_is_full_of_what_passes_f
     orders = np.linspace(1.0, 1500.0, 3000)
     score = np.where(orders > 1000.0, 5.0 + np.sin(orders / 7.0), 1e-3)
     score[898] = 1.0
-    assert orders[898] in _peaks(orders, score, 4)
-    assert max(_peaks(orders, score, 4)) > 1000.0
+    assert orders[898] in strongest_lines(orders, score, 4, 3)
+    assert max(strongest_lines(orders, score, 4, 3)) > 1000.0
     assert score[898] == 1.0
