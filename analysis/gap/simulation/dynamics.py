@@ -87,7 +87,7 @@ class State:
     q: np.ndarray
     dq: np.ndarray
     u: np.ndarray
-    t: float
+    t: float | np.ndarray
     h: float
     chain: PlanarChain
     ratio: np.ndarray
