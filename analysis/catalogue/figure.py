@@ -11,7 +11,6 @@ from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
-from clie_blocks.effects.characteristic import characteristic
 from clie_blocks.effects.effect import Effect
 from clie_blocks.joints import decoupled_joints
 
@@ -91,9 +90,9 @@ def effect_figure(name: str) -> Figure:
 def _draw_characteristic(axes: Axes, name: str) -> None:
     effect = LIBRARY[name]
     axes.set_title("characteristic")
-    path = characteristic(effect.typical())
-    if path is not None and effect.curve is not None:
+    if effect.curve is not None:
         swept, _ = effect.curve
+        path = effect.typical().characteristic()
         axes.plot(*path, color=WITH, lw=1.2)
         axes.set(xlabel=_labelled(swept), ylabel=_result(effect, swept, *path))
     elif name in ANSWERS:

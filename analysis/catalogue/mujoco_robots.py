@@ -6,7 +6,7 @@ from typing import Any
 import control as ct
 
 from clie_blocks.effects import LIBRARY, with_effects
-from clie_blocks.effects.setting import Setting
+from clie_blocks.effects.effect import Setting
 from clie_blocks.joints import inertial_joints
 from clie_blocks.manipulator import GRAVITY
 

@@ -18,7 +18,7 @@ from clie_blocks.compiled import compile_diagram
 from clie_blocks.compiled.program import Program
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, sticking, with_effects
-from clie_blocks.effects.setting import Setting
+from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import DivergedError
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.output import run_main, write
@@ -76,7 +76,7 @@ def creep(setting: Setting, load: float, duration: float = 10.0, step: float = 1
 
     Parameters
     ----------
-    setting : clie_blocks.effects.setting.Setting
+    setting : clie_blocks.effects.effect.Setting
         A friction effect with its parameters.
     load : float
         Torque, ramped up slowly and held [N m].

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
-from clie_blocks.effects.characteristic import characteristic
 from clie_blocks.effects.effect import FAMILIES, Effect
 from clie_blocks.output import run_main, save_figure, to_json
 
@@ -56,9 +55,9 @@ def _parameters(effect: Effect) -> str:
 
 
 def _drawing(effect: Effect) -> str:
-    path = characteristic(effect.typical())
-    if path is not None and effect.curve is not None:
+    if effect.curve is not None:
         swept, _ = effect.curve
+        path = effect.typical().characteristic()
         output = "torque" if swept == "twist" else effect.build.outputs[0]
         return text_curve(*path, x_label=swept, y_label=output)
     if effect.name in ANSWERS:

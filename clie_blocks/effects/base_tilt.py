@@ -4,7 +4,8 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO, absolute, onto_joints
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 

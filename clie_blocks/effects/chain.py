@@ -5,7 +5,7 @@ Joint angles are relative to the link before; q[0] = 0 is horizontal and gravity
 
 import numpy as np
 
-from clie_blocks.effects.effect import Parameter
+from clie_blocks.effects.parameter import Parameter
 
 GEAR_RATIO = Parameter("gear_ratio", "1", 0.1, 1e4, 1.0, None,
                        "motor turns per joint turn; 1 if the other values are of the motor side")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic, Static
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.presliding import bristle_rate, returned_share
 from clie_blocks.errors import nearest
 from clie_blocks.labels import PerJoint

@@ -1,4 +1,4 @@
-"""What the catalogue knows of an effect: physics, parameters, how to tell it from others."""
+"""What the catalogue knows of an effect, and an effect with its parameters set."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.effects.setting import Setting
+from clie_blocks.effects.characteristic import Curve, path_of
+from clie_blocks.effects.parameter import Parameter
+from clie_blocks.effects.two_bodies import TwoBodies
 from clie_blocks.errors import nearest
 from clie_blocks.signals import DiagramError, vector
 
@@ -37,40 +39,6 @@ class Builder(Protocol):
 
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of an effect.
-
-    Parameters
-    ----------
-    name : str
-        Keyword of the kernel; in a block the key is ``'<block>.<name>'``.
-    unit : str
-        SI unit, ``'1'`` for a pure number.
-    lower, upper : float
-        Bounds; values outside are refused.
-    typical : float
-        A value met on real joints.
-    neutral : float or None
-        The value that removes the effect bit for bit.  None for a shape parameter (a width, a
-        frequency), which removes nothing on its own and takes `typical` when it is left out.
-    meaning : str
-        One phrase.
-    per_joint : bool
-        One value per joint; otherwise one value for the robot.
-
-    """
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    typical: float
-    neutral: float | None
-    meaning: str
-    per_joint: bool = True
 
 
 @dataclass(frozen=True, repr=False)
@@ -210,6 +178,87 @@ class Effect:
                               for other, experiment in self.confused_with.items()],
             "simulators": dict(self.simulators), "wrong": self.wrong, "passive": self.passive,
             "symmetry": self.symmetry, "per_joint": self.per_joint, "reference": self.reference}
+
+
+@dataclass(frozen=True, repr=False)
+class Setting:
+    """An effect with its parameters, made by calling an `Effect`; `with_effects` inserts it.
+
+    Parameters
+    ----------
+    effect : Effect
+        The effect.
+    values : dict
+        Values by parameter; those left out are neutral, or typical for a shape parameter.
+    joints : tuple of int or None
+        Joints that have it; None for all.
+    name : str
+        Name of the block.
+
+    """
+
+    effect: Effect
+    values: Mapping[str, ArrayLike]
+    joints: tuple[int, ...] | None
+    name: str
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{key}={value!s}" for key, value in self.values.items())
+        return f"{self.effect.name}({values})"
+
+    def block(self, n: int, period: float = 0) -> ct.NonlinearIOSystem:
+        """Build the block for n joints: a `control.NonlinearIOSystem` named `name`.
+
+        With a period [s] it is the form for a sampled controller.
+        """
+        if self.joints is not None and not all(k < n for k in self.joints):
+            raise DiagramError(f"{self.name}: joints {list(self.joints)} requested, but the plant "
+                               f"has {n}; joints count from 0")
+        block = self._built(n, period)
+        if self.effect.curve is not None:
+            block.icon = ("curve", Curve(self.characteristic))
+        elif self.effect.symbol:
+            block.icon = ("text", self.effect.symbol)
+        return block
+
+    def characteristic(self) -> tuple[np.ndarray, np.ndarray]:
+        """Characteristic of the first joint: the swept signal and the output, see `path_of`.
+
+        Raises
+        ------
+        DiagramError
+            For an effect without such a curve.
+
+        """
+        if self.effect.curve is None:
+            raise DiagramError(f"{self.name}: no single signal brings {self.effect.name} out, so "
+                               "there is no characteristic; look at its response in time")
+        swept, span = self.effect.curve
+        build = self.effect.build
+        block = (build.spring(self.vectors(1), self.name) if isinstance(build, TwoBodies)
+                 else self.block(1))
+        return path_of(block, swept, span)
+
+    def _built(self, n: int, period: float) -> ct.NonlinearIOSystem:
+        if period and self.effect.sampled:
+            return self.effect.sampled(self.vectors(n), n, self.name, period)
+        block = self.effect.build(self.vectors(n), n, self.name)
+        if period and block.nstates:
+            raise DiagramError(f"{self.name}: its state moves in continuous time, but the diagram "
+                               f"is sampled every {period:g} s; insert it into the plant")
+        return block
+
+    def vectors(self, n: int) -> dict[str, np.ndarray]:
+        """Every parameter as a vector, for n joints or for the robot as a whole."""
+        vectors = {}
+        for p in self.effect.parameters:
+            default = p.typical if p.neutral is None else p.neutral
+            value = vector(self.values.get(p.name, default), f"{self.name}: {p.name}",
+                           n=n if p.per_joint else 1, unit=p.unit)
+            if self.joints is not None and p.neutral is not None and p.per_joint:
+                value[[k for k in range(n) if k not in self.joints]] = p.neutral
+            vectors[p.name] = value
+        return vectors
 
 
 def _check_bounds(effect: str, parameter: Parameter, value: ArrayLike) -> None:

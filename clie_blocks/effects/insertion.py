@@ -24,8 +24,8 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from clie_blocks.effects.bus import Bus
+from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.rewiring import controller_of, with_blocks
-from clie_blocks.effects.setting import Setting
 from clie_blocks.errors import nearest
 from clie_blocks.signals import Diagram, DiagramError, ports
 

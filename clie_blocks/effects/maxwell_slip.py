@@ -3,7 +3,8 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 ELEMENTS = 5

@@ -6,7 +6,8 @@ These four are what a refit of A, B and D takes up; a diagnosis names them apart
 import numpy as np
 
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 _REFERENCE = "paper, eqs. (8)-(10): the coefficients of the decoupled joint"

@@ -4,7 +4,8 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.effects.effect import Parameter
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 WIDTH = Parameter("width", "rad/s", 1e-6, 1.0, 1e-3, None,

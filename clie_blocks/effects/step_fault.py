@@ -4,8 +4,9 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.gravity import gravity_torque
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.smoothing import WIDTH, direction
 from clie_blocks.labels import PerJoint
 

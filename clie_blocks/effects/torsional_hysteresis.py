@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.joint_elasticity import DAMPING
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.two_bodies import MOTOR, TwoBodies
 from clie_blocks.labels import PerJoint
 

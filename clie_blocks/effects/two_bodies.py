@@ -12,12 +12,14 @@ of the joint, that of the drawing divided by the gear ratio.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from inspect import signature
 
 import control as ct
 import numpy as np
 
-from clie_blocks.effects.effect import Parameter
+from clie_blocks.effects.blocks import Dynamic, Static
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.signals import signals
 
 MOTOR = (
@@ -90,6 +92,24 @@ class TwoBodies:
             params={f"{name}.{key}": value for key, value in values.items()},
             inputs=signals(*self.inputs, n=n),
             outputs=signals("u", "q_motor", "dq_motor", n=n) + signals("inertia", n=n * n))
+
+    def spring(self, values: dict[str, np.ndarray], name: str) -> ct.NonlinearIOSystem:
+        """Return the spring of one joint as a block of its own: twist, dtwist -> tau."""
+        kernel, memory = self.kernel, self.memory
+        if memory is None:
+            return Static(kernel, ("twist", "dtwist"))(values, 1, name)
+
+        @wraps(memory)
+        def rate(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
+                 **parameters: np.ndarray) -> np.ndarray:
+            return memory(z, speed, **parameters)
+
+        @wraps(kernel)
+        def torque(z: np.ndarray, twist: np.ndarray, speed: np.ndarray,
+                   **parameters: np.ndarray) -> np.ndarray:
+            return kernel(twist, speed, z, **parameters)
+
+        return Dynamic(rate, torque, ("twist", "dtwist"))(values, 1, name)
 
 
 def _named(function: Callable, parameters: dict[str, np.ndarray]) -> Callable:

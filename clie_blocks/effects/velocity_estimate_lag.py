@@ -3,8 +3,9 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.effect import Effect, Parameter
+from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.lag import lag_rate, lag_step, lagged
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 

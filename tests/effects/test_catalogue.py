@@ -13,6 +13,7 @@ from clie_blocks.analysis.catalogue.pages import catalogue, main, page
 from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.output import guarded
+from clie_blocks.signals import DiagramError
 
 
 def test_the_catalogue_lists_every_effect_once():
@@ -112,3 +113,8 @@ def test_every_effect_changes_the_gallery():
 def test_a_block_without_a_curve_shows_its_symbol(name, period):
     assert LIBRARY[name].curve is None
     assert LIBRARY[name].typical().block(1, period).icon == ("text", LIBRARY[name].symbol)
+
+
+def test_an_effect_without_a_curve_says_where_to_look():
+    with pytest.raises(DiagramError, match="look at its response in time"):
+        LIBRARY["inertia"].typical().characteristic()

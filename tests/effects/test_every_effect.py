@@ -10,7 +10,6 @@ from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.blocks import Static
-from clie_blocks.effects.characteristic import characteristic
 from clie_blocks.effects.effect import FAMILIES, PORTS, SIMULATORS, SYMMETRIES
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.signals import ports
@@ -173,7 +172,7 @@ def test_kernel_takes_a_whole_record_at_once(effect):
 
 @pytest.mark.parametrize("effect", [c for c in EFFECTS if c.values[0].curve is not None])
 def test_characteristic_can_be_drawn_and_is_on_the_block(effect):
-    x, y = characteristic(effect.typical())
+    x, y = effect.typical().characteristic()
     assert x.shape == y.shape and np.all(np.isfinite(y)) and np.ptp(x) > 0
     kind, curve = effect.typical().block(N).icon
     assert kind == "curve"

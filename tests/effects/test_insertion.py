@@ -13,7 +13,8 @@ from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.effects import LIBRARY, with_effects
 from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.body import plant_with_inertia
-from clie_blocks.effects.effect import PORTS, SIMULATORS, Effect, Parameter
+from clie_blocks.effects.effect import PORTS, SIMULATORS, Effect
+from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.rewiring import controller_of, with_blocks
 from clie_blocks.errors import ClieError
 from clie_blocks.joints import decoupled_joints, inertial_joints

@@ -1,0 +1,37 @@
+"""One parameter of an effect: unit, bounds, and the value that removes the effect."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    Parameters
+    ----------
+    name : str
+        Keyword of the kernel; in a block the key is ``'<block>.<name>'``.
+    unit : str
+        SI unit, ``'1'`` for a pure number.
+    lower, upper : float
+        Bounds; values outside are refused.
+    typical : float
+        A value met on real joints.
+    neutral : float or None
+        The value that removes the effect bit for bit.  None for a shape parameter (a width, a
+        frequency), which removes nothing on its own and takes `typical` when it is left out.
+    meaning : str
+        One phrase.
+    per_joint : bool
+        One value per joint; otherwise one value for the robot.
+
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    typical: float
+    neutral: float | None
+    meaning: str
+    per_joint: bool = True
