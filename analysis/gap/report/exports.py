@@ -17,7 +17,7 @@ from clie_blocks.effects import LIBRARY
 from clie_blocks.errors import ClieError
 
 if TYPE_CHECKING:
-    from clie_blocks.effects.setting import Setting
+    from clie_blocks.effects.effect import Setting
 
 SIMULATORS = ("mujoco", "gazebo", "isaac")
 SHORTEST_STEP = 1e-4  # s: of a MuJoCo model whose history buffer still holds a delay
