@@ -2,18 +2,22 @@
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
-from clie_blocks.analysis.gap.fitting.prediction_error import _rms, square_errors, validation_logs
+from clie_blocks.analysis.gap.fitting.prediction_error import rms, square_errors, validation_logs
+from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.residual.noise import decimated
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
-BLOCK = 2.0  # s, long against the memory of the loop
-DRAWS = 400
+_DRAWS = 400
 HELD_OUT, LEFT_OUT, FITTED = (
     "held-out logs", "blocks left out of the fit", "the fitted logs")
+Blocks = list[list[tuple[int, int]]]
+"""Blocks of each log as ``(first, last)`` sample."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,7 +34,7 @@ class GapReduction:
     interval : tuple of float or None
         Its 95 % interval, from a bootstrap over blocks of the unseen logs.
     unseen : bool
-        Whether no model was fitted to the data that judge it.
+        Whether the models were validated on data that they were not fitted to.
     judged_on : str
         ``held-out logs``, ``blocks left out of the fit`` or ``the fitted logs``.
 
@@ -40,30 +44,28 @@ class GapReduction:
     after: float
     floor: float
     percent: float | None
-    interval: tuple | None
+    interval: tuple[float, float] | None
     unseen: bool
     judged_on: str
 
 
-def gap_reduction(base, model, bench):
+def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualModel,
+                  ) -> GapReduction:
     """Compare two models on data that they were not fitted to, if there are any.
 
-    Parameters
-    ----------
-    base, model : Hypothesis
-        Refitted nominal model, and the model with its causes.
-    bench : Bench
-        Whitening, for the refits of the cross-validation.
-
+    The residual model serves the refits of the cross-validation.
     """
-    floor = float(np.sqrt(sum(noise.floor**2 for noise in bench.noises)))
-    judged_on, before, after = _validation(base, model, bench)
-    percent, interval = reduction_percent(before, after, floor, base.problem.period)
-    return GapReduction(_rms(before), _rms(after), floor, percent, interval,
-                     judged_on != FITTED, judged_on)
+    floor = float(np.sqrt(sum(noise.floor**2 for noise in residuals.noises)))
+    judged_on, before, after = _validation(nominal, corrected, residuals)
+    percent, interval = reduction_percent(before, after, floor, nominal.problem.period,
+                                          residuals.method.assessment)
+    return GapReduction(rms(before), rms(after), floor, percent, interval,
+                        judged_on != FITTED, judged_on)
 
 
-def reduction_percent(before, after, floor, period):
+def reduction_percent(before: Sequence[np.ndarray], after: Sequence[np.ndarray], floor: float,
+                      period: float, method: AssessmentMethod,
+                      ) -> tuple[float | None, tuple[float, float] | None]:
     """Share of the reducible gap that is removed [%], and its 95 % interval over blocks.
 
     Parameters
@@ -74,6 +76,8 @@ def reduction_percent(before, after, floor, period):
         What sensor noise alone leaves [rad].
     period : float
         Sample time [s].
+    method : AssessmentMethod
+        Length of the blocks, least gap.
 
     Returns
     -------
@@ -83,52 +87,46 @@ def reduction_percent(before, after, floor, period):
         From a bootstrap over blocks.
 
     """
-    width = max(1, round(BLOCK / period))
+    width = max(1, round(method.bootstrap_block / period))
     pairs = [np.stack(pair, axis=1) for pair in zip(before, after)]
-    blocks = np.array([part.mean(axis=0) for pair in pairs
-                       for part in np.array_split(pair, max(1, len(pair) // width))])
-    percent = _percent(_rms(before), _rms(after), floor)
-    picks = np.random.default_rng(0).integers(0, len(blocks), (DRAWS, len(blocks)))
-    drawn = [_percent(b, a, floor) for b, a in np.sqrt(blocks[picks].mean(axis=1))]
+    means = np.array([part.mean(axis=0) for pair in pairs
+                      for part in np.array_split(pair, max(1, len(pair) // width))])
+    percent = _percent(rms(before), rms(after), floor, method)
+    picks = np.random.default_rng(0).integers(0, len(means), (_DRAWS, len(means)))
+    drawn = [_percent(b, a, floor, method) for b, a in np.sqrt(means[picks].mean(axis=1))]
     known = [value for value in drawn if value is not None]
-    interval = (None if percent is None or len(known) < DRAWS // 2
-                else tuple(np.quantile(known, [0.025, 0.975]).tolist()))
-    return percent, interval
+    if percent is None or len(known) < _DRAWS // 2:
+        return percent, None
+    low, high = np.quantile(known, [0.025, 0.975]).tolist()
+    return percent, (low, high)
 
 
-def _validation(base, model, bench):
-    """What judges, and the squared errors of both models there, one array per log."""
-    logs = validation_logs(base.problem)
-    found = [_unseen_errors(at, bench, logs) for at in (base, model)]
-    if any(errors is None for _, errors in found):
-        return FITTED, *([square_errors(at, j) for j in logs] for at in (base, model))
-    return found[1][0], found[0][1], found[1][1]
-
-
-def _unseen_errors(at, bench, logs):
-    """What judges a model that did not learn from it, and its squared errors there, or None."""
-    if at.problem.held_out:
-        return HELD_OUT, [square_errors(at, j) for j in logs]
-    return LEFT_OUT, unseen_errors(at, bench, logs)
-
-
-def _percent(before, after, floor):
-    """Share of the reducible gap that is removed [%]; None within 2 % of the floor."""
-    if before <= 1.02 * floor:
+def _percent(before: float, after: float, floor: float, method: AssessmentMethod) -> float | None:
+    """Share of the reducible gap that is removed [%]; None near the floor."""
+    if before <= method.reducible_from * floor:
         return None
     return 100.0 * (before - after) / (before - floor)
 
 
-FOLD_BLOCK = 2.0  # s, least length of a block
-BLOCKS = 10  # of a log that is long enough
-FOLDS = 5
-LEAST_BLOCKS = 4  # below, too little is left to fit to
-MARGIN = 0.5  # s on both sides of a block that neither fits nor judges
+def _validation(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualModel,
+                ) -> tuple[str, list[np.ndarray], list[np.ndarray]]:
+    """What the models are compared on, and the squared errors of both, one array per log."""
+    logs = validation_logs(nominal.problem)
+    if corrected.problem.held_out:
+        judged_on, of_corrected = HELD_OUT, [square_errors(corrected, j) for j in logs]
+    else:
+        judged_on, of_corrected = LEFT_OUT, unseen_errors(corrected, residuals, logs)
+    of_nominal = ([square_errors(nominal, j) for j in logs] if nominal.problem.held_out
+                  else unseen_errors(nominal, residuals, logs))
+    if of_nominal is None or of_corrected is None:
+        return (FITTED, [square_errors(nominal, j) for j in logs],
+                [square_errors(corrected, j) for j in logs])
+    return judged_on, of_nominal, of_corrected
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MaskedResidual(ResidualModel):
-    """A bench that does not see some rows of each log.
+    """A residual model that does not see some rows of each log.
 
     Parameters
     ----------
@@ -137,79 +135,57 @@ class MaskedResidual(ResidualModel):
 
     """
 
-    seen: list = ()
+    seen: Sequence[np.ndarray] = ()
 
-    def whitened(self, error, j):
+    def whitened(self, error: np.ndarray, j: int) -> list[np.ndarray]:
         """Residual of each joint on the rows that are seen."""
         return [part[self._rows(part, j)] for part in super().whitened(error, j)]
 
-    def residuals(self, runs, j):
+    def of_runs(self, runs: np.ndarray, j: int) -> list[np.ndarray]:
         """Residuals of each joint for many simulated positions, on the rows that are seen."""
-        return [part[:, self._rows(part.T, j)] for part in super().residuals(runs, j)]
+        return [part[:, self._rows(part.T, j)] for part in super().of_runs(runs, j)]
 
-    def _rows(self, part, j):
+    def _rows(self, part: np.ndarray, j: int) -> np.ndarray:
         """Rows that are seen, behind the start of the whitening filter."""
         return self.seen[j][-len(part):]
 
 
-def blocks(samples, period):
-    """Edges of the blocks of a log [samples]; an empty array where it is too short."""
-    count = min(BLOCKS, int(samples * period / FOLD_BLOCK))
-    if count < LEAST_BLOCKS:
-        return np.zeros(0, int)
-    return np.linspace(0, samples, count + 1).astype(int)
-
-
-def unseen_errors(at, bench, logs):
+def unseen_errors(model: Hypothesis, residuals: ResidualModel, logs: Sequence[int],
+                  ) -> list[np.ndarray] | None:
     """Squared prediction errors of a model that was refitted without the block it predicts.
 
-    Parameters
-    ----------
-    at : Hypothesis
-        A fitted model.
-    bench : Bench
-        Whitening.
-    logs : sequence of int
-        Fit logs to judge on.
-
-    Returns
-    -------
-    list of ndarray
-        For each log the squared error, summed over joints, (N,); None where a single log is too
-        short to be cut.
-
+    For each of some fit logs the squared error, summed over joints, (N,); None where a single log
+    is too short to be cut.
     """
-    lengths, period = [len(log) for log in at.problem.fit], at.problem.period
-    found = [np.zeros(length) for length in lengths]
-    all_folds = folds(lengths, period)
+    method, period = residuals.method.assessment, model.problem.period
+    lengths = [len(log) for log in model.problem.fit]
+    errors = [np.zeros(length) for length in lengths]
+    all_folds = folds(lengths, period, method)
     for fold in all_folds:
-        judged = [j for j in logs if fold[j]]
-        if not judged:
+        if not any(fold[j] for j in logs):
             continue
-        seen = [_seen_rows(length, left_out, period) for length, left_out in zip(lengths, fold)]
-        refitted = fit(at, MaskedResidual(bench.problem, bench.noises, bench.free, seen=seen), 2).hypothesis
-        for j in judged:
-            error = np.sum(refitted.error(j, dithered=False) ** 2, axis=1)
-            for first, last in fold[j]:
-                found[j][first:last] = error[first:last]
-    return [found[j] for j in logs] if all_folds else None
+        seen = [_seen_rows(length, left_out, period, method)
+                for length, left_out in zip(lengths, fold)]
+        masked = MaskedResidual(residuals.problem, residuals.noises, residuals.initial_responses,
+                                residuals.method, seen=seen)
+        refitted = fit(model, masked, method.refit_steps).hypothesis
+        for j in logs:
+            if fold[j]:
+                error = square_errors(refitted, j)
+                for first, last in fold[j]:
+                    errors[j][first:last] = error[first:last]
+    return [errors[j] for j in logs] if all_folds else None
 
 
-def folds(lengths, period):
-    """What each fold leaves out: for each log a list of ``(first, last)`` sample.
+def folds(lengths: Sequence[int], period: float, method: AssessmentMethod) -> list[Blocks]:
+    """What each fold leaves out, for logs of some lengths [samples] at a sample time [s].
 
-    Parameters
-    ----------
-    lengths : sequence of int
-        Samples of each log.
-    period : float
-        Sample time [s].
-
+    Blocks of each log in turn; whole logs, where one of them is too short to be cut.
     """
-    edges = [blocks(length, period) for length in lengths]
+    edges = [blocks(length, period, method) for length in lengths]
     if all(map(len, edges)):
-        count = min(FOLDS, min(map(len, edges)) - 1)
-        return [[list(itertools.pairwise(edge))[fold::count] for edge in edges]
+        count = min(method.folds, min(map(len, edges)) - 1)
+        return [[list(itertools.pairwise(edge.tolist()))[fold::count] for edge in edges]
                 for fold in range(count)]
     if len(lengths) == 1:
         return []
@@ -217,10 +193,19 @@ def folds(lengths, period):
             for whole in range(len(lengths))]
 
 
-def _seen_rows(samples, left_out, period):
+def blocks(samples: int, period: float, method: AssessmentMethod) -> np.ndarray:
+    """Edges of the blocks of a log [samples]; an empty array where it is too short."""
+    count = min(method.fold_blocks, int(samples * period / method.fold_block))
+    if count < method.fold_least_blocks:
+        return np.zeros(0, int)
+    return np.linspace(0, samples, count + 1).astype(int)
+
+
+def _seen_rows(samples: int, left_out: Sequence[tuple[int, int]], period: float,
+               method: AssessmentMethod) -> np.ndarray:
     """Whitened rows outside the blocks of a fold and their margins."""
-    time = decimated(period * np.arange(samples), period)
+    time, margin = decimated(period * np.arange(samples), period), method.fold_margin
     seen = np.ones(len(time), bool)
     for first, last in left_out:
-        seen &= (time < first * period - MARGIN) | (time >= last * period + MARGIN)
+        seen &= (time < first * period - margin) | (time >= last * period + margin)
     return seen

@@ -4,51 +4,46 @@ Shares are of the squared error beyond the noise floor, of the refitted nominal 
 logs.  The equation error w = (e inverse-filtered by S) is read as the torque that the model lacks.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
-from clie_blocks.analysis.gap.residual.noise import RATE, decimated
+from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import RATE, Noise, decimated
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.posterior import NONE, PARAMETRIC, marginals
-from clie_blocks.analysis.gap.verdict.signal_findings import CERTAIN
 from clie_blocks.linear_filters import lfilter
 
 BANDS = ((0.0, 0.3), (0.3, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 50.0))  # Hz
 PARTS = 10  # of the time of each log
+_TINY = 1e-300
 
 
-def localise(bench, base, check):
-    """Return the map of the gap as plain numbers.
-
-    Parameters
-    ----------
-    bench : Bench
-        Noise.
-    base : Fit
-        The refitted nominal model.
-    check : ControllerCheck
-        Replay of the controller.
-
-    """
-    problem = bench.problem
-    at = base.hypothesis
-    errors = [decimated(at.error(j), problem.period) for j in range(len(problem.logs))]
-    floor = np.array([_floor(noise) for noise in bench.noises])
+def localise(residuals: ResidualModel, nominal: Fit, check: ControllerCheck) -> dict[str, Any]:
+    """Return the map of the gap in plain types."""
+    problem, model = residuals.problem, nominal.hypothesis
+    errors = [decimated(model.error(j), problem.period) for j in range(len(problem.logs))]
+    floor = np.array([_floor(noise) for noise in residuals.noises])
     power = np.mean([np.mean(e**2, axis=0) for e in errors], axis=0)
     beyond = np.maximum(power - floor**2, 0.0)
-    total = beyond.sum() + 1e-300
+    total = beyond.sum() + _TINY
     return {
         "joint": [{"joint": k + 1, "name": problem.joints[k], "share": beyond[k] / total,
                    "rms": np.sqrt(power[k]), "floor": floor[k], "unit": "rad",
-                   "chi2_per_sample": base.chi2[:, k].sum() / base.samples[:, k].sum(),
+                   "chi2_per_sample": nominal.chi2[:, k].sum() / nominal.samples[:, k].sum(),
                    "replay_error": check.replay_error[k], "replay_limit": check.limit[k]}
                   for k in range(problem.n)],
         "time": _by_time(errors, floor),
-        "frequency": _by_frequency(errors, floor),
+        "frequency": _by_frequency(errors),
         "region": _by_region(problem, errors),
     }
 
 
-def _floor(noise):
+def _floor(noise: Noise) -> float:
     """RMS of the decimated error that sensor noise alone leaves."""
     impulse = np.zeros(2000)
     impulse[0] = 1.0
@@ -56,56 +51,54 @@ def _floor(noise):
     return float(np.sqrt(shape @ shape))
 
 
-def _shares(values, floor):
+def _shares(values: Sequence[float], floor: float) -> list[float]:
     beyond = np.maximum(np.array(values) - floor, 0.0)
-    return (beyond / (beyond.sum() + 1e-300)).tolist()
+    return (beyond / (beyond.sum() + _TINY)).tolist()
 
 
-def _by_time(errors, floor):
-    found = []
+def _by_time(errors: Sequence[np.ndarray], floor: np.ndarray) -> list[dict[str, Any]]:
+    rows = []
     for j, error in enumerate(errors):
         parts = np.array_split(np.sum(error**2 / floor**2, axis=1), PARTS)
         power = [part.mean() for part in parts]
-        found.append({"log": j + 1, "seconds_per_part": len(error) / RATE / PARTS,
-                      "share": _shares(power, error.shape[1])})
-    return found
+        rows.append({"log": j + 1, "seconds_per_part": len(error) / RATE / PARTS,
+                     "share": _shares(power, error.shape[1])})
+    return rows
 
 
-def _by_frequency(errors, floor):
-    spectrum, noise_line = {}, {}
+def _by_frequency(errors: Sequence[np.ndarray]) -> list[dict[str, Any]]:
+    spectrum = dict.fromkeys(BANDS, 0.0)
     for error in errors:
         grid = np.fft.rfftfreq(len(error), 1.0 / RATE)
         power = np.sum(np.abs(np.fft.rfft(error, axis=0)) ** 2, axis=1) / len(error) ** 2
         for band in BANDS:
             inside = (grid >= band[0]) & (grid < band[1])
-            spectrum[band] = spectrum.get(band, 0.0) + power[inside].sum()
-            noise_line[band] = noise_line.get(band, 0.0) + inside.sum() / len(error) * (
-                np.sum(floor**2) / 1.0)
-    total = sum(spectrum.values()) + 1e-300
+            spectrum[band] += power[inside].sum()
+    total = sum(spectrum.values()) + _TINY
     return [{"band_hz": list(band), "share": spectrum[band] / total} for band in BANDS]
 
 
-def _by_region(problem, errors):
+def _by_region(problem: Problem, errors: Sequence[np.ndarray]) -> list[dict[str, Any]]:
     """Share of each quarter of position, speed and torque, per joint, against an even spread."""
-    found = []
+    rows = []
     for k in range(problem.n):
         e = np.concatenate([error[:, k] for error in errors]) ** 2
         q = np.concatenate([decimated(log.q[:, k], problem.period) for log in problem.logs])
         u = np.concatenate([decimated(log.u[:, k], problem.period) for log in problem.logs])
         dq = np.concatenate([np.gradient(decimated(log.q[:, k], problem.period), 1.0 / RATE)
                              for log in problem.logs])
-        rows = {name: _quarters(x, e) for name, x in (
+        quarters = {name: _quarters(x, e) for name, x in (
             ("position", q), ("velocity", dq), ("speed", np.abs(dq)), ("torque", u))}
-        found.append({"joint": k + 1, **rows})
-    return found
+        rows.append({"joint": k + 1, **quarters})
+    return rows
 
 
-def _quarters(x, e):
+def _quarters(x: np.ndarray, e: np.ndarray) -> dict[str, list[float]]:
     """Share of the squared error in each quarter of the samples, ordered by x."""
     edges = np.quantile(x, [0.25, 0.5, 0.75])
     part = np.digitize(x, edges)
     return {"edges": edges.tolist(),
-            "share": [float(e[part == i].sum() / (e.sum() + 1e-300)) for i in range(4)]}
+            "share": [float(e[part == i].sum() / (e.sum() + _TINY)) for i in range(4)]}
 
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
@@ -113,18 +106,13 @@ OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "link
 BLOCKS = ("controller", "drive", "gear", "joint", "links", "encoder")
 
 
-def block_shares(diagnosis):
+def block_shares(result: Result) -> list[dict[str, Any]]:
     """Share of the gap that each block of the loop is expected to cause.
 
     Each hypothesis gives the share of chi^2 beyond the noise that it removes to the blocks where
-    its causes act, weighted with its probability; what no hypothesis removes has no block.  Wrong
-    numbers are the joint's, and where there is no gap nothing is shared out.  Goals are late
-    before the controller has them.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        From `diagnose`.
+    its causes act, weighted with its probability; what no hypothesis removes has no block.
+    Parameter errors are attributed to the joint, and where there is no gap nothing is shared out.
+    Set-points are delayed before the controller has them.
 
     Returns
     -------
@@ -132,23 +120,34 @@ def block_shares(diagnosis):
         ``block`` and ``share``, largest first; ``unassigned`` last.
 
     """
-    shares = dict.fromkeys(BLOCKS, 0.0)
-    whole = max(excess(diagnosis.base), 1e-9)
-    told = marginals(diagnosis.ranking)
-    shares["joint"], sound = told.get(PARAMETRIC, 0.0), told.get(NONE, 0.0)
-    for standing in diagnosis.ranking:
-        members = standing.fit.hypothesis.members if standing.fit is not None else ()
-        removed = np.clip(1.0 - max(standing.excess, 0.0) / whole, 0.0, 1.0)
+    probability = marginals(result.ranking)
+    shares = _of_hypotheses(result)
+    shares["joint"] += probability.get(PARAMETRIC, 0.0)
+    for finding in result.findings:
+        shares = _with_certain(shares, "controller", finding.share)
+    if result.controller.misdescribed or result.controller.coarse:
+        block = "controller" if result.controller.misdescribed else "encoder"
+        shares = _with_certain(shares, block, result.method.verdict.certain)
+    rest = 1.0 - probability.get(NONE, 0.0) - sum(shares.values())
+    rows = [{"block": block, "share": float(share)} for block, share in shares.items()]
+    return [*sorted(rows, key=lambda row: -float(row["share"])),
+            {"block": "unassigned", "share": max(0.0, rest)}]
+
+
+def _of_hypotheses(result: Result) -> dict[str, float]:
+    """Share of each block by what the hypotheses of the ranking remove."""
+    shares, whole = dict.fromkeys(BLOCKS, 0.0), max(result.nominal.excess, 1e-9)
+    for ranked in result.ranking:
+        members = ranked.fit.hypothesis.members if ranked.fit is not None else ()
+        removed = float(np.clip(1.0 - max(ranked.excess, 0.0) / whole, 0.0, 1.0))
         for member in members:
             block = OF_PORT[member.cause.pieces[0].port]
-            shares[block] += standing.probability * removed / len(members)
-    for cause in diagnosis.paths:
-        shares = {block: (1.0 - cause.share) * share for block, share in shares.items()}
-        shares["controller"] += cause.share
-    if diagnosis.check.misdescribed or diagnosis.check.coarse:
-        guilty = "controller" if diagnosis.check.misdescribed else "encoder"
-        shares = {block: (1.0 - CERTAIN) * share for block, share in shares.items()}
-        shares[guilty] += CERTAIN
-    left = {"block": "unassigned", "share": max(0.0, 1.0 - sound - sum(shares.values()))}
-    rows = [{"block": block, "share": float(share)} for block, share in shares.items()]
-    return [*sorted(rows, key=lambda row: -row["share"]), left]
+            shares[block] += ranked.probability * removed / len(members)
+    return shares
+
+
+def _with_certain(shares: dict[str, float], block: str, certain: float) -> dict[str, float]:
+    """Shares after one block is known to cause a part of the gap."""
+    shares = {name: (1.0 - certain) * share for name, share in shares.items()}
+    shares[block] += certain
+    return shares

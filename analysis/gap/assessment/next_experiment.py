@@ -1,30 +1,38 @@
 """The run that best tells the remaining causes apart, as set-points that a robot can follow."""
 
 import dataclasses
-import functools
 import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.test_motions import (
-    BANDS,
-    DURATION,
-    LINES,
+    Limits,
     elementary_motions,
     motion_limits,
     multisine_motion,
     scale_inside,
 )
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import excess
-from clie_blocks.analysis.gap.method.calibration import load_calibration
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, decimated, whiten
-from clie_blocks.analysis.gap.verdict.posterior import NONE, UNKNOWN
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.posterior import (
+    NONE,
+    SET_PROBABILITY,
+    UNKNOWN,
+    RankedCause,
+)
 from clie_blocks.errors import DivergedError
 
-MOST_RIVALS = 4
-TRIES = 6  # multisines beside the first of each band
-SHARES = (0.8, 0.2)  # of a multisine's motion that comes from the set-point
-APART = 1e9  # chi^2 between a model that stays finite and one that does not
+_MENU = 8  # experiments that are reported
+_DIVERGED_APART = 1e9  # chi^2 between a model that stays finite and one that diverges
+Odds = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Odds (unnormalised) from prior probabilities and chi^2 distances to the true model."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -47,17 +55,17 @@ class NextExperiment:
 
     """
 
-    separates: list
-    menu: list
-    best: dict
-    run: object
+    separates: list[list[str]]
+    menu: list[dict[str, Any]]
+    best: dict[str, Any]
+    run: Log
     period: float
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Everything but the set-points, in plain types."""
         return {"separates": self.separates, "best": self.best, "menu": self.menu}
 
-    def set_points(self):
+    def set_points(self) -> str:
         """The run as CSV text: time [s], then qd [rad] and pe [N m] of each joint."""
         joints = range(1, self.run.q_d.shape[1] + 1)
         head = ["time", *(f"qd{k}" for k in joints), *(f"pe{k}" for k in joints)]
@@ -67,135 +75,153 @@ class NextExperiment:
                           ""])
 
 
-def next_experiment(bench, base, ranking, calibration):
+class _Tried(NamedTuple):
+    """An experiment inside the limits, and what it would bring."""
+
+    log: Log
+    least_distance: float
+    expected_set_size: float
+
+    @property
+    def cost(self) -> tuple[float, float]:
+        """Order of experiments: few causes left, then much evidence."""
+        return self.expected_set_size, -self.least_distance
+
+    @property
+    def row(self) -> dict[str, Any]:
+        return {"experiment": self.log.name, "least_distance": self.least_distance,
+                "expected_set_size": self.expected_set_size}
+
+
+def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[RankedCause],
+                    ) -> NextExperiment | None:
     """Return the experiment that separates the causes of the 90 % set, or None if one is left.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model inside the robot's limits; the whitened
     distance between two predictions is the evidence that the run would bring, and the verdict's
     own odds say how many causes it would leave.
-
-    Parameters
-    ----------
-    bench : Bench
-        Whitening.
-    base : Fit
-        The refitted nominal model.
-    ranking : list of Standing
-        Hypotheses, most probable first.
-    calibration : Calibration
-        Numbers of the verdict.
-
     """
-    rivals = _rivals(ranking)
-    if len(rivals) < 2:
+    method, problem = residuals.method.assessment, residuals.problem
+    remaining = _remaining(ranking, method)
+    if len(remaining) < 2:
         return None
-    problem, bounds = bench.problem, motion_limits(bench.problem)
-    judge = functools.partial(_score, bench, rivals, bounds,
-                              _weigher(bench, base, rivals, calibration))
-    judged = [row for row in map(judge, elementary_motions(problem, bounds)) if row]
-    judged += _search(problem, bounds, judge)
-    if not judged:
+    limits = motion_limits(problem)
+    odds = _odds_after(residuals, nominal, [fit for _, fit in remaining])
+
+    def tried(log: Log) -> _Tried | None:
+        return _simulated(residuals, remaining, limits, odds, log)
+
+    elementary = (tried(log) for log in elementary_motions(problem, limits, method))
+    experiments = [one for one in elementary if one is not None]
+    experiments += _search_multisines(problem, limits, method, tried)
+    if not experiments:
         return None
-    best = min(judged, key=_worth)
-    menu = sorted(judged, key=_worth)[:8]
-    return NextExperiment([list(standing.names) for standing in rivals],
-                          [row for row, _ in menu], best[0], best[1], problem.period)
+    menu = sorted(experiments, key=lambda one: one.cost)[:_MENU]
+    return NextExperiment([list(ranked.names) for ranked, _ in remaining],
+                          [one.row for one in menu], menu[0].row, menu[0].log, problem.period)
 
 
-def _worth(judged):
-    """Order of experiments: few causes left, then much evidence."""
-    row, _ = judged
-    return row["expected_set_size"], -row["least_distance"]
+def _remaining(ranking: Sequence[RankedCause], method: AssessmentMethod,
+               ) -> list[tuple[RankedCause, Fit]]:
+    """Hypotheses with causes in the credible set, with their fits."""
+    remaining: list[tuple[RankedCause, Fit]] = []
+    held = 0.0
+    for ranked in ranking:
+        if held >= SET_PROBABILITY or len(remaining) == method.experiment_causes:
+            break
+        held += ranked.probability
+        if ranked.fit is not None and ranked.names not in ((NONE,), (UNKNOWN,)):
+            remaining.append((ranked, ranked.fit))
+    return remaining
 
 
-def _search(problem, bounds, judge):
+def _search_multisines(problem: Problem, limits: Limits, method: AssessmentMethod,
+                       tried: Callable[[Log], _Tried | None]) -> list[_Tried]:
     """Multisines of each band, then variations of the best of them."""
     rng = np.random.default_rng(0)
-    starts = [(band, rng.uniform(0, 2 * np.pi, (2, LINES, problem.n)), share)
-              for band, share in itertools.product(BANDS, SHARES)]
-    tried = [(judge(multisine_motion(problem, bounds, *one)), one) for one in starts]
-    for _ in range(TRIES):
-        tried = [pair for pair in tried if pair[0]]
-        if not tried:
+    shape = (2, method.experiment_lines, problem.n)
+    settings = [(band, rng.uniform(0, 2 * np.pi, shape), share)
+                for band, share in itertools.product(method.experiment_bands,
+                                                     method.experiment_reference_shares)]
+    found = []
+    for setting in settings:
+        one = tried(multisine_motion(problem, limits, *setting, method))
+        if one is not None:
+            found.append((one, setting))
+    for _ in range(method.experiment_tries):
+        if not found:
             break
-        band, phases, share = min(tried, key=lambda pair: _worth(pair[0]))[1]
-        varied = (band, phases + rng.normal(0, 1.0, phases.shape),
-                  float(np.clip(share + rng.normal(0, 0.2), 0.0, 1.0)))
-        tried.append((judge(multisine_motion(problem, bounds, *varied)), varied))
-    return [pair[0] for pair in tried if pair[0]]
+        band, phases, share = min(found, key=lambda pair: pair[0].cost)[1]
+        setting = (band, phases + rng.normal(0, 1.0, phases.shape),
+                   float(np.clip(share + rng.normal(0, 0.2), 0.0, 1.0)))
+        one = tried(multisine_motion(problem, limits, *setting, method))
+        if one is not None:
+            found.append((one, setting))
+    return [one for one, _ in found]
 
 
-def _score(bench, rivals, bounds, weigh, log):
-    """Row of the menu for one experiment, and the experiment inside the limits; or None."""
-    log, leading = scale_inside(rivals[0].fit.hypothesis, log, bounds)
-    if log is None:
+def _simulated(residuals: ResidualModel, remaining: Sequence[tuple[RankedCause, Fit]],
+               limits: Limits, odds: Odds, log: Log) -> _Tried | None:
+    """Experiment inside the limits with what it would bring; None where there is none."""
+    models = [fit.hypothesis for _, fit in remaining]
+    scaled = scale_inside(models[0], log, limits, residuals.method.assessment)
+    if scaled is None:
         return None
-    runs = [leading, *(_motion(standing.fit.hypothesis, log) for standing in rivals[1:])]
-    distances = [_distance(bench, one, two) for one, two in itertools.combinations(runs, 2)]
-    return {"experiment": log.name, "least_distance": min(distances),
-            "expected_set_size": _expected_size(rivals, distances, weigh)}, log
+    log, leading = scaled
+    motions = [leading, *(_motion(model, log) for model in models[1:])]
+    distances = [_distance(residuals, one, two)
+                 for one, two in itertools.combinations(motions, 2)]
+    prior = np.array([ranked.probability for ranked, _ in remaining])
+    return _Tried(log, min(distances), _expected_size(prior, distances, odds))
 
 
-def _rivals(ranking):
-    rivals, reached = [], 0.0
-    for standing in ranking:
-        if reached >= 0.9 or len(rivals) == MOST_RIVALS:
-            break
-        reached += standing.probability
-        if standing.fit is not None and standing.names not in ((NONE,), (UNKNOWN,)):
-            rivals.append(standing)
-    return rivals
-
-
-def _motion(at, log):
+def _motion(model: Hypothesis, log: Log) -> np.ndarray | None:
+    """Motion of a model in an experiment, (N, n) [rad]; None where it diverges."""
     try:
-        return at.simulator.run(log, at.of_log(0))[0]
+        return model.simulator.run(log, model.of_log(0))[0]
     except DivergedError:
         return None
 
 
-def _distance(bench, one, two):
+def _distance(residuals: ResidualModel, one: np.ndarray | None, two: np.ndarray | None) -> float:
     """Whitened squared distance between two models' motions in an experiment."""
     if one is None or two is None:
-        return 0.0 if one is two else APART
-    change = decimated(one - two, bench.problem.period)
-    return float(sum(np.sum(whiten(change[:, k], bench.noises[k].whitener) ** 2)
-                     for k in range(bench.problem.n)))
+        return 0.0 if one is two else _DIVERGED_APART
+    difference = decimated(one - two, residuals.problem.period)
+    return float(sum(np.sum(whiten(difference[:, k], noise.whitener) ** 2)
+                     for k, noise in enumerate(residuals.noises)))
 
 
-def _expected_size(rivals, distances, weigh):
-    """Expected size of the 90 % set after the run, whichever of the rivals is true."""
-    prior = np.array([standing.probability for standing in rivals])
-    apart = np.zeros((len(rivals), len(rivals)))
-    for (i, j), distance in zip(itertools.combinations(range(len(rivals)), 2), distances):
+def _expected_size(prior: np.ndarray, distances: Sequence[float], odds: Odds) -> float:
+    """Expected size of the 90 % set after the run, whichever of the hypotheses is true."""
+    apart = np.zeros((len(prior), len(prior)))
+    for (i, j), distance in zip(itertools.combinations(range(len(prior)), 2), distances):
         apart[i, j] = apart[j, i] = distance
-    sizes = [_size_90(weigh(prior, row)) for row in apart]
+    sizes = [_set_size(odds(prior, row)) for row in apart]
     return float(prior @ sizes / prior.sum())
 
 
-def _size_90(probabilities):
+def _set_size(odds: np.ndarray) -> int:
     """How many causes hold nine tenths of the probability."""
-    reached = np.cumsum(np.sort(probabilities / probabilities.sum())[::-1])
-    return 1 + int(np.sum(reached < 0.9))
+    held = np.cumsum(np.sort(odds / odds.sum())[::-1])
+    return 1 + int(np.sum(held < SET_PROBABILITY))
 
 
-def _weigher(bench, base, rivals, calibration):
-    """Function that gives the odds of the rivals after a run that drives them apart.
+def _odds_after(residuals: ResidualModel, nominal: Fit, fits: Sequence[Fit]) -> Odds:
+    """Function that gives the odds of hypotheses after a run that separates them.
 
     The verdict weighs what a hypothesis leaves per sample, so the run is added to the old logs.
     """
-    c, nothing = calibration or load_calibration(), excess(base)
-    old, n = base.samples.sum(), bench.problem.n
-    new = n * DURATION * RATE
-    left = np.array([excess(one.fit) for one in rivals])
+    calibration, n = residuals.method.calibration, residuals.problem.n
+    old = nominal.samples.sum()
+    new = n * residuals.method.assessment.experiment_duration * RATE
+    excess = np.array([fit.excess for fit in fits])
 
-    def score(value):
-        return -c.sharpness * np.log(np.maximum(value, 0.0) + c.floor + c.misfit * nothing)
+    def odds(prior: np.ndarray, apart: np.ndarray) -> np.ndarray:
+        after = (excess * old + n * np.array(apart)) / (old + new)
+        gain = (calibration.score(after, nominal.excess)
+                - calibration.score(excess, nominal.excess))
+        return prior * np.exp(gain - gain.max())
 
-    def weigh(prior, apart):
-        after = (left * old + n * np.array(apart)) / (old + new)
-        gained = score(after) - score(left)
-        return prior * np.exp(gained - gained.max())
-
-    return weigh
+    return odds

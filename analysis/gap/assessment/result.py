@@ -7,7 +7,7 @@ from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction
 from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment
 from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import Fit
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel

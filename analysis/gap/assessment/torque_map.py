@@ -1,80 +1,82 @@
-"""What is left and comes back: a table of torque over place and speed, in both directions.
+"""What a model leaves and every lap repeats: a map of torque over position and speed.
 
 Where a model leaves more than sensor noise, the rest may still be the same in every lap: friction
-along a screw, a hard spot of a bearing, a friction curve that no law of the library draws.  Such a
-torque names no cause, but a simulator can hold it.  It is fitted beside the model by least squares
-through the sensitivity filter, with a ridge that parts of the fit logs choose, and judged in
-closed loop on a log that was not fitted.
+along a screw, a hard spot of a bearing, a friction curve that no law of the library describes.
+Such a torque names no cause, but a simulator can hold it.  It is fitted with the model by least
+squares through the sensitivity filter, with a ridge that parts of the fit logs choose, and
+validated in closed loop on a log that was not fitted.
 
-    torque against the motion = place+(q) + speed+(|dq|)  forward,
-                                place-(q) + speed-(|dq|)  backward,     linear between knots
+    torque against the motion = position+(q) + speed+(|dq|)  forward,
+                                position-(q) + speed-(|dq|)  backward,     linear between knots
 """
 
 import dataclasses
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.gap_reduction import reduction_percent
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
+from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.noise import decimated, decimation
-from clie_blocks.analysis.gap.residual.sensitivity import decimated_filter, torque_sensitivity
-from clie_blocks.analysis.gap.residual.whitening import DIVERGED
+from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
+from clie_blocks.analysis.statistical_measures import NORMAL_95
+from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 
-PLACES, SPEEDS = 16, 8  # knots over the range of the motion
-SLOW = 0.02  # of the largest speed: what counts as turning round
-SETTLED = 0.5  # s after the start of a log that are not fitted
-RIDGES = 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0  # of the mean square of a column
-PARTS = 4  # of each fit log, a lap each where a motion is repeated
-ROUNDS = 3  # after which motion and table agree
-LEFT = 1.5  # times the noise floor, below which nothing is left to be tabled
-PAYS = 10.0  # % of the reducible rest
+Curves = dict[str, Any]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class JointTorqueMap:
-    """Table of one joint; a torque counts as positive against the motion.
+    """Torque map of one joint; a torque counts as positive against the motion.
 
     Parameters
     ----------
     joint : int
         Index.
-    places, speeds : ndarray
+    positions, speeds : ndarray
         Knots [rad, rad/s].
-    over_place, over_speed : ndarray, shape (2, knots)
-        Torque forward and backward [N m]; that over place has mean zero over the motion.
-    place_spread, speed_spread : ndarray, shape (2, knots)
-        Half widths of 95 % intervals, from tables that leave parts of the logs out [N m].
+    over_position, over_speed : ndarray, shape (2, knots)
+        Torque forward and backward [N m]; that over position has mean zero over the motion.
+    position_spread, speed_spread : ndarray, shape (2, knots)
+        Half widths of 95 % intervals, from maps that leave parts of the logs out [N m].
+    reversal_speed : float
+        Speed at which the joint turns from one direction to the other [rad/s].
 
     """
 
     joint: int
-    places: np.ndarray
+    positions: np.ndarray
     speeds: np.ndarray
-    over_place: np.ndarray
+    over_position: np.ndarray
     over_speed: np.ndarray
-    place_spread: np.ndarray
+    position_spread: np.ndarray
     speed_spread: np.ndarray
+    reversal_speed: float
 
-    def load(self, q, dq):
+    def load(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         """Torque that opposes, as at port ``load``, for a motion (N,) [N m]."""
         forward, backward = (
-            np.interp(q, self.places, place) + np.interp(np.abs(dq), self.speeds, speed)
-            for place, speed in zip(self.over_place, self.over_speed))
-        share = _forward(dq, self.speeds[-1])
+            np.interp(q, self.positions, position) + np.interp(np.abs(dq), self.speeds, speed)
+            for position, speed in zip(self.over_position, self.over_speed))
+        share = _forward(dq, self.reversal_speed)
         return share * forward - (1.0 - share) * backward
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class TorqueMap:
-    """Tables of the joints that have a rest, and what they buy on unseen data.
+    """Torque maps of the joints that leave a gap, and what they remove on unseen data.
 
     Parameters
     ----------
-    joints : tuple of JointTable
-        One per joint with a rest.
+    joints : tuple of JointTorqueMap
+        One per joint that leaves a gap.
     gap : float
-        Gap of the corrected model with the tables, on the judging logs [rad].
+        Gap of the corrected model with the maps, on the validation logs [rad].
     percent : float
         Share of the reducible gap of the model without them that they remove [%].
     interval : tuple of float or None
@@ -84,167 +86,171 @@ class TorqueMap:
 
     """
 
-    joints: tuple
+    joints: tuple[JointTorqueMap, ...]
     gap: float
     percent: float
-    interval: tuple | None
-    beside: tuple
+    interval: tuple[float, float] | None
+    beside: tuple[str, ...]
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Plain types for the JSON answer; torques count as positive against the motion."""
         return {"percent": self.percent, "interval": self.interval, "gap": self.gap,
                 "beside": list(self.beside),
                 "unit": {"position": "rad", "speed": "rad/s", "torque": "N m"},
-                "joints": [{"joint": table.joint + 1,
-                            "over_position": _curves(table.places, table.over_place,
-                                                     table.place_spread),
-                            "over_speed": _curves(table.speeds, table.over_speed,
-                                                  table.speed_spread)}
-                           for table in self.joints]}
+                "joints": [{"joint": joint.joint + 1,
+                            "over_position": _curves(joint.positions, joint.over_position,
+                                                     joint.position_spread),
+                            "over_speed": _curves(joint.speeds, joint.over_speed,
+                                                  joint.speed_spread)}
+                           for joint in self.joints]}
 
 
-def torque_map(model, bench):
-    """Fit tables to what a model leaves; None where nothing is left or they do not pay.
-
-    Parameters
-    ----------
-    model : Hypothesis
-        The corrected model; the refitted nominal one where no cause is believed.
-    bench : Bench
-        Whitening.
-
-    """
-    problem, floors = model.problem, np.array([noise.floor for noise in bench.noises])
-    if not problem.held_out or not _excitable(problem.law):
-        return None
-    errors = [model.error(j, dithered=False) for j in range(len(problem.logs))]
-    judged = validation_logs(problem)
-    left = np.sqrt(np.mean(np.concatenate([errors[j] for j in judged])**2, axis=0))
-    ailing = np.flatnonzero(left > LEFT * floors)
-    if not ailing.size or max(np.abs(error).max() for error in errors) >= DIVERGED:
-        return None
-    motions = [_motion(model, j) for j in range(len(problem.fit))]
-    tables = tuple(_fit(model, motions, errors, k) for k in ailing)
-    before, after = ([np.sum(error**2, axis=1) for error in missed] for missed in (
-        [errors[j] for j in judged], [corrected_error(model, tables, j) for j in judged]))
-    floor = float(np.sqrt(floors @ floors))
-    percent, interval = reduction_percent(before, after, floor, problem.period)
-    if percent is None or percent < PAYS or (interval and interval[0] < 0.0):
-        return None
-    return TorqueMap(tables, float(np.sqrt(np.mean(np.concatenate(after)))), percent, interval,
-                       tuple(member.cause.name for member in model.members))
-
-
-def corrected_error(model, tables, j):
-    """Measured less simulated position of a log with tables in the loop, shape (N, n) [rad].
-
-    The torque enters where the excitation does.  It depends on the motion, so that motion and
-    torque are found in turn.
-    """
-    log = model.problem.logs[j]
-    load, run = np.zeros_like(log.q), log
-    for _ in range(ROUNDS):
-        q, dq = _motion(model, j, run)
-        for table in tables:
-            slow = np.repeat(table.load(q[:, table.joint], dq[:, table.joint]),
-                             decimation(model.problem.period))
-            load[:, table.joint] = np.pad(slow, (0, len(log) - len(slow)), "edge")
-        run = dataclasses.replace(log, pe=log.pe - load)
-    return np.nan_to_num(np.clip(log.q - _positions(model, j, run), -DIVERGED, DIVERGED),
-                         nan=DIVERGED)
-
-
-def _curves(knots, curves, spread):
+def _curves(knots: np.ndarray, curves: np.ndarray, spread: np.ndarray) -> Curves:
     (forward, backward), (of_forward, of_backward) = curves, spread
     return {"at": knots, "forward": forward, "forward_half_width": of_forward,
             "backward": backward, "backward_half_width": of_backward}
 
 
-def _excitable(law):
-    return law.variant != "loop" or law.ports.has_pe
+def torque_map(hypothesis: Hypothesis, residuals: ResidualModel) -> TorqueMap | None:
+    """Fit torque maps to what a model leaves; None where nothing is left or they do not pay.
+
+    The model is the corrected one, or the refitted nominal one where no cause is believed.
+    """
+    problem, method = hypothesis.problem, residuals.method.assessment
+    floors = np.array([noise.floor for noise in residuals.noises])
+    if not problem.held_out or not problem.law.takes_excitation:
+        return None
+    errors = [hypothesis.error(j, dithered=False) for j in range(len(problem.logs))]
+    validation = validation_logs(problem)
+    left = np.sqrt(np.mean(np.concatenate([errors[j] for j in validation])**2, axis=0))
+    joints = np.flatnonzero(left > method.map_least_gap * floors)
+    if not joints.size or max(np.abs(error).max() for error in errors) >= DIVERGED:
+        return None
+    motions = [_motion(hypothesis, j) for j in range(len(problem.fit))]
+    maps = tuple(_joint_map(hypothesis, motions, errors, int(k), method) for k in joints)
+    with_maps = [corrected_error(hypothesis, maps, j, method.map_rounds) for j in validation]
+    before = [np.sum(errors[j]**2, axis=1) for j in validation]
+    after = [np.sum(error**2, axis=1) for error in with_maps]
+    floor = float(np.sqrt(floors @ floors))
+    percent, interval = reduction_percent(before, after, floor, problem.period, method)
+    if (percent is None or percent < method.map_least_percent
+            or (interval and interval[0] < 0.0)):
+        return None
+    return TorqueMap(maps, float(np.sqrt(np.mean(np.concatenate(after)))), percent, interval,
+                     tuple(member.cause.name for member in hypothesis.members))
 
 
-def _motion(model, j, log=None):
+def corrected_error(hypothesis: Hypothesis, maps: Sequence[JointTorqueMap], j: int,
+                    rounds: int = AssessmentMethod.map_rounds,
+                    ) -> np.ndarray:
+    """Measured less simulated position of a log with torque maps in the loop, shape (N, n) [rad].
+
+    The torque enters where the excitation does.  It depends on the motion, so that motion and
+    torque are found in turn.
+    """
+    log = hypothesis.problem.logs[j]
+    load, run = np.zeros_like(log.q), log
+    for _ in range(rounds):
+        q, dq = _motion(hypothesis, j, run)
+        for joint_map in maps:
+            k = joint_map.joint
+            decimated_load = joint_map.load(q[:, k], dq[:, k])
+            slow = np.repeat(decimated_load, decimation(hypothesis.problem.period))
+            load[:, k] = np.pad(slow, (0, len(log) - len(slow)), "edge")
+        run = dataclasses.replace(log, pe=log.pe - load)
+    error = log.q - _positions(hypothesis, j, run)
+    return np.nan_to_num(np.clip(error, -DIVERGED, DIVERGED), nan=DIVERGED)
+
+
+def _motion(hypothesis: Hypothesis, j: int, log: Log | None = None,
+            ) -> tuple[np.ndarray, np.ndarray]:
     """Simulated positions and velocities of a log at the rate of the diagnosis."""
-    period = model.problem.period
-    q = decimated(_positions(model, j, log or model.problem.logs[j]), period)
+    period = hypothesis.problem.period
+    q = decimated(_positions(hypothesis, j, log or hypothesis.problem.logs[j]), period)
     return q, np.gradient(q, decimation(period) * period, axis=0)
 
 
-def _positions(model, j, log):
-    """Simulated positions (N, n) of a log; NaN where they leave every bound."""
-    q, = model.simulator.positions(log, [model.of_log(j)], dithered=False)
+def _positions(hypothesis: Hypothesis, j: int, log: Log) -> np.ndarray:
+    """Simulated positions (N, n) of a log; NaN where the model diverges."""
+    q, = hypothesis.simulator.positions(log, [hypothesis.of_log(j)], dithered=False)
     return q.T
 
 
-def _forward(dq, fastest):
-    """Share of the forward direction: 1, 0, and between them where the joint turns round."""
-    return 0.5 + 0.5 * np.tanh(dq / (SLOW * fastest))
+def _forward(dq: np.ndarray, reversal_speed: float) -> np.ndarray:
+    """Share of the forward direction: 1, 0, and between them where the joint reverses."""
+    return 0.5 + 0.5 * np.tanh(dq / reversal_speed)
 
 
-def _fit(model, motions, errors, k):
-    """Table of joint k by ridge regression on the fit logs."""
+def _joint_map(hypothesis: Hypothesis, motions: Sequence[tuple[np.ndarray, np.ndarray]],
+               errors: Sequence[np.ndarray], k: int, method: AssessmentMethod) -> JointTorqueMap:
+    """Torque map of joint k by ridge regression on the fit logs."""
     q, dq = ([motion[i][:, k] for motion in motions] for i in (0, 1))
-    places = np.linspace(min(map(np.min, q)), max(map(np.max, q)), PLACES)
-    speeds = max(np.abs(part).max() for part in dq) * np.linspace(1.0 / SPEEDS, 1.0, SPEEDS)**1.5
-    shapes = [_shapes(*motion, places, speeds) for motion in zip(q, dq)]
-    missed = [error[:, k] for error in errors]
-    theta, spread = _ridge(*_normal_equations(model, shapes, missed, k))
-    visits = np.concatenate(shapes).sum(axis=0)
-    return _map_of_joint(k, places, speeds, theta, spread, np.abs(visits))
+    count = method.map_speeds
+    positions = np.linspace(min(map(np.min, q)), max(map(np.max, q)), method.map_positions)
+    speeds = max(np.abs(part).max() for part in dq) * np.linspace(1.0 / count, 1.0, count)**1.5
+    reversal_speed = method.map_reversal_speed * speeds[-1]
+    shapes = [_shapes(*motion, positions, speeds, reversal_speed) for motion in zip(q, dq)]
+    grams, rights = _normal_equations(hypothesis, shapes, [error[:, k] for error in errors], k,
+                                      method)
+    theta, spread = _ridge(grams, rights, method)
+    visits = np.abs(np.concatenate(shapes).sum(axis=0))
+    parts = [np.split(part.reshape(2, -1), [len(positions)], axis=1)
+             for part in (theta, spread, visits)]
+    (over_position, over_speed), (position_spread, speed_spread), (visits, _) = parts
+    # the level of each direction goes to its speeds
+    level = ((over_position * visits).sum(axis=1, keepdims=True)
+             / visits.sum(axis=1, keepdims=True))
+    return JointTorqueMap(k, positions, speeds, over_position - level, over_speed + level,
+                          position_spread, speed_spread, reversal_speed)
 
 
-def _shapes(q, dq, places, speeds):
-    """Torques (N, columns) of the unit knots: place and speed, forward, then backward."""
-    share = _forward(dq, speeds[-1])[:, None]
-    hats = np.concatenate([_hats(q, places), _hats(np.abs(dq), speeds)], axis=1)
+def _shapes(q: np.ndarray, dq: np.ndarray, positions: np.ndarray, speeds: np.ndarray,
+            reversal_speed: float) -> np.ndarray:
+    """Torques (N, columns) of the unit knots: position and speed, forward, then backward."""
+    share = _forward(dq, reversal_speed)[:, None]
+    hats = np.concatenate([_hats(q, positions), _hats(np.abs(dq), speeds)], axis=1)
     return np.concatenate([share * hats, -(1.0 - share) * hats], axis=1)
 
 
-def _hats(x, knots):
+def _hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def _normal_equations(model, shapes, errors, k):
+def _normal_equations(hypothesis: Hypothesis, shapes: Sequence[np.ndarray],
+                      errors: Sequence[np.ndarray], k: int, method: AssessmentMethod,
+                      ) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrices and right sides of the parts of the fit logs, one per part."""
-    period, values = model.problem.period, model.values
-    b, a = decimated_filter(*torque_sensitivity(model.problem.law, k, values["inertia"][k],
-                                      values["damping"][k]), decimation(period))
-    first = round(SETTLED / (decimation(period) * period))
+    period, values = hypothesis.problem.period, hypothesis.values
+    b, a = decimated_filter(
+        *hypothesis.problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k]),
+        decimation(period))
+    first = round(method.map_settling / (decimation(period) * period))
     grams, rights = [], []
     for shape, error in zip(shapes, errors):
         columns = -lfilter(b, a, shape)[first:]
         left = decimated(error, period)[first:]
-        for rows, part in zip(np.array_split(columns, PARTS), np.array_split(left, PARTS)):
+        for rows, part in zip(np.array_split(columns, method.map_parts),
+                              np.array_split(left, method.map_parts)):
             grams.append(rows.T @ rows)
             rights.append(rows.T @ part)
     return np.array(grams), np.array(rights)
 
 
-def _ridge(grams, rights):
+def _ridge(grams: np.ndarray, rights: np.ndarray, method: AssessmentMethod,
+           ) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients with the ridge that predicts parts left out best, and their 95 % spread.
 
-    One ridge for all knots, in units of torque: where the motion says little the table is small.
+    One ridge for all knots, in units of torque: where the motion says little the map is small.
     """
     whole, right = grams.sum(axis=0), rights.sum(axis=0)
-    best = None
-    for ridge in RIDGES:
-        held = ridge * np.trace(whole) / len(right) * np.eye(len(right))
-        without = np.array([np.linalg.solve(whole - gram + held, right - part)
-                            for gram, part in zip(grams, rights)])
-        drop = (2 * np.einsum("pi,pi", without, rights)
-                - np.einsum("pi,pij,pj", without, grams, without))
-        if best is None or drop > best[0]:
-            best = drop, np.linalg.solve(whole + held, right), without
-    _, theta, without = best
+    best_drop, theta, without = -np.inf, right, rights
+    for ridge in method.map_ridges:
+        penalty = ridge * np.trace(whole) / len(right) * np.eye(len(right))
+        tried = np.array([np.linalg.solve(whole - gram + penalty, right - part)
+                          for gram, part in zip(grams, rights)])
+        drop = (2 * np.einsum("pi,pi", tried, rights)
+                - np.einsum("pi,pij,pj", tried, grams, tried))
+        if drop > best_drop:
+            best_drop, theta, without = drop, np.linalg.solve(whole + penalty, right), tried
     spread = np.sqrt((1.0 - 1.0 / len(grams)) * ((without - without.mean(axis=0))**2).sum(axis=0))
-    return theta, 1.96 * spread
-
-
-def _map_of_joint(k, places, speeds, theta, spread, visits):
-    """Table from the coefficients; the level of each direction goes to its speeds."""
-    split = [np.split(part.reshape(2, -1), [PLACES], axis=1) for part in (theta, spread, visits)]
-    (place, speed), (place_spread, speed_spread), (visited, _) = split
-    level = (place * visited).sum(axis=1, keepdims=True) / visited.sum(axis=1, keepdims=True)
-    return JointTorqueMap(int(k), places, speeds, place - level, speed + level,
-                      place_spread, speed_spread)
+    return theta, NORMAL_95 * spread

@@ -7,35 +7,31 @@ the model was corrected.
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
-from clie_blocks.analysis.gap.residual.sensitivity import torque_sensitivity
+from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.linear_filters import frequency_response
 
-BAND = 5.0  # Hz, above which an inverse filter amplifies noise only
-USUAL = 0.99  # quantile of the modelling error that stands for its bound
 
-
-def ultimate_bound(at):
-    """Bound of the modelling error of a model, and mu_1 that follows from it.
-
-    Parameters
-    ----------
-    at : Hypothesis
-        A fitted model.
+def ultimate_bound(hypothesis: Hypothesis, method: AssessmentMethod,
+                   ) -> tuple[float, float | None]:
+    """Bound of the modelling error of a fitted model, and mu_1 that follows from it.
 
     Returns
     -------
     eps_bar : float
-        99 % quantile of the norm of the modelling error below 5 Hz [rad/s^2].
+        99 % quantile of the norm of the modelling error at low frequency [rad/s^2].
     mu_1 : float or None
-        Radius of (A.5), in the norm of ``(e, de)``; None where the condition of Theorem 1 fails.
+        Radius of (A.5), in the norm of ``(e, de)``; None where the condition of Theorem 1 is
+        violated.
 
     """
     from clie_blocks.analysis.theory.bounds import ControlledJoints, theorem_2
 
-    law, values = at.problem.law, at.values
-    errors = [modelling_error(at, j) for j in validation_logs(at.problem)]
-    eps_bar = float(np.quantile(np.linalg.norm(np.concatenate(errors), axis=1), USUAL))
+    law, values = hypothesis.problem.law, hypothesis.values
+    errors = np.concatenate([modelling_error(hypothesis, j, method.bound_band)
+                             for j in validation_logs(hypothesis.problem)])
+    eps_bar = float(np.quantile(np.linalg.norm(errors, axis=1), method.bound_quantile))
     if not (np.all(law.kp > 0) and np.all(law.kd > 0)):
         return eps_bar, None
     joints = ControlledJoints(values["damping"] / values["inertia"], 1.0 / values["inertia"],
@@ -44,15 +40,16 @@ def ultimate_bound(at):
     return eps_bar, mu_1 if np.isfinite(mu_1) else None
 
 
-def modelling_error(at, j):
-    """Acceleration that a model misses in log j, below 5 Hz, shape (N, n) [rad/s^2]."""
-    error, period = at.error(j, dithered=False), at.problem.period
-    grid = np.fft.rfftfreq(2 * len(error), period)
-    low = (grid > 0) & (grid < BAND)
-    found = np.zeros((len(grid), error.shape[1]), complex)
+def modelling_error(hypothesis: Hypothesis, j: int, band: float) -> np.ndarray:
+    """Acceleration that a model misses in log j below a frequency [Hz], shape (N, n) [rad/s^2]."""
+    error, period = hypothesis.error(j, dithered=False), hypothesis.problem.period
+    frequency = np.fft.rfftfreq(2 * len(error), period)
+    is_low = (frequency > 0) & (frequency < band)
+    missed = np.zeros((len(frequency), error.shape[1]), complex)
     mirrored = np.fft.rfft(np.concatenate([error, error[::-1]]), axis=0)
-    for k, (inertia, damping) in enumerate(zip(at.values["inertia"], at.values["damping"])):
-        b, a = torque_sensitivity(at.problem.law, k, inertia, damping)
-        filtered = frequency_response(b, a, 2 * np.pi * grid[low] * period)
-        found[low, k] = mirrored[low, k] / (filtered * inertia)
-    return np.fft.irfft(found, 2 * len(error), axis=0)[:len(error)]
+    values = hypothesis.values
+    for k, (inertia, damping) in enumerate(zip(values["inertia"], values["damping"])):
+        b, a = hypothesis.problem.law.torque_sensitivity(k, inertia, damping)
+        sensitivity = frequency_response(b, a, 2 * np.pi * frequency[is_low] * period)
+        missed[is_low, k] = mirrored[is_low, k] / (sensitivity * inertia)
+    return np.fft.irfft(missed, 2 * len(error), axis=0)[:len(error)]

@@ -1,1 +1,1 @@
-"""Training of the numbers in ``method.json`` on simulated robots."""
+"""Training of the calibration in ``method.json``, and sweeps of any threshold."""

@@ -1,136 +1,140 @@
-"""Learn the numbers of the verdict on robots whose truth is known.
+"""Learn the calibration of the verdict on robots whose truth is known.
 
-Simulated robots come from `own_robots`, whose seeds are disjoint from every reported trial because
+Simulated robots come from `robots`, whose seeds are disjoint from every reported trial because
 no reported trial is made by it; opened studies of blind trials may be added::
 
     python -m clie_blocks.analysis.gap.calibration.learn -n 60 --studies out/seed-41 out/seed-42
 
-The evidence on each robot is kept as a file, so that a run continues, and learning anew takes a
-minute.  The numbers are few, and held to those set by hand; their worth is told on the group of
-robots (a study, or the simulated ones) that they were not learned on.
+The evidence on each robot is stored as a file, so that a run continues, and learning anew takes a
+minute.  Few values are learned, and they are held near those set by hand; what they are worth is
+reported for the group of robots (a study, or the simulated ones) that they were not learned on.
 """
 
 import argparse
 import dataclasses
 import json
 import re
+from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.calibration.examples import read_examples
+from clie_blocks.analysis.gap.calibration.examples import Example, read_examples
+from clie_blocks.analysis.gap.calibration.robots import Case
 from clie_blocks.analysis.gap.method.calibration import (
     SCHEMA_VERSION,
     STORED,
     Calibration,
     load_calibration,
 )
+from clie_blocks.analysis.gap.verdict.evidence import Table
 from clie_blocks.analysis.gap.verdict.evidence import to_json as plain
-from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior
+from clie_blocks.analysis.gap.verdict.posterior import (
+    RankedCause,
+    credible_set,
+    marginals,
+    posterior,
+)
+from clie_blocks.analysis.statistical_measures import calibration_error
 from clie_blocks.output import progress, run_main, to_json, write
 
 __all__ = ["cross_validate", "diagnose_robots", "learn", "loss", "read_examples"]
-LEARNED = ("sharpness", "price", "misfit", "unexplained_share", "parametric", "beyond", "lapse",
-           "blunt", "doubt")
-LOOSENESS = 0.7  # how far a number may leave its hand-set value, in factors e at one sigma
-FOLDS = 5  # where all robots are of one group
-SWEEPS = 2  # of the search along each number
-LEAST = 1e-3  # probability below which being wrong costs no more
-SURE = 0.9  # probability from which a decision counts as stated for certain
-CHUNK = 12  # robots simulated side by side
+LEARNED = ("sharpness", "parameter_cost", "misfit", "unexplained_share", "parametric_cost",
+           "prior_violation_cost", "contamination", "contamination_bluntness",
+           "leader_uncertainty")
+_LOOSENESS = 0.7  # how far a value may leave the one set by hand, in factors e at one sigma
+_FOLDS = 5  # where all robots are of one group
+_SWEEPS = 2  # of the search along each value
+_LEAST = 1e-3  # probability below which being wrong costs no more
+_CERTAIN = 0.9  # probability from which a decision counts as stated for certain
+_CHUNK = 12  # robots simulated side by side
 DURATION, SIZE = 15.0, 0.2  # of each log [s], and of the effects
 
+Stated = tuple[tuple[str, ...], list[RankedCause]]
+"""Truth and ranking of a robot."""
 
-def loss(numbers, examples):
+
+def loss(calibration: Calibration, examples: Sequence[Example]) -> float:
     """Mean negative logarithm of the probability of the truth [nats]."""
-    return float(np.mean([_surprise(one.truth, posterior(one.table, numbers))
+    return float(np.mean([_surprise(one.truth, posterior(one.table, calibration))
                           for one in examples]))
 
 
-def _surprise(truth, ranking):
-    right = sum(standing.probability for standing in ranking
-                if tuple(sorted(standing.names)) == truth)
-    return -np.log(max(right, LEAST))
+def _surprise(truth: tuple[str, ...], ranking: Sequence[RankedCause]) -> float:
+    right = sum(ranked.probability for ranked in ranking if tuple(sorted(ranked.names)) == truth)
+    return -float(np.log(max(right, _LEAST)))
 
 
-def learn(examples, names=LEARNED, others=None):
-    """Numbers with the least loss, held to those set by hand.
+def learn(examples: Sequence[Example], names: Sequence[str] = LEARNED,
+          others: Calibration | None = None) -> Calibration:
+    """Calibration with the least loss, held near the one set by hand.
 
     Parameters
     ----------
     examples : list of Example
         Diagnosed robots.
     names : sequence of str
-        Numbers to learn.
+        Values to learn.
     others : Calibration, optional
         The rest; set by hand by default.
 
     """
     from scipy.optimize import minimize
 
-    hand = Calibration()
+    by_hand = Calibration()
 
-    def numbers(steps):
-        return dataclasses.replace(others or hand, **{
-            name: getattr(hand, name) * float(np.exp(step)) for name, step in zip(names, steps)})
+    def calibration(steps: np.ndarray) -> Calibration:
+        return dataclasses.replace(others or by_hand, **{
+            name: getattr(by_hand, name) * float(np.exp(step))
+            for name, step in zip(names, steps)})
 
-    def price(steps):
-        held = np.sum((steps / LOOSENESS) ** 2) / 2 / len(examples)
-        return loss(numbers(steps), examples) + held
+    def penalised_loss(steps: np.ndarray) -> float:
+        penalty = np.sum((steps / _LOOSENESS) ** 2) / 2 / len(examples)
+        return loss(calibration(steps), examples) + penalty
 
-    found = minimize(price, np.zeros(len(names)), method="Powell",
-                     options={"maxiter": SWEEPS, "xtol": 0.03, "ftol": 1e-4})
-    return numbers(np.atleast_1d(found.x))
+    best = minimize(penalised_loss, np.zeros(len(names)), method="Powell",
+                    options={"maxiter": _SWEEPS, "xtol": 0.03, "ftol": 1e-4})
+    return calibration(np.atleast_1d(best.x))
 
 
-def cross_validate(examples, names=LEARNED, others=None):
-    """Return what the numbers are worth, each group judged by numbers learned without it.
+def cross_validate(examples: Sequence[Example], names: Sequence[str] = LEARNED,
+                   others: Calibration | None = None) -> dict[str, dict[str, Any]]:
+    """Return what a calibration is worth on each group of robots that it was not learned on.
 
-    Parameters
-    ----------
-    examples : list of Example
-        Diagnosed robots, with their groups.
-    names, others
-        As of `learn`.
-
-    Returns
-    -------
-    dict
-        `figures` by group, and of all groups together.
-
+    Takes the arguments of `learn`; returns `calibration_figures` by group, and of all groups
+    together.
     """
     groups = [one.group for one in examples]
     if len(set(groups)) == 1:
-        groups = [f"part {i % FOLDS + 1}" for i in range(len(examples))]
+        groups = [f"part {i % _FOLDS + 1}" for i in range(len(examples))]
     stated = {}
     for group in sorted(set(groups)):
-        rest = [one for one, at in zip(examples, groups) if at != group]
-        numbers = learn(rest, names, others)
-        stated[group] = [(one.truth, posterior(one.table, numbers))
-                         for one, at in zip(examples, groups) if at == group]
-    return {**{group: calibration_figures(found) for group, found in stated.items()},
+        rest = [one for one, its_group in zip(examples, groups) if its_group != group]
+        calibration = learn(rest, names, others)
+        stated[group] = [(one.truth, posterior(one.table, calibration))
+                         for one, its_group in zip(examples, groups) if its_group == group]
+    return {**{group: calibration_figures(rankings) for group, rankings in stated.items()},
             "all": calibration_figures(sum(stated.values(), []))}
 
 
-def calibration_figures(stated):
+def calibration_figures(stated: Sequence[Stated]) -> dict[str, Any]:
     """Return loss, coverage and size of the 90 % sets, and how sure and right decisions are.
 
-    Parameters
-    ----------
-    stated : list of (tuple of str, list of Standing)
-        Truth and ranking of each robot; decisions and sets count those with one right answer.
-
+    Decisions and sets count the robots with one right answer.
     """
-    told = {"robots": len(stated), "loss": float(np.mean([_surprise(*one) for one in stated]))}
+    figures = {"robots": len(stated), "loss": float(np.mean([_surprise(*one) for one in stated]))}
     single = [(set(truth), ranking) for truth, ranking in stated if len(truth) == 1]
     if not single:
-        return told
+        return figures
     best = [max(marginals(ranking).items(), key=lambda item: item[1]) for _, ranking in single]
-    sure = [(probability, name in truth) for (name, probability), (truth, _) in zip(best, single)]
-    certain = [one for one in sure if one[0] >= SURE]
+    decisions = [(probability, name in truth)
+                 for (name, probability), (truth, _) in zip(best, single)]
+    certain = [one for one in decisions if one[0] >= _CERTAIN]
     sets = [credible_set(ranking) for _, ranking in single]
-    return {**told, "right": float(np.mean([right for _, right in sure])),
-            "calibration_error": _calibration_error(np.array(sure, float)),
+    return {**figures, "right": float(np.mean([right for _, right in decisions])),
+            "calibration_error": calibration_error(decisions),
             "certain": len(certain),
             "certain_stated_and_right": np.mean(certain, axis=0).tolist() if certain else None,
             "coverage": float(np.mean([truth <= set(names)
@@ -138,21 +142,15 @@ def calibration_figures(stated):
             "set_size": float(np.mean([len(names) for names in sets]))}
 
 
-def _calibration_error(sure):
-    """Mean distance of stated from observed shares over tenths of the stated probability."""
-    place = np.minimum((sure[:, 0] * 10).astype(int), 9)
-    return float(np.abs(np.bincount(place, sure[:, 0] - sure[:, 1])).sum() / len(sure))
-
-
-def diagnose_robots(count, seed, folder, jobs=1):
-    """Simulate and diagnose robots, and keep the evidence on each as a file.
+def diagnose_robots(count: int, seed: int, folder: str | PathLike[str], jobs: int = 1) -> None:
+    """Simulate and diagnose robots, and store the evidence on each as a file.
 
     Parameters
     ----------
     count, seed : int
         Robots, and the seed of all of them.
     folder : path-like
-        Where the evidence is kept; what is there already is not made again.
+        Where the evidence is stored; what is there already is not made again.
     jobs : int
         Processes.
 
@@ -161,8 +159,8 @@ def diagnose_robots(count, seed, folder, jobs=1):
 
     from clie_blocks.analysis.workers import workers
 
-    parts = [(seed, first, min(CHUNK, count - first), Path(folder))
-             for first in range(0, count, CHUNK)]
+    parts = [(seed, first, min(_CHUNK, count - first), Path(folder))
+             for first in range(0, count, _CHUNK)]
     with progress("diagnosing simulated robots", count) as advance:
         if jobs == 1:
             for part in parts:
@@ -173,68 +171,63 @@ def diagnose_robots(count, seed, folder, jobs=1):
                 advance(done.result())
 
 
-def _diagnose_part(seed, first, count, folder):
+def _diagnose_part(seed: int, first: int, count: int, folder: Path) -> int:
     from clie_blocks.analysis.gap.calibration.robots import EFFECTS, KINDS, draw_cases
 
-    places = [folder / f"robot-{seed}-{first + i:03d}.json" for i in range(count)]
-    if all(place.is_file() for place in places):
+    files = [folder / f"robot-{seed}-{first + i:03d}.json" for i in range(count)]
+    if all(file.is_file() for file in files):
         return count
-    made = draw_cases(count, [seed, first], sorted(EFFECTS), KINDS, DURATION, SIZE)
-    for place, case in zip(places, made):
-        if not place.is_file():
-            write(place, to_json({**plain(_evidence(case)),
-                                  "truth": sorted(case.causes) or ["none"]}))
+    cases = draw_cases(count, [seed, first], sorted(EFFECTS), KINDS, DURATION, SIZE)
+    for file, case in zip(files, cases):
+        if not file.is_file():
+            write(file, to_json({**plain(_evidence(case)),
+                                 "truth": sorted(case.causes) or ["none"]}))
     return count
 
 
-def _evidence(case):
+def _evidence(case: Case) -> Table:
     from clie_blocks.analysis.gap.explain import explain
-    from clie_blocks.analysis.gap.problem.problem import problem
+    from clie_blocks.analysis.gap.problem.problem import Problem
 
-    return explain(problem(case.robot, case.records))[2]
+    return explain(Problem.from_logs(case.robot, case.records)).evidence
 
 
-def main(argv=None):
-    """Run the calibration and store it.
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the calibration and store it."""
+    options = _parser().parse_args(argv)
+    if options.n:
+        diagnose_robots(options.n, options.seed, options.robots, options.jobs)
+    robots = read_examples(options.robots)
+    trials = [one for study in options.studies for one in read_examples(study)]
+    examples = robots + trials
+    names, others = options.learn or LEARNED, load_calibration() if options.learn else None
+    method = {"schema_version": SCHEMA_VERSION, "robots": len(robots), "seed": options.seed,
+              "trials": len(trials), "studies": [study.name for study in options.studies],
+              "seeds": sorted({int(seed) for study in options.studies
+                               for seed in re.findall(r"\d+", study.name)}),
+              "learned": list(names), "held_out": cross_validate(examples, names, others),
+              "values": dataclasses.asdict(learn(examples, names, others))}
+    write(options.output, to_json(method))
+    print(json.dumps(method["held_out"], indent=1))
+    return 0
 
-    Parameters
-    ----------
-    argv : list of str, optional
-        Arguments; by default those of the process.
 
-    Returns
-    -------
-    int
-        0.
-
-    """
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-n", type=int, default=200, help="robots (200)")
-    parser.add_argument("--seed", type=int, default=1)
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m clie_blocks.analysis.gap.calibration.learn", description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-n", type=int, default=200, help="robots to simulate (200)")
+    parser.add_argument("--seed", type=int, default=1, help="of the simulated robots (1)")
     parser.add_argument("--jobs", type=int, default=1, help="processes (1)")
     parser.add_argument("--robots", type=Path, default=Path("calibration-robots"), metavar="DIR",
-                        help="where the evidence on each robot is kept (calibration-robots)")
+                        help="where the evidence on each robot is stored (calibration-robots)")
     parser.add_argument("--studies", type=Path, nargs="*", default=[], metavar="DIR",
                         help="opened studies of blind trials to learn from as well")
-    parser.add_argument("--learn", nargs="*", choices=LEARNED, default=[], metavar="NUMBER",
-                        help="learn these alone, beside the others as they are stored (all)")
-    parser.add_argument("-o", "--output", type=Path, default=STORED)
-    asked = parser.parse_args(argv)
-    if asked.n:
-        diagnose_robots(asked.n, asked.seed, asked.robots, asked.jobs)
-    robots = read_examples(asked.robots)
-    trials = [one for study in asked.studies for one in read_examples(study)]
-    examples = robots + trials
-    names, others = asked.learn or LEARNED, load_calibration() if asked.learn else None
-    told = {"schema_version": SCHEMA_VERSION, "robots": len(robots), "seed": asked.seed,
-            "trials": len(trials), "studies": [study.name for study in asked.studies],
-            "seeds": sorted({int(seed) for study in asked.studies
-                             for seed in re.findall(r"\d+", study.name)}),
-            "learned": list(names), "held_out": cross_validate(examples, names, others),
-            "numbers": dataclasses.asdict(learn(examples, names, others))}
-    write(asked.output, to_json(told))
-    print(json.dumps(told["held_out"], indent=1))
-    return 0
+    parser.add_argument("--learn", nargs="*", choices=LEARNED, default=[], metavar="NAME",
+                        help="learn these values only and keep the stored others (all)")
+    parser.add_argument("-o", "--output", type=Path, default=STORED,
+                        help="file of the calibration (the one of the package)")
+    return parser
 
 
 if __name__ == "__main__":

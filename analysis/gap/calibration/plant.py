@@ -4,6 +4,9 @@ Every joint of every log of every robot is one lane of the same arrays.  Dry fri
 inside a narrow band of speed a joint is held unless the torque on it exceeds the friction.
 """
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 PERIOD = 1e-3  # s
@@ -18,8 +21,12 @@ _NEUTRAL = dict(forward=0.0, asymmetry=0.0, excess=0.0, stribeck=1.0, quadratic=
                 hidden_integral=0.0, scaled_gain=0.0)
 
 
-def simulate(lanes, rng):
-    """Simulate all lanes; returns measured positions and commands, shape (N, lanes)."""
+def simulate(lanes: Sequence[Mapping[str, Any]], rng: np.random.Generator,
+             ) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate all lanes; returns measured positions and commands, shape (N, lanes).
+
+    A lane holds the parameters of one joint and the motion of one log.
+    """
     p = {key: np.array([lane.get(key, neutral) for lane in lanes])
          for key, neutral in _NEUTRAL.items()}
     p.update({key: np.array([lane[key] for lane in lanes])
@@ -54,15 +61,18 @@ def simulate(lanes, rng):
         queue[0] = (kept * (1 - p["sag"] * 0.1 * load - p["heating"] * 0.1 * heat / (heat + 1))
                     + p["kp"] * (0.05 * p["scaled_gain"] * (q_d[i] - seen)
                                  + 0.2 * p["hidden_integral"] * integral))
-        late = np.minimum((p["delay"] / PERIOD).astype(int), DELAY_ROOM - 2)
-        part, lane = p["delay"] / PERIOD - late, np.arange(count)
-        drive = (1 - part) * queue[late, lane] + part * queue[late + 1, lane]
+        whole = np.minimum((p["delay"] / PERIOD).astype(int), DELAY_ROOM - 2)
+        part, lane = p["delay"] / PERIOD - whole, np.arange(count)
+        drive = (1 - part) * queue[whole, lane] + part * queue[whole + 1, lane]
         slow += PERIOD * (-2 * np.pi * slow + 3.0 * rng.standard_normal(count) / np.sqrt(PERIOD))
         q, dq, lagged = _advance(i * PERIOD, q, dq, lagged, drive, slow, p)
     return measured, commands
 
 
-def _advance(t, q, dq, lagged, drive, slow, p):
+def _advance(t: float, q: np.ndarray, dq: np.ndarray, lagged: np.ndarray, drive: np.ndarray,
+             slow: np.ndarray, p: Mapping[str, np.ndarray],
+             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities and lagged torques after one period, all (lanes,)."""
     h = PERIOD / SUBSTEPS
     for k in range(SUBSTEPS):
         now = t + k * h
@@ -84,7 +94,9 @@ def _advance(t, q, dq, lagged, drive, slow, p):
     return q, dq, lagged
 
 
-def _opposing(t, q, dq, slow, p):
+def _opposing(t: float, q: np.ndarray, dq: np.ndarray, slow: np.ndarray,
+              p: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Torque that opposes the motion but for dry friction (lanes,)."""
     drift = p["drift"] * (1 - np.exp(-t / p["drift_time"]))
     damping = p["damping"] * (1 + 0.8 * p["modulated_damping"] * np.sin(5 * q)) + drift
     spring = p["spring"] + 0.1 * p["kp"] * p["varying_stiffness"] * np.sin(2.3 * t + np.sin(t))

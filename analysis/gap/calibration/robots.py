@@ -1,9 +1,11 @@
-"""Robots to calibrate on, drawn at random; `own_plant` moves them, `own_records` writes them down.
+"""Robots to calibrate on, drawn at random; `plant.simulate` moves them.
 
 Single joints may carry a pendulum; robots with more joints have no link terms.
 """
 
 import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +25,7 @@ EXCITATIONS = ("triangle", "multisine", "steps", "chirp", "paper_pe")
 KINDS = ("single",) * 9 + ("none", "parametric") + ("pair",) * 3 + ("triple",) + ("unknown",) * 4
 UNKNOWN = ("random_torque", "modulated_damping", "varying_stiffness", "lost_commands",
            "wavy_friction", "soft_stop", "heating", "sag", "hidden_integral", "scaled_gain")
-SEVERAL = {"single": 1, "pair": 2, "triple": 3}
+_COUNT = {"single": 1, "pair": 2, "triple": 3}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -42,12 +44,20 @@ class Case:
 
     """
 
-    robot: object
-    records: list
-    causes: dict
+    robot: Robot
+    records: list[Record]
+    causes: dict[str, int | None]
 
 
-def draw_cases(count, seed, causes, kinds=KINDS, duration=20.0, size=1.0):
+Joint = dict[str, Any]
+"""Parameters of a joint, as `plant.simulate` reads them."""
+Setter = Callable[[np.random.Generator, Joint], None]
+"""What puts an effect of drawn size into a joint."""
+
+
+def draw_cases(count: int, seed: int | Sequence[int], causes: Sequence[str],
+               kinds: Sequence[str] = KINDS, duration: float = 20.0, size: float = 1.0,
+               ) -> list[Case]:
     """Return robots with drawn effects.
 
     Parameters
@@ -71,30 +81,32 @@ def draw_cases(count, seed, causes, kinds=KINDS, duration=20.0, size=1.0):
     drawn = [_draw(rng, causes, kinds, duration, size) for _ in range(count)]
     lanes = [lane for case in drawn for log in case["logs"] for lane in log]
     q, u = simulate(lanes, rng)
-    made, at = [], 0
+    cases, first = [], 0
     for case in drawn:
         records = []
         for j, log in enumerate(case["logs"]):
-            part = slice(at, at + len(log))
-            at += len(log)
+            part = slice(first, first + len(log))
+            first += len(log)
             records.append(as_record(j, log, q[:, part], u[:, part]))
-        made.append(Case(as_robot(case["joints"]), records, case["truth"]))
-    return made
+        cases.append(Case(as_robot(case["joints"]), records, case["truth"]))
+    return cases
 
 
-def _draw(rng, causes, kinds, duration, size):
+def _draw(rng: np.random.Generator, causes: Sequence[str], kinds: Sequence[str], duration: float,
+          size: float) -> dict[str, Any]:
+    """Joints, logs and truth of one robot."""
     n = int(rng.choice([1, 1, 2, 3]))
     joints = [{**_joint(rng, pendulum=n == 1), "size": size} for _ in range(n)]
     kind = rng.choice(kinds)
-    truth = {}
+    truth: dict[str, int | None] = {}
     if kind == "unknown":
         joints[rng.integers(n)][str(rng.choice(UNKNOWN))] = size * float(rng.uniform(0.5, 2.0))
         truth["unknown"] = None
     elif kind == "parametric":
         joints[rng.integers(n)]["damping"] *= 1 + rng.choice([-1, 1]) * rng.uniform(0.2, 0.4)
         truth["parametric"] = None
-    elif kind in SEVERAL:
-        for name in rng.choice(causes, min(SEVERAL[kind], len(causes)), replace=False):
+    elif kind in _COUNT:
+        for name in rng.choice(causes, min(_COUNT[kind], len(causes)), replace=False):
             k = int(rng.integers(n))
             EFFECTS[name](rng, joints[k])
             truth[str(name)] = k + 1
@@ -104,7 +116,7 @@ def _draw(rng, causes, kinds, duration, size):
     return {"joints": joints, "logs": logs, "truth": truth}
 
 
-def _joint(rng, pendulum):
+def _joint(rng: np.random.Generator, pendulum: bool) -> Joint:
     ratio = float(rng.choice([1.0, 10.0, 30.0, 60.0, 100.0, 160.0]))
     inertia = float(np.exp(rng.uniform(np.log(2e-3), np.log(2.0))))
     joint = {"ratio": ratio, "rate": float(rng.uniform(0.5, 4.0)), "nominal_inertia": inertia}
@@ -122,7 +134,8 @@ def _joint(rng, pendulum):
     return joint
 
 
-def _motion(rng, joint, excitation, duration):
+def _motion(rng: np.random.Generator, joint: Joint, excitation: str, duration: float,
+            ) -> dict[str, Any]:
     t = PERIOD * np.arange(round(duration / PERIOD))
     torque, angle = 0.3 * joint["kp"], rng.uniform(0.2, 0.5)
     q_d, pe = np.full(len(t), joint["start"]), np.zeros(len(t))
@@ -147,25 +160,25 @@ def _motion(rng, joint, excitation, duration):
     return {"q_d": np.round(q_d, 4), "pe": np.round(pe, 8), "excitation": excitation}
 
 
-def _size(rng):
+def _size(rng: np.random.Generator) -> float:
     return float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
 
 
-def _harmonic(rng, ratio):
+def _harmonic(rng: np.random.Generator, ratio: float) -> float:
     """A harmonic of the motor's turn, high enough to show within the travel."""
     return ratio * float(np.ceil(rng.uniform(15.0, 40.0) / ratio))
 
 
-def _set(**values):
-    """Effect whose numbers are a share of the joint's own scale, of drawn size."""
-    def put(rng, joint):
+def _set(**values: tuple[str, float]) -> Setter:
+    """Effect whose parameters are a share of the joint's own scale, of drawn size."""
+    def put(rng: np.random.Generator, joint: Joint) -> None:
         scale = {"torque": 0.3 * joint["kp"], "inertia": joint["inertia"], "one": 1.0}
         for name, (unit, factor) in values.items():
             joint[name] = scale[unit] * factor * joint["size"] * _size(rng)
     return put
 
 
-EFFECTS = {
+EFFECTS: dict[str, Setter] = {
     "coulomb": _set(forward=("torque", 1.0)),
     "quadratic_drag": _set(quadratic=("inertia", 20.0)),
     "spring": _set(spring=("torque", 1.0)),
@@ -194,36 +207,18 @@ EFFECTS = {
 }
 
 
-def as_record(j, log, q, u):
-    """Record of one log of a robot to calibrate on.
-
-    Parameters
-    ----------
-    j : int
-        Place of the log.
-    log : list of dict
-        Lanes of its joints.
-    q, u : ndarray, shape (N, n)
-        Measured positions [rad] and commands [N m].
-
-    """
+def as_record(j: int, log: Sequence[Joint], q: np.ndarray, u: np.ndarray) -> Record:
+    """Record of log j, from the lanes of its joints, positions [rad] and commands [N m] (N, n)."""
     return Record(time=PERIOD * np.arange(len(q)), q=q, u=u, source=f"log-{j + 1}",
                   qd=np.stack([lane["q_d"] for lane in log], axis=1),
                   pe=np.stack([lane["pe"] for lane in log], axis=1))
 
 
-def as_robot(joints):
-    """What an engineer would know of a robot to calibrate on.
-
-    Parameters
-    ----------
-    joints : list of dict
-        Its drawn joints, as lanes.
-
-    """
+def as_robot(joints: Sequence[Joint]) -> Robot:
+    """What an engineer would know of a robot to calibrate on, from its drawn joints."""
     n = len(joints)
 
-    def column(key):
+    def column(key: str) -> np.ndarray:
         return np.array([joint[key] for joint in joints])
 
     ratio, inertia, link = column("ratio"), column("nominal_inertia"), column("link")

@@ -1,8 +1,61 @@
-"""Thresholds of the assessment: gap reduction, torque map, next experiment."""
+"""Thresholds of the assessment: gap reduction, torque map, next experiment, ultimate bound."""
 
 import dataclasses
+
+from clie_blocks.analysis.gap.method.threshold import threshold
 
 
 @dataclasses.dataclass(frozen=True)
 class AssessmentMethod:
-    """Thresholds of the assessment: gap reduction, torque map, next experiment."""
+    """Thresholds of the assessment: gap reduction, torque map, next experiment, ultimate bound."""
+
+    bootstrap_block: float = threshold(
+        2.0, "s", "long against the memory of the loop, so that blocks are independent")
+    reducible_from: float = threshold(
+        1.02, "factor on the noise floor", "a smaller gap holds nothing that could be removed")
+    fold_block: float = threshold(
+        2.0, "s", "least length of a block that is left out of a fit")
+    fold_blocks: int = threshold(10, "blocks", "of a log that is long enough")
+    fold_least_blocks: int = threshold(
+        4, "blocks", "of a shorter log too little would be left to fit to")
+    folds: int = threshold(5, "count", "of the cross-validation over blocks")
+    fold_margin: float = threshold(
+        0.5, "s", "on both sides of a block that is neither fitted nor predicted")
+    refit_steps: int = threshold(
+        2, "iterations", "enough from the fit to all blocks to the fit without one")
+
+    map_positions: int = threshold(16, "knots", "of a torque map, over the range of motion")
+    map_speeds: int = threshold(8, "knots", "of a torque map, over the range of speed")
+    map_ridges: tuple[float, ...] = threshold(
+        (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0), "share of the mean square of a column",
+        "ridges that are tried; the one that predicts best is taken")
+    map_parts: int = threshold(
+        4, "parts of each fit log", "a lap each where a motion is repeated")
+    map_reversal_speed: float = threshold(
+        0.02, "share of the largest speed", "slower motion counts as a reversal")
+    map_settling: float = threshold(0.5, "s", "at the start of a log that is not fitted")
+    map_rounds: int = threshold(3, "rounds", "after which motion and torque map agree")
+    map_least_gap: float = threshold(
+        1.5, "factor on the noise floor", "a joint with a smaller gap gets no map")
+    map_least_percent: float = threshold(
+        10.0, "% of the reducible gap", "a map that removes less is not worth its parameters")
+
+    experiment_duration: float = threshold(20.0, "s", "of a recommended run")
+    experiment_limit: float = threshold(
+        0.9, "share of each limit", "that a recommended run may use")
+    experiment_causes: int = threshold(
+        4, "hypotheses", "that a recommended run is to tell apart, the most probable ones")
+    experiment_tries: int = threshold(
+        6, "multisines", "that are tried after the first of each band")
+    experiment_lines: int = threshold(10, "lines", "of a multisine")
+    experiment_period: float = threshold(10.0, "s", "after which a multisine repeats")
+    experiment_bands: tuple[tuple[float, float], ...] = threshold(
+        ((0.1, 3.0), (0.1, 9.0), (1.0, 12.0)), "Hz", "of the multisines that are tried first")
+    experiment_reference_shares: tuple[float, ...] = threshold(
+        (0.8, 0.2), "share of a multisine's motion",
+        "that comes from the reference rather than from the excitation")
+
+    bound_band: float = threshold(
+        5.0, "Hz", "above, the inverse of the sensitivity only amplifies noise")
+    bound_quantile: float = threshold(
+        0.99, "quantile", "of the modelling error that stands for its bound")

@@ -1,22 +1,24 @@
-"""From excess to odds: the parameters of the verdict, some of them learned."""
+"""From excess to odds: the thresholds of the verdict that are, in part, learned."""
 
 import dataclasses
 import json
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from clie_blocks.analysis.gap.method.threshold import threshold
 from clie_blocks.errors import ClieError
 
-SCHEMA_VERSION = 4  # of method.json
+SCHEMA_VERSION = 5  # of method.json
 STORED = Path(__file__).with_name("method.json")
-RARE = 100.0  # odds against a hypothesis that is not worth its fit
+
+Excess = TypeVar("Excess", float, np.ndarray)
 
 
 @dataclasses.dataclass(frozen=True)
 class Calibration:
-    """Parameters that turn excess into odds; what is learned of them stands in ``method.json``."""
+    """What turns excess into odds; the values that are learned stand in ``method.json``."""
 
     sharpness: float = threshold(6.0, "nats", "per factor e of excess")
     floor: float = threshold(0.05, "excess per sample", "a right model may leave this much")
@@ -24,17 +26,19 @@ class Calibration:
         0.0002, "share of the whole excess",
         "a right model may leave this much: strong effects change the motion in ways that no "
         "kernel matches to the last digit")
-    price: float = threshold(1.0, "nats", "cost of one parameter of a hypothesis")
-    second: float = threshold(
+    parameter_cost: float = threshold(1.0, "nats", "cost of one parameter of a hypothesis")
+    cause_cost: float = threshold(
         4.0, "nats",
         "cost of each further cause: one pair of two dozen causes is a priori rarer than one "
         "cause alone by about this; it is not learned from how often trials hold pairs")
-    share: float = threshold(
+    fair_share: float = threshold(
         0.01, "share of the whole excess",
-        "a further cause that removes less pays `slight` for what it falls short")
-    slight: float = threshold(
+        "a further cause that removes less pays `shortfall_cost` for what it falls short")
+    shortfall_cost: float = threshold(
         4.0, "nats",
-        "cost per factor e that a further cause falls short of `share`")
+        "cost per factor e that a further cause falls short of `fair_share`")
+    futile_odds: float = threshold(
+        100.0, "odds", "against a hypothesis that is not worth its fit")
     healthy: float = threshold(0.5, "excess per sample", "a healthy robot may have this much")
     unexplained_share: float = threshold(
         0.2, "share of the whole excess",
@@ -42,50 +46,62 @@ class Calibration:
     unexplained_least: float = threshold(
         2.0, "excess per sample",
         "least excess that counts as unexplained")
-    structure: float = threshold(
+    free_torque_cost: float = threshold(
         8.0, "nats",
         "cost of a free torque of pose, speed and load, as an unknown effect has")
-    slack: float = threshold(
+    free_torque_slack: float = threshold(
         0.03, "share of the whole excess",
-        "a free torque may explain this much beside a right cause: a real machine holds more "
-        "than its main cause")
-    alike: float = threshold(
+        "a free torque may explain this much of what a right cause leaves: a real machine holds "
+        "more than its main cause")
+    free_torque_share: float = threshold(
+        0.5, "share of what a hypothesis leaves",
+        "a free torque that leaves more says nothing of an unknown effect")
+    soft_stop_share: float = threshold(
         0.0025, "share of the whole excess",
         "least that a soft stop leaves where torques of the pose take its place: one that "
-        "begins in the middle of the travel leaves 0.012 beside a sine, and 0.0025 beside a "
+        "begins in the middle of the travel leaves 0.012 with a sine, and 0.0025 with a "
         "sine and a spring")
-    foreign: float = threshold(
+    confounder_cost: float = threshold(
         2.0, "nats",
         "cost of a hypothesis with a confounder outside the library, against that confounder")
-    parametric: float = threshold(
+    parametric_cost: float = threshold(
         1.0, "nats",
         "cost of a joint model outside its datasheet, against an effect that explains it")
-    beyond: float = threshold(
+    prior_violation_cost: float = threshold(
         4.0, "nats",
         "cost of parameters beyond the datasheet, for a hypothesis that does not speak of them")
-    lapse: float = threshold(
-        0.05, "probability",
-        "the model of the evidence is wrong (contamination)")
-    blunt: float = threshold(
+    contamination: float = threshold(
+        0.05, "probability", "that the model of the evidence is wrong")
+    contamination_bluntness: float = threshold(
         5.0, "factor",
         "the odds are this much less sharp where the model of the evidence is wrong")
-    doubt: float = threshold(
+    leader_uncertainty: float = threshold(
         0.2, "probability",
         "the leading cause gives this much to the others where even the best leaves much")
 
-    def small_gain_cost(self, gained: float) -> float:
-        """Cost of a further cause for the share of the whole excess that it removes [nats]."""
-        return self.slight * np.log(self.share / min(max(gained, 1e-6), self.share))
+    def score(self, excess: Excess, nominal_excess: float) -> Excess:
+        """Logarithm of the odds of a hypothesis by what it leaves, but for a constant [nats].
 
-    def cannot_pay_off(self, left: float, nothing: float) -> bool:
+        What is left of the excess of the nominal model is misfit rather than noise, so the odds
+        go with its logarithm, above what a right model may leave.
+        """
+        tolerated = self.floor + self.misfit * max(nominal_excess, 0.0)
+        return -self.sharpness * np.log(np.maximum(excess, 0.0) + tolerated)
+
+    def shortfall(self, gain: float) -> float:
+        """Cost of a further cause for the share of the whole excess that it removes [nats]."""
+        removed = min(max(gain, 1e-6), self.fair_share)
+        return self.shortfall_cost * np.log(self.fair_share / removed)
+
+    def cannot_pay_off(self, excess: float, nominal_excess: float) -> bool:
         """Whether no further cause could outweigh its cost, however little it would leave.
 
-        `left` is the excess of the best hypothesis, `nothing` that of the refitted nominal model.
+        `excess` is that of the best hypothesis, `nominal_excess` that of the nominal model.
         """
-        tolerated = self.floor + self.misfit * max(nothing, 0.0)
-        gain = self.sharpness * np.log1p(max(left, 0.0) / tolerated)
-        share = left / max(nothing, left, self.floor)
-        return gain < self.small_gain_cost(share) + self.second + self.price - np.log(RARE)
+        gain = self.score(0.0, nominal_excess) - self.score(excess, nominal_excess)
+        share = excess / max(nominal_excess, excess, self.floor)
+        cost = self.shortfall(share) + self.cause_cost + self.parameter_cost
+        return bool(gain < cost - np.log(self.futile_odds))
 
 
 def load_calibration(path: Path = STORED) -> Calibration:
@@ -94,7 +110,7 @@ def load_calibration(path: Path = STORED) -> Calibration:
     Raises
     ------
     ClieError
-        If the file is of another schema, whose parameters mean something else.
+        If the file is of another schema, whose values mean something else.
 
     """
     if not path.is_file():
@@ -104,4 +120,4 @@ def load_calibration(path: Path = STORED) -> Calibration:
         raise ClieError(f"{path} is of schema {stored['schema_version']}, this verdict reads "
                         f"schema {SCHEMA_VERSION}: python -m "
                         "clie_blocks.analysis.gap.calibration.learn")
-    return Calibration(**stored["numbers"])
+    return Calibration(**stored["values"])

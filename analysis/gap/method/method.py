@@ -5,9 +5,11 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.method.backlash import BacklashMethod
 from clie_blocks.analysis.gap.method.calibration import Calibration, load_calibration
 from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.method.search import SearchMethod
+from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.errors import ClieError, nearest
 
 
@@ -30,8 +32,12 @@ class Method:
         Residuals and fits.
     search : SearchMethod
         Which causes are fitted, and how far.
+    backlash : BacklashMethod
+        The explanation in a softened loop.
     calibration : Calibration
         From excess to odds; partly learned.
+    verdict : VerdictMethod
+        What counts as evidence.
     assessment : AssessmentMethod
         What is said of the corrected model.
 
@@ -39,7 +45,9 @@ class Method:
 
     fitting: FittingMethod = FittingMethod()
     search: SearchMethod = SearchMethod()
+    backlash: BacklashMethod = BacklashMethod()
     calibration: Calibration = dataclasses.field(default_factory=load_calibration)
+    verdict: VerdictMethod = VerdictMethod()
     assessment: AssessmentMethod = AssessmentMethod()
 
     def thresholds(self) -> Iterator[Threshold]:

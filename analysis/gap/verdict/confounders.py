@@ -1,138 +1,144 @@
 """What outside the library would move the robot just as a hypothesis does, in these logs.
 
 A ripple, a spring with a weight, a fault that sets in: each has a mark of its own, by which it is
-known.  Where the logs do not show the mark, something foreign moves the robot alike, and the
-verdict asks more of the name.
+known.  Where the logs do not show the mark, something outside the library would move the robot in
+the same way, and the verdict asks more of the name.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.method.verdict import VerdictMethod
+from clie_blocks.analysis.gap.problem.problem import Problem
 
 SOFT_STOP, CONTACT = "soft stop", "contact"
-BENT = frozenset({"spring", "gravity"})  # torques of the pose that bend, together, like any other
-SYNCHRONOUS = 0.9  # waves per motor turn from which one wave over the travel is enough
-TWICE = 2.0  # waves of what is slower than the motor: it must come back to be called periodic
-FAIR = 0.1  # of the size at the joint that has most of it: below, a joint is idle
-YIELDS = 2e-3  # of the travel: what yields more shows by a torque that grows with the depth
-PLACES = 1000  # of each kind that are compared
+_ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
+_MOST_POSITIONS = 1000  # of each kind that are compared
 
 
-def confounder(fit):
-    """Return the foreign effect that these logs do not tell from a fitted hypothesis.
-
-    Parameters
-    ----------
-    fit : Fit
-        The hypothesis.
+def confounder(fit: Fit, method: VerdictMethod) -> str:
+    """Return the effect outside the library that these logs do not tell from a fitted hypothesis.
 
     Returns
     -------
     str
         ``soft stop`` for a ripple of which the travel shows less than a wave, and for a spring
-        beside a weight: torques of the pose that may stand for any other.  ``contact`` for a
-        fault that sets in where the robot comes to a place at which it is at no other time, and
-        stays: something in its way would push back alike.  Otherwise empty.
+        with a weight: torques of the pose that may stand for any other.  ``contact`` for a fault
+        that sets in where the robot comes to a position at which it is at no other time, and
+        stays: an obstacle there would push back in the same way.  Otherwise empty.
 
     """
-    at = fit.hypothesis
-    if any(member.cause in STEP_FAULT and _in_the_way(at, member) for member in at.members):
+    hypothesis = fit.hypothesis
+    if any(member.cause in STEP_FAULT and _may_be_contact(hypothesis, member, method)
+           for member in hypothesis.members):
         return CONTACT
-    bent = {member.cause.name for member in at.members} >= BENT
-    bump = any(member.cause is TORQUE_RIPPLE and not _shows_waves(at, member)
-               for member in at.members)
-    return SOFT_STOP if bent or bump else ""
+    any_torque = {member.cause.name for member in hypothesis.members} >= _ANY_TORQUE
+    ripples = [member for member in hypothesis.members if member.cause is TORQUE_RIPPLE]
+    single_bump = not all(_shows_waves(hypothesis, ripple, method) for ripple in ripples)
+    return SOFT_STOP if any_torque or single_bump else ""
 
 
-def _shows_waves(at, member):
+def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) -> bool:
     """Whether the travel of an acting joint shows enough waves to be called a ripple.
 
     Cogging and commutation come at least once per motor turn, and one wave of them over the
     travel is enough.
     """
-    problem, joints = at.problem, list(member.joints)
+    problem, joints = hypothesis.problem, list(ripple.joints)
     course = np.concatenate([log.q for log in problem.fit])
     typical = np.concatenate([log.u for log in problem.fit]).std(axis=0)[joints] + 1e-12
-    sine, cosine, order = (at.values[f"{member.name}.{name}"][joints]
+    sine, cosine, order = (hypothesis.values[f"{ripple.name}.{name}"][joints]
                            for name in ("sine", "cosine", "order"))
-    enough = np.where(order >= SYNCHRONOUS * problem.gear_ratio[joints], 1.0, TWICE)
-    waves = order * np.ptp(course, axis=0)[joints] >= 2 * np.pi * enough
-    return bool(np.any(waves & _acting(np.hypot(sine, cosine) / typical)))
+    is_synchronous = order >= method.synchronous_order * problem.gear_ratio[joints]
+    enough = np.where(is_synchronous, 1.0, method.repeated_waves)
+    has_waves = order * np.ptp(course, axis=0)[joints] >= 2 * np.pi * enough
+    return bool(np.any(has_waves & _acting(np.hypot(sine, cosine) / typical, method)))
 
 
-def _in_the_way(at, member):
-    """Whether the fault sets in at places where the robot is at no other time, and pushes back."""
-    number, joints = member.cause.numbers[0].name, np.array(member.joints)
-    size, typical = (np.broadcast_to(sizes, at.problem.n)[joints] for sizes in (
-        at.values[f"{member.name}.{number}"], member.sizes[number]))
-    acting = joints[_acting(size / typical)]
-    moments = at.values[f"{member.name}.onset"][:, acting].min(axis=1)
-    pushed = np.zeros(at.problem.n)
-    if member.cause.variant == "torque":
-        pushed[acting] = size[_acting(size / typical)]
-    travel = np.ptp(np.concatenate([log.q for log in at.problem.logs]), axis=0) + 1e-12
-    return are_separable(*_places(at.problem, moments, travel), pushed / travel)
+def _may_be_contact(hypothesis: Hypothesis, fault: Member, method: VerdictMethod) -> bool:
+    """Whether the fault pushes back, and sets in at positions where the robot is only then."""
+    problem, amplitude = hypothesis.problem, fault.cause.numbers[0].name
+    joints = np.array(fault.joints)
+    size, typical = (np.broadcast_to(sizes, problem.n)[joints] for sizes in (
+        hypothesis.values[f"{fault.name}.{amplitude}"], fault.sizes[amplitude]))
+    is_acting = _acting(size / typical, method)
+    acting = joints[is_acting]
+    onsets = hypothesis.values[f"{fault.name}.onset"][:, acting].min(axis=1)
+    opposing = np.zeros(problem.n)
+    if fault.cause.variant == "torque":
+        opposing[acting] = size[is_acting]
+    travel = np.ptp(np.concatenate([log.q for log in problem.logs]), axis=0) + 1e-12
+    with_fault, without = _positions_by_fault(problem, onsets, travel)
+    return are_separable(with_fault, without, opposing / travel, method.yielding)
 
 
-def _acting(size):
+def _acting(size: np.ndarray, method: VerdictMethod) -> np.ndarray:
     """Which joints have a fair share of the largest size among them."""
-    return np.abs(size) >= FAIR * np.abs(size).max()
+    return np.abs(size) >= method.acting_share * np.abs(size).max()
 
 
-def _places(problem, moments, travel):
-    """Places with the fault, and without it, shares of the travel, thinned out."""
-    kinds = [], []
-    for log, moment in zip(problem.logs, moments):
-        ill = np.arange(len(log)) * problem.period >= moment
-        for places, which in zip(kinds, (ill, ~ill)):
-            places.append(log.q[which] / travel)
-    return [_thin(np.concatenate(places)) for places in kinds]
+def _positions_by_fault(problem: Problem, onsets: Sequence[float] | np.ndarray,
+                        travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions with the fault, and without it, in shares of the travel, thinned out."""
+    with_fault, without = [], []
+    for log, onset in zip(problem.logs, onsets):
+        is_after = np.arange(len(log)) * problem.period >= onset
+        with_fault.append(log.q[is_after] / travel)
+        without.append(log.q[~is_after] / travel)
+    return _thinned(np.concatenate(with_fault)), _thinned(np.concatenate(without))
 
 
-def _thin(places):
-    """Some of many places, those at both ends of each joint's way among them."""
-    if len(places) <= PLACES:
-        return places
-    ends = np.concatenate([places.argmin(axis=0), places.argmax(axis=0)])
-    return places[np.union1d(np.linspace(0, len(places) - 1, PLACES).astype(int), ends)]
+def _thinned(positions: np.ndarray) -> np.ndarray:
+    """Some of many positions, the extremes of each joint among them."""
+    if len(positions) <= _MOST_POSITIONS:
+        return positions
+    extremes = np.concatenate([positions.argmin(axis=0), positions.argmax(axis=0)])
+    even = np.linspace(0, len(positions) - 1, _MOST_POSITIONS).astype(int)
+    return positions[np.union1d(even, extremes)]
 
 
-def are_separable(ill, well, pushed):
-    """Whether a plane parts the places of two kinds.
+def are_separable(with_torque: np.ndarray, without: np.ndarray, opposing: np.ndarray,
+                  tolerance: float) -> bool:
+    """Whether a plane separates the positions with a torque from those without it.
 
     Parameters
     ----------
-    ill, well : ndarray, shape (N, n)
-        Places with and without a torque, shares of the travel.
-    pushed : ndarray, shape (n,)
-        Torque that opposes each joint, per travel; the plane is one that pushes back so.  All
-        zero for any plane.
-
-    Returns
-    -------
-    bool
-        True where all of `ill` lie on one side and all of `well` on the other, but for what the
-        thing in the way may yield.
+    with_torque, without : ndarray, shape (N, n)
+        Positions, in shares of the travel.
+    opposing : ndarray, shape (n,)
+        Torque that opposes each joint, per travel; the plane must be one that pushes back in
+        this way.  All zero for any plane.
+    tolerance : float
+        By how much the two may overlap, in shares of the travel.
 
     """
-    ways = [(k, way) for k, push in enumerate(pushed) for way in (1.0, -1.0)
-            if push * way > 0.0 or not pushed.any()]
-    return bool(len(ill) and len(well)) and any(
-        _margin(ill, well, pushed, k, way) >= -YIELDS for k, way in ways)
+    sides = [(k, slope) for k, push in enumerate(opposing) for slope in (1.0, -1.0)
+             if push * slope > 0.0 or not opposing.any()]
+    return bool(len(with_torque) and len(without)) and any(
+        _margin(with_torque, without, opposing, k, slope) >= -tolerance for k, slope in sides)
 
 
-def _margin(ill, well, pushed, k, way):
-    """Largest distance by which a plane of slope `way` in joint k, no steeper in others, parts."""
-    if len(pushed) == 1:
-        return np.min(way * ill) - np.max(way * well)
+def _margin(with_torque: np.ndarray, without: np.ndarray, opposing: np.ndarray, k: int,
+            slope: float) -> float:
+    """Largest distance between two sets along a plane of slope +-1 in joint k, flatter elsewhere.
+
+    It is negative where the sets overlap.
+    """
+    if len(opposing) == 1:
+        return float(np.min(slope * with_torque) - np.max(slope * without))
     from scipy.optimize import linprog
 
-    def row(places, *bounds):
-        return np.c_[places, np.tile(bounds, (len(places), 1))]
+    def row(points: np.ndarray, *bounds: float) -> np.ndarray:
+        return np.c_[points, np.tile(bounds, (len(points), 1))]
 
-    sides = np.r_[row(-ill, 1.0, 0.0), row(well, 0.0, -1.0), row(-pushed[None, :], 0.0, 0.0)]
-    slopes = [(way, way) if i == k else (-1.0, 1.0) for i in range(len(pushed))]
-    found = linprog(np.r_[np.zeros(len(pushed)), -1.0, 1.0], sides, np.zeros(len(sides)),
+    limits = np.r_[row(-with_torque, 1.0, 0.0), row(without, 0.0, -1.0),
+                   row(-opposing[None, :], 0.0, 0.0)]
+    slopes = [(slope, slope) if i == k else (-1.0, 1.0) for i in range(len(opposing))]
+    plane = linprog(np.r_[np.zeros(len(opposing)), -1.0, 1.0], limits, np.zeros(len(limits)),
                     bounds=[*slopes, (None, None), (None, None)])
-    return -found.fun if found.success else -np.inf
+    return -plane.fun if plane.success else -np.inf

@@ -1,22 +1,35 @@
-"""From fitted hypotheses to probabilities, sets and one verdict.
+"""From the evidence to probabilities, sets and one verdict.
 
-Each hypothesis is judged by the excess of its chi^2 over the noise, relative to the samples of one
-joint.  A true cause leaves next to nothing; what it does leave is misfit, not noise, so the odds
-follow the logarithm of the excess rather than chi^2 itself.  `none` wins where the refitted
-nominal model leaves little, `unknown` where nothing in the library removes most of the excess, or
-where a free torque of pose, speed and load removes much of what the best hypothesis leaves, or
-the likeliest.
+The model of the evidence.  A true cause leaves next to nothing, and what it does leave is misfit,
+not noise: so the odds of a hypothesis follow the logarithm of the excess that it leaves
+(`Calibration.score`) rather than chi^2 itself.  From that score it pays
+
+    parameter_cost        for each parameter that it spends,
+    cause_cost            for each cause after the first, and more if that removes little,
+    prior_violation_cost  if it leaves the joint model outside its datasheet,
+    confounder_cost       if something outside the library would move the robot as it does.
+
+Three hypotheses hold no cause.  ``none`` leaves what the refitted nominal model leaves beyond
+`healthy`.  ``parametric`` is that model without the price of its parameters beyond the datasheet.
+``unknown`` leaves a fixed share of all, or what a free torque of pose, speed and load leaves of
+the likeliest hypothesis, of the best or of the best single cause; or it is the confounder of a
+hypothesis.  With probability `contamination` all this is wrong, and the odds are less sharp.
 """
 
 import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
+from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 
 NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
-LIKELY = 0.5  # probability from which on a name is an answer
-HALF = 0.5  # of what a hypothesis leaves: a free torque must at least remove the other half
+LIKELY = 0.5  # probability from which on a name is an answer: more likely than not
+SET_PROBABILITY = 0.9  # of a credible set
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -26,162 +39,186 @@ class RankedCause:
     Parameters
     ----------
     names : tuple of str
-        Causes, or ('none',) or ('unknown',).
+        Its causes, or ('none',), ('unknown',) or ('parametric',).
     fit : Fit or None
         The fit, if it has one.
     excess : float
-        chi^2 beyond the noise, per sample of one joint, with what its numbers cost.
+        chi^2 beyond the noise, per sample of one joint, with the price of its parameters.
     probability : float
         Posterior probability.
 
     """
 
-    names: tuple
-    fit: object
+    names: tuple[str, ...]
+    fit: Fit | None
     excess: float
     probability: float
 
 
-def posterior(table, calibration):
-    """Rank the refitted nominal model, the hypotheses, `unknown`, and wrong numbers.
+class _Scored(NamedTuple):
+    """What a hypothesis leaves, and the logarithm of its odds but for a constant [nats]."""
 
-    Parameters
-    ----------
-    table : Table
-        Hypotheses and what they leave.
-    calibration : Calibration
-        The numbers.
+    excess: float
+    score: float
 
-    Returns
-    -------
-    list of Standing
-        Most probable first; probabilities sum to one.
 
+def posterior(table: Table, calibration: Calibration) -> list[RankedCause]:
+    """Rank the hypotheses, the nominal model, `unknown` and `parametric`, most probable first.
+
+    The probabilities sum to one.
     """
-    c, nothing = calibration, table.nothing
-
-    def score(value):
-        return -c.sharpness * np.log(max(value, 0.0) + c.floor + c.misfit * max(nothing, 0.0))
-
-    known = {row.names: row.excess for row in table.rows if not row.rival}
-    plain = nothing - table.stray
-    healthy = max(plain - c.healthy, 0.0)
-    rows = [((NONE,), table.base, nothing,
-             score(healthy + table.stray) - c.beyond * bool(table.strayed)),
-            ((UNKNOWN,), None, *_unknown(table, score, known, c))]
-    if table.strayed:
-        rows.append(((PARAMETRIC,), table.base, plain, score(_prior_violation(table, plain, healthy))
-                     - c.price * table.strayed - c.parametric))
-    rows += [(row.names, row.fit, row.excess, score(row.excess) - _cost(row, known, nothing, c)
-              - (c.structure + c.foreign) * bool(row.rival)) for row in table.rows]
-    scores = np.array([row[3] for row in rows])
-    weights = (1.0 - c.lapse) * _odds(scores) + c.lapse * _odds(scores / c.blunt)
-    causes = slice(len(rows) - len(table.rows), None)
-    weights[causes] = _contaminated(weights[causes], scores[causes], table, c)
-    found = [RankedCause(*row[:3], float(weight)) for row, weight in zip(rows, weights)]
-    return sorted(found, key=lambda standing: -standing.probability)
+    without_cause = [((NONE,), table.nominal, _none(table, calibration)),
+                     ((UNKNOWN,), None, _unknown(table, calibration))]
+    if table.prior_violations:
+        without_cause.append(((PARAMETRIC,), table.nominal, _parametric(table, calibration)))
+    causes = [(row.names, row.fit, _Scored(row.excess, score))
+              for row, score in zip(table.rows, _cause_scores(table, calibration))]
+    hypotheses = without_cause + causes
+    scores = np.array([scored.score for *_, scored in hypotheses])
+    sharp, blunt = _odds(scores), _odds(scores / calibration.contamination_bluntness)
+    weights = (1.0 - calibration.contamination) * sharp + calibration.contamination * blunt
+    first = len(without_cause)
+    weights[first:] = _less_sure(weights[first:], scores[first:], table, calibration)
+    ranking = [RankedCause(names, fit, scored.excess, float(weight))
+               for (names, fit, scored), weight in zip(hypotheses, weights)]
+    return sorted(ranking, key=lambda ranked: -ranked.probability)
 
 
-def _prior_violation(table, plain, healthy):
-    """What wrong numbers leave: no less than a cause that brings them home with fewer numbers."""
-    rivals = [row.excess for row in table.rows
-              if not row.rival and row.strayed == 0 and row.numbers < table.strayed]
-    return max(healthy, min(plain, min(rivals, default=0.0)))
-
-
-def _contaminated(weights, scores, table, c):
-    """The causes' probabilities, with less for the leading one where even that leaves much.
-
-    Then all models are off, and by how much is a poor judge between them.
-    """
-    left = max(min((row.excess for row in table.rows), default=0.0) - c.healthy, 0.0)
-    surest = 1.0 - c.doubt * left / (left + c.unexplained_least)
-    if len(weights) < 2 or weights.max() <= surest:
-        return weights
-    leading = np.arange(len(weights)) == np.argmax(weights)
-    others = (weights.max() - surest) * _odds(np.where(leading, -np.inf, scores))
-    return np.where(leading, surest, weights + others)
-
-
-def _odds(scores):
+def _odds(scores: np.ndarray) -> np.ndarray:
     """Probabilities whose logarithms differ as the scores do."""
     weights = np.exp(scores - scores.max())
     return weights / weights.sum()
 
 
-def _unknown(table, score, known, c):
-    """What something unknown leaves, and its score: by its share, or by its structure.
+def _none(table: Table, c: Calibration) -> _Scored:
+    """The nominal model: what it leaves beyond that of a healthy robot, and its violations."""
+    left = _beyond_healthy(table, c) + table.prior_violation
+    violation = c.prior_violation_cost * bool(table.prior_violations)
+    return _Scored(table.nominal_excess, c.score(left, table.nominal_excess) - violation)
 
-    A free torque shows the structure, and so does a hypothesis with a foreign rival: that is one
-    thing, however many causes it takes to imitate it.
+
+def _parametric(table: Table, c: Calibration) -> _Scored:
+    """The nominal model with parameters beyond the datasheet.
+
+    It leaves no less than a cause that keeps to the datasheet with fewer parameters.
     """
-    left = max(c.unexplained_share * table.nothing, c.unexplained_least)
-    ways = [(left, score(left))]
-    for row in table.rows:
-        if row.rival:
-            left = max(row.excess, c.alike * table.nothing * (row.rival == SOFT_STOP))
-            ways.append((left, score(left) - c.structure - _parameter_cost(row, c)))
-    if table.free:
-        cost = {row: _cost(row, known, table.nothing, c) for row in table.rows if not row.rival}
-        likeliest = max(cost, key=lambda row: score(row.excess) - cost[row])
-        best, alone = (min(some, key=lambda row: row.excess) for some in (
-            cost, [row for row in cost if len(row.names) == 1] or cost))
-        slack = c.floor + c.slack * table.nothing
-        ways += [(free, score(row.excess) - c.structure - paid
-                  + c.sharpness * np.log((row.excess + slack) / (max(free, 0.0) + slack)))
-                 for free, row, paid in zip(table.free, (likeliest, best, alone),
-                                            (0.0, cost[best], 0.0))
-                 if free < HALF * row.excess]
-    return max(ways, key=lambda way: way[1])
+    plain = table.nominal_excess - table.prior_violation
+    better = [row.excess for row in table.rows if not row.confounder
+              and row.prior_violations == 0 and row.parameter_count < table.prior_violations]
+    left = max(_beyond_healthy(table, c), min(plain, min(better, default=0.0)))
+    return _Scored(plain, c.score(left, table.nominal_excess)
+                   - c.parameter_cost * table.prior_violations - c.parametric_cost)
 
 
-def _cost(row, known, nothing, c):
-    """What the numbers of a hypothesis, and its causes beyond the first, cost [nats]."""
+def _beyond_healthy(table: Table, c: Calibration) -> float:
+    return max(table.nominal_excess - table.prior_violation - c.healthy, 0.0)
+
+
+def _cause_scores(table: Table, c: Calibration) -> list[float]:
+    """Score of each hypothesis with causes."""
+    against_confounder = c.free_torque_cost + c.confounder_cost
+    return [c.score(row.excess, table.nominal_excess) - _cost(row, table, c)
+            - against_confounder * bool(row.confounder) for row in table.rows]
+
+
+def _cost(row: Row, table: Table, c: Calibration) -> float:
+    """Cost of a hypothesis: its parameters, and its causes after the first [nats]."""
     cost = _parameter_cost(row, c)
     if len(row.names) == 1:
         return cost
-    fewer = [left for names, left in known.items() if set(names) < set(row.names)]
-    gained = (min(fewer, default=nothing) - row.excess) / nothing
-    return cost + c.second * (len(row.names) - 1) + c.small_gain_cost(gained)
+    fewer = [other.excess for other in table.rows
+             if not other.confounder and set(other.names) < set(row.names)]
+    gain = (min(fewer, default=table.nominal_excess) - row.excess) / table.nominal_excess
+    return cost + c.cause_cost * (len(row.names) - 1) + c.shortfall(gain)
 
 
-def _parameter_cost(row, c):
-    """What the numbers of a hypothesis cost, and those of its joint model [nats]."""
-    return c.price * row.numbers + c.beyond * bool(row.strayed)
+def _parameter_cost(row: Row, c: Calibration) -> float:
+    """Cost of the parameters of a hypothesis, and of those of its joint model [nats]."""
+    violation = c.prior_violation_cost * bool(row.prior_violations)
+    return c.parameter_cost * row.parameter_count + violation
 
 
-def marginals(ranking):
-    """Probability of each cause, over all hypotheses that hold it."""
-    found = {}
-    for standing in ranking:
-        for name in standing.names:
-            found[name] = found.get(name, 0.0) + standing.probability
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+def _unknown(table: Table, c: Calibration) -> _Scored:
+    """What something unknown leaves, and its score, by the strongest sign of it."""
+    left = max(c.unexplained_share * table.nominal_excess, c.unexplained_least)
+    by_share = _Scored(left, c.score(left, table.nominal_excess))
+    signs = [by_share, *_confounded(table, c), *_free_torques(table, c)]
+    return max(signs, key=lambda sign: sign.score)
 
 
-def credible_set(ranking):
+def _confounded(table: Table, c: Calibration) -> Iterator[_Scored]:
+    """Confounders: one unknown effect each, however many causes it takes to imitate it."""
+    for row in table.rows:
+        if row.confounder:
+            least = c.soft_stop_share * table.nominal_excess * (row.confounder == SOFT_STOP)
+            left = max(row.excess, least)
+            yield _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
+                          - _parameter_cost(row, c))
+
+
+def _free_torques(table: Table, c: Calibration) -> Iterator[_Scored]:
+    """Free torques that explain much of what a hypothesis leaves.
+
+    One is compared with the likeliest hypothesis, one with the best, one with the best single
+    cause.
+    """
+    if not table.free:
+        return
+    cost = {row: _cost(row, table, c) for row in table.rows if not row.confounder}
+    score = {row: c.score(row.excess, table.nominal_excess) for row in cost}
+    likeliest = max(cost, key=lambda row: score[row] - cost[row])
+    best = min(cost, key=lambda row: row.excess)
+    singles = [row for row in cost if len(row.names) == 1] or list(cost)
+    single = min(singles, key=lambda row: row.excess)
+    slack = c.floor + c.free_torque_slack * table.nominal_excess
+    for left, row, paid in zip(table.free, (likeliest, best, single), (0.0, cost[best], 0.0)):
+        if left < c.free_torque_share * row.excess:
+            gain = c.sharpness * np.log((row.excess + slack) / (max(left, 0.0) + slack))
+            yield _Scored(left, score[row] - c.free_torque_cost - paid + gain)
+
+
+def _less_sure(weights: np.ndarray, scores: np.ndarray, table: Table, c: Calibration,
+               ) -> np.ndarray:
+    """The causes' probabilities, with less for the leading one where even that leaves much.
+
+    Then all models are off, and what they leave hardly distinguishes them.
+    """
+    least = min((row.excess for row in table.rows), default=0.0)
+    left = max(least - c.healthy, 0.0)
+    most = 1.0 - c.leader_uncertainty * left / (left + c.unexplained_least)
+    if len(weights) < 2 or weights.max() <= most:
+        return weights
+    is_leading = np.arange(len(weights)) == np.argmax(weights)
+    others = (weights.max() - most) * _odds(np.where(is_leading, -np.inf, scores))
+    return np.where(is_leading, most, weights + others)
+
+
+def marginals(ranking: Sequence[RankedCause]) -> dict[str, float]:
+    """Probability of each cause, over all hypotheses that hold it, most probable first."""
+    probability: dict[str, float] = {}
+    for ranked in ranking:
+        for name in ranked.names:
+            probability[name] = probability.get(name, 0.0) + ranked.probability
+    return dict(sorted(probability.items(), key=lambda item: -item[1]))
+
+
+def credible_set(ranking: Sequence[RankedCause]) -> list[str]:
     """Smallest set of names that holds nine tenths of the probability."""
-    names, reached = [], 0.0
-    for standing in ranking:
-        if reached >= 0.9:
+    names: list[str] = []
+    held = 0.0
+    for ranked in ranking:
+        if held >= SET_PROBABILITY:
             break
-        names += [name for name in standing.names if name not in names]
-        reached += standing.probability
+        names += [name for name in ranked.names if name not in names]
+        held += ranked.probability
     return names
 
 
-def verdict(ranking, established=False):
+def verdict(ranking: Sequence[RankedCause], established: bool = False) -> str:
     """One word: effect, parametric, none, unexplained or not_identifiable.
 
     The last one says that no name holds half of the probability: these logs cannot tell.
-
-    Parameters
-    ----------
-    ranking : list of Standing
-        From `weighed`.
-    established : bool
-        The controller check alone found a cause.
-
+    `established` says that the check of the controller alone found a cause.
     """
     if established:
         return "effect"
@@ -192,23 +229,14 @@ def verdict(ranking, established=False):
     return words.get(leading, "effect")
 
 
-NOTHING_ALONE, UNKNOWN_ALONE = ("none",), ("unknown",)
-
-
-def unknown_for_none(ranking):
-    """Ranking of a robot whose gains are not the stated ones.
+def unknown_for_none(ranking: Sequence[RankedCause]) -> list[RankedCause]:
+    """Ranking of a robot whose gains are not the stated ones, with the law that ran.
 
     With the gains that ran nothing else may be left to explain; but then there is something, and
     no effect of the library is it: what would go to `none` goes to `unknown`.
-
-    Parameters
-    ----------
-    ranking : list of Standing
-        From `weighed`, with the law that ran.
-
     """
-    nothing = sum(s.probability for s in ranking if s.names == NOTHING_ALONE)
-    moved = {NOTHING_ALONE: -nothing, UNKNOWN_ALONE: nothing}
-    found = [dataclasses.replace(s, probability=s.probability + moved.get(s.names, 0.0))
-             for s in ranking]
-    return sorted(found, key=lambda standing: -standing.probability)
+    moved = sum(ranked.probability for ranked in ranking if ranked.names == (NONE,))
+    change = {(NONE,): -moved, (UNKNOWN,): moved}
+    changed = [dataclasses.replace(ranked, probability=ranked.probability
+                                   + change.get(ranked.names, 0.0)) for ranked in ranking]
+    return sorted(changed, key=lambda ranked: -ranked.probability)

@@ -1,31 +1,40 @@
-"""Causes that the way of a command shows by itself, before any model of the joint is fitted.
+"""Causes that the command path shows by itself, before any model of the joint is fitted.
 
-A nominal servo acts on its goal at once, a nominal drive gives what it is asked for.  Where
-a log holds both ends of that way, what lies between them is measured, and stands beside the
-causes that the motion is searched for.  Of a goal the same odds tell whether the delay is needed:
-lag alone, lag with delay, lag with dry friction, and lag with both are judged on logs that they
-were not fitted to.
+A nominal servo acts on its set-point at once, a nominal drive gives the torque that is commanded.
+Where a log holds both ends of that path, what lies between them is measured, and is reported with
+the causes that the motion is searched for.  For a set-point the odds of the verdict tell whether
+a delay is needed: lag alone, lag with delay, lag with dry friction, and lag with both are
+validated on logs that they were not fitted to.
 """
 
 import dataclasses
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.method.calibration import Calibration
+from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem import position_path, torque_path
+from clie_blocks.analysis.gap.problem.position_path import GoalPath
+from clie_blocks.analysis.gap.residual.noise import Noise
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import LIKELY, UNKNOWN, posterior
+from clie_blocks.analysis.records import Record
+from clie_blocks.analysis.statistical_measures import NORMAL_95
 
-CERTAIN = 0.97  # what two logged signals, or the replay of the law, establish without a model
-MADE_OF_STEPS = 0.7  # share of the sensor's noise that its steps make
-FELT = 0.01  # error of a gain that is one
-HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
-              "both": ("coulomb", "time_delay")}
-LATE = ("setpoint_delay", "both")
+_HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
+               "both": ("coulomb", "time_delay")}
+_WITH_DELAY = ("setpoint_delay", "both")
+Entry = dict[str, Any]
+"""A parameter in the answer: ``value``, ``unit`` and ``interval``, an entry per joint."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class SignalFinding:
-    """A cause that lies on the way of a command.
+    """A cause that lies on the command path.
 
     Parameters
     ----------
@@ -36,229 +45,211 @@ class SignalFinding:
     probability : float
         Of the cause.
     parameters : dict
-        Number -> ``value``, ``unit`` and ``interval``, an entry per joint.
+        Parameter -> ``value``, ``unit`` and ``interval``, an entry per joint.
     share : float
-        Of the gap, where that is told.
+        Of the gap, where that is known.
     left : dict
-        What is left of each joint's motion by what is said to be there [rad]: arrays by name of
+        What each explanation leaves of each joint's motion [rad]: arrays by name of
         `position_path.EXPLAINED_BY`.
 
     """
 
     effect: str
-    joints: tuple
+    joints: tuple[int, ...]
     probability: float
-    parameters: dict
+    parameters: dict[str, Entry]
     share: float = 0.0
-    left: dict = dataclasses.field(default_factory=dict)
+    left: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Row of the JSON answer."""
         return {"effect": self.effect, "joint": [k + 1 for k in self.joints],
                 "probability": self.probability, "parameters": self.parameters}
 
 
-def signal_findings(records, bench, check, calibration, left_out=frozenset()):
-    """Causes on the way of the command; none where the law is stated and its command logged.
+def signal_findings(records: Sequence[Record], residuals: ResidualModel, check: ControllerCheck,
+                    left_out: Collection[str] = frozenset()) -> tuple[SignalFinding, ...]:
+    """Causes on the command path; none where the law is stated and its command logged.
 
     Parameters
     ----------
     records : list of Record
-        Logs as `preparation.prepared` gives them.
-    bench : Bench
+        Logs as `preparation.prepare` gives them.
+    residuals : ResidualModel
         Noise of the joints.
     check : ControllerCheck
         Steps of the logged positions.
-    calibration : Calibration
-        Numbers of the odds.
     left_out : set of str
         Effects that are known not to be there: none is named, none explains a motion.
 
-    Returns
-    -------
-    tuple of PathCause
-        Surest first.
-
     """
-    found = ()
+    findings: Iterable[SignalFinding] = ()
     if all(findings_of_position_path(record) for record in records):
-        found = (*_late_goals(records, bench.noises, calibration, left_out),
-                 *_coarse_positions(bench, check))
+        findings = (*_setpoint_delay(records, residuals, left_out),
+                    *_coarse_positions(residuals, check))
     elif all(findings_of_torque_path(record) for record in records):
-        found = _late_torques(records, left_out)
-    return tuple(cause for cause in found if cause.effect not in left_out)
+        findings = _drive_findings(records, residuals.method.verdict, left_out)
+    return tuple(finding for finding in findings if finding.effect not in left_out)
 
 
-def established_names(check, left_out=frozenset()):
-    """Causes that the check of the controller establishes.
+def controller_findings(check: ControllerCheck, method: VerdictMethod,
+                         left_out: Collection[str] = frozenset()) -> tuple[SignalFinding, ...]:
+    """Causes that the check of the controller establishes, but for those that are left out.
 
-    Parameters
-    ----------
-    check : ControllerCheck
-        Its result.
-    left_out : set of str
-        Effects that are not to be named.
-
-    Returns
-    -------
-    tuple of PathCause
-        The filter that ran, and the steps that the encoder makes.
-
+    They are the velocity filter that ran, and the steps that the encoder makes.
     """
-    found = (
-        ("velocity_filter_mismatch", tuple(check.wrong),
-         lambda at: {"highpass": _entry(check.corners[0, at], "rad/s"),
-                     "lowpass": _entry(check.corners[1, at], "rad/s")}),
-        ("encoder_quantization", tuple(check.coarse),
-         lambda at: {"step": _entry(check.step[at], "rad")}))
-    return tuple(SignalFinding(effect, joints, CERTAIN, numbers(list(joints)))
-                 for effect, joints, numbers in found if joints and effect not in left_out)
+    wrong, coarse = list(check.wrong), list(check.coarse)
+    findings = (
+        SignalFinding("velocity_filter_mismatch", check.wrong, method.certain,
+                      {"highpass": _entry(check.corners[0, wrong], "rad/s"),
+                       "lowpass": _entry(check.corners[1, wrong], "rad/s")}),
+        SignalFinding("encoder_quantization", check.coarse, method.certain,
+                      {"step": _entry(check.step[coarse], "rad")}))
+    return tuple(finding for finding in findings
+                 if finding.joints and finding.effect not in left_out)
 
 
-def with_signal_findings(said, paths):
-    """Verdict where the way of the command shows causes of its own.
-
-    Parameters
-    ----------
-    said : str
-        Verdict on the motion.
-    paths : tuple of PathCause
-        What the way of the command shows.
-
-    """
-    return "effect" if paths and said in ("none", "not_identifiable") else said
+def with_signal_findings(verdict: str, findings: Sequence[SignalFinding]) -> str:
+    """Verdict on the robot, from that on the motion and from what the command path shows."""
+    return "effect" if findings and verdict in ("none", "not_identifiable") else verdict
 
 
-def findings_of_position_path(record):
+def findings_of_position_path(record: Record) -> bool:
     """Whether the position error stands for a command that was not logged."""
-    return (_of_no_law(record) and record.u is not None and record.qd is not None
+    return (_has_no_law(record) and record.u is not None and record.qd is not None
             and np.array_equal(record.u, record.qd - record.q))
 
 
-def findings_of_torque_path(record):
-    """Whether commands act as excitation, and what came of them was measured."""
-    return (_of_no_law(record) and not record.robot.controller.kp.any()
-            and record.u is not None and record.tau is not None)
+def findings_of_torque_path(record: Record) -> bool:
+    """Whether commands act as excitation, and the torque that came of them was measured."""
+    return (_has_no_law(record) and record.u is not None and record.tau is not None
+            and not np.any(record.robot.controller.kp))
 
 
-def _of_no_law(record):
-    """Whether a law was put in the place of an unknown one."""
+def _has_no_law(record: Record) -> bool:
+    """Whether a law was put in the position of an unknown one."""
     law = record.robot and record.robot.controller
     return bool(law and law.velocity_filter == "difference" and law.kd is not None
                 and not np.any(law.kd))
 
 
-def _late_goals(records, noises, calibration, left_out):
-    """The delay of a servo's goals, where the odds are for one."""
-    ways = ["lag", *(way for way, names in HYPOTHESES.items() if left_out.isdisjoint(names))]
+def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
+                    left_out: Collection[str]) -> tuple[SignalFinding, ...]:
+    """The delay of a servo's set-points, where the odds are for one."""
+    names = ["lag", *(name for name, causes in _HYPOTHESES.items()
+                      if not set(causes) & set(left_out))]
+    with_delay = [name for name in names if name in _WITH_DELAY]
     joints = tuple(int(k) for k in np.flatnonzero(np.ptp(records[0].qd, axis=0) > 0))
-    late_ways = [way for way in ways if way in LATE]
-    if not joints or not late_ways:
+    if not joints or not with_delay:
         return ()
-    found = [position_path.paths_by_hypothesis(records[0], k, ways) for k in joints]
+    paths = [position_path.paths_by_hypothesis(records[0], k, names) for k in joints]
     unseen = records[1:] or records
-    left = {name: np.array([_unexplained_share(unseen, k, of[name]) for k, of in zip(joints, found)])
-            for name in ways}
-    sigma = np.array([noises[k].sigma for k in joints])
-    excess = {name: float(np.sum(rms**2 / sigma**2 - 1.0)) for name, rms in left.items()}
-    likely = needed_causes(excess, calibration)
-    if likely < LIKELY:
+    left = {name: np.array([_validation_rms(unseen, k, by_name[name])
+                            for k, by_name in zip(joints, paths)]) for name in names}
+    excess = _excess(left, [residuals.noises[k] for k in joints])
+    probability = delay_probability(excess, residuals.method.calibration)
+    if probability < LIKELY:
         return ()
-    best = min(late_ways, key=excess.get)
-    times = {"time": _times(of[best] for of in found)}
-    late = [position_path.dead_times(records[0], k) for k in joints]
-    if all(times_of.size for times_of in late):
-        times["dead_time"] = _dead_times(late, records[0].sample_time)
-    return (SignalFinding("time_delay", joints, likely, times, _share(excess), left),)
+    best = min(with_delay, key=lambda name: excess[name])
+    times = {"time": _delays([by_name[best] for by_name in paths])}
+    dead_times = [position_path.dead_times(records[0], k) for k in joints]
+    if all(times_of.size for times_of in dead_times):
+        times["dead_time"] = _dead_times(dead_times, records[0].sample_time)
+    return (SignalFinding("time_delay", joints, probability, times, _share(excess), left),)
 
 
-def _unexplained_share(records, k, path):
-    return np.sqrt(np.mean([position_path.validation_error(path, record, k)**2 for record in records]))
+def _validation_rms(records: Sequence[Record], k: int, path: GoalPath) -> float:
+    """RMS error of a fitted path of joint k over some logs [rad]."""
+    return float(np.sqrt(np.mean([position_path.validation_error(path, record, k)**2
+                                  for record in records])))
 
 
-def needed_causes(excess, calibration):
-    """Probability that goals are late, from what each explanation leaves.
+def _excess(left: Mapping[str, np.ndarray], noises: Sequence[Noise]) -> dict[str, float]:
+    """chi^2 beyond the noise, per sample of one joint, of what each explanation leaves [rad]."""
+    sigma = np.array([noise.sigma for noise in noises])
+    return {name: float(np.sum(rms**2 / sigma**2 - 1.0)) for name, rms in left.items()}
 
-    That something else may be at work, too, is a question to the motion.
 
-    Parameters
-    ----------
-    excess : dict
-        chi^2 beyond the noise, per sample of one joint, by name of `position_path.EXPLAINED_BY`;
-        what lacks is no explanation.
-    calibration : Calibration
-        Numbers of the odds.
+def delay_probability(excess: Mapping[str, float], calibration: Calibration) -> float:
+    """Probability that set-points are delayed, from what each explanation leaves.
 
+    Whether something else may be at work, too, is a question to the motion.  `excess` is chi^2
+    beyond the noise, per sample of one joint, by name of `position_path.EXPLAINED_BY`; a name
+    that is missing is no explanation.
     """
-    rows = [Row(names, excess[way], float(len(names))) for way, names in HYPOTHESES.items()
-            if way in excess]
-    told = [standing for standing in posterior(Table(excess["lag"], 0.0, 0, (), rows), calibration)
-            if standing.names != (UNKNOWN,)]
-    late = sum(standing.probability for standing in told if "time_delay" in standing.names)
-    return late / sum(standing.probability for standing in told)
+    rows = [Row(causes, excess[name], float(len(causes)))
+            for name, causes in _HYPOTHESES.items() if name in excess]
+    known = [ranked for ranked in posterior(Table(excess["lag"], 0.0, 0, (), rows), calibration)
+             if ranked.names != (UNKNOWN,)]
+    delayed = sum(ranked.probability for ranked in known if "time_delay" in ranked.names)
+    return delayed / sum(ranked.probability for ranked in known)
 
 
-def _share(excess):
-    """Share of the gap that the delay closes, on average before and after the dry friction."""
-    gained = [excess[without] - excess[late] for without, late in (
-        ("lag", "setpoint_delay"), ("coulomb", "both")) if late in excess]
-    return float(np.clip(np.mean(gained) / excess["lag"], 0.0, 1.0))
+def _share(excess: Mapping[str, float]) -> float:
+    """Share of the gap that the delay removes, on average without and with the dry friction."""
+    gains = [excess[without] - excess[delayed] for without, delayed in (
+        ("lag", "setpoint_delay"), ("coulomb", "both")) if delayed in excess]
+    return float(np.clip(np.mean(gains) / excess["lag"], 0.0, 1.0))
 
 
-def _times(paths):
+def _delays(paths: Sequence[GoalPath]) -> Entry:
     value, half = np.transpose([(path.delay, path.half_widths["delay"]) for path in paths])
     return _entry(value, "s", np.maximum(value - half, 0.0), value + half)
 
 
-def _dead_times(late, tick):
-    """Median time from the last reading under an old goal, with a 95 % interval.
+def _dead_times(by_joint: Sequence[np.ndarray], sample_time: float) -> Entry:
+    """Median time from the last reading under an old set-point, with a 95 % interval.
 
-    The motion began between two readings, so the interval begins one tick earlier.
+    The motion began between two readings, so the interval begins one sample earlier.
     """
-    value = np.array([np.median(times) for times in late])
-    low, high = np.transpose([_of_median(np.sort(times)) for times in late])
-    return _entry(value + tick, "s", low, high + tick)
+    value = np.array([np.median(times) for times in by_joint])
+    low, high = np.transpose([_median_interval(np.sort(times)) for times in by_joint])
+    return _entry(value + sample_time, "s", low, high + sample_time)
 
 
-def _of_median(ordered):
-    """Values between which the median of a population lies, nineteen times of twenty."""
-    reach = 0.98 * np.sqrt(ordered.size)
-    first, last = (ordered.size - 1) / 2 + np.array([-reach, reach])
+def _median_interval(ordered: np.ndarray) -> tuple[float, float]:
+    """95 % interval of the median of a population, from an ordered sample."""
+    half = NORMAL_95 / 2 * np.sqrt(ordered.size)  # of the rank of the median
+    first, last = (ordered.size - 1) / 2 + np.array([-half, half])
     return ordered[max(int(np.floor(first)), 0)], ordered[min(int(np.ceil(last)),
                                                               ordered.size - 1)]
 
 
-def _coarse_positions(bench, check):
+def _coarse_positions(residuals: ResidualModel, check: ControllerCheck) -> Iterator[SignalFinding]:
     """Steps of the position, where no file states them and they make most of the noise."""
-    noise = np.array([noise.sigma for noise in bench.noises])
-    coarse = ((bench.problem.resolution == 0)
-              & (check.step / np.sqrt(12.0) > MADE_OF_STEPS * noise))
-    at = np.flatnonzero(coarse)
-    if at.size:
-        yield SignalFinding("encoder_quantization", tuple(at.tolist()), CERTAIN,
-                        {"step": _entry(check.step[at], "rad")})
+    method = residuals.method.verdict
+    sigma = np.array([noise.sigma for noise in residuals.noises])
+    is_coarse = ((residuals.problem.resolution == 0)
+                 & (check.step / np.sqrt(12.0) > method.quantization_share * sigma))
+    joints = np.flatnonzero(is_coarse)
+    if joints.size:
+        yield SignalFinding("encoder_quantization", tuple(joints.tolist()), method.certain,
+                            {"step": _entry(check.step[joints], "rad")})
 
 
-def _late_torques(records, left_out):
+def _drive_findings(records: Sequence[Record], method: VerdictMethod, left_out: Collection[str],
+                    ) -> Iterator[SignalFinding]:
     """Lag or delay, and gain, of the drives whose torque is measured."""
-    either = [name for name in ("actuator_lag", "time_delay") if name not in left_out]
-    driven = [torque_path.pooled_torque_path(records, k) for k in range(records[0].n)]
-    found = {"actuator_lag": [], "time_delay": [], "torque_gain_error": []}
-    for k, path in enumerate(driven):
+    timing = [name for name in ("actuator_lag", "time_delay") if name not in left_out]
+    found: dict[str, list[tuple[int, float, float]]] = {
+        "actuator_lag": [], "time_delay": [], "torque_gain_error": []}
+    for k in range(records[0].n):
+        path = torque_path.pooled_torque_path(records, k)
         if path is None:
             continue
-        if either and path.late - path.half_widths["late"] > records[0].sample_time:
-            found[either[0] if path.lag > path.delay else either[-1]].append(
+        if timing and path.late - path.half_widths["late"] > records[0].sample_time:
+            found[timing[0] if path.lag > path.delay else timing[-1]].append(
                 (k, path.late, path.half_widths["late"]))
-        if abs(path.gain - 1.0) > max(path.half_widths["gain"], FELT):
+        if abs(path.gain - 1.0) > max(path.half_widths["gain"], method.gain_error):
             found["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))
     for effect, rows in found.items():
         if rows:
             joints, value, half = map(np.array, zip(*rows))
             name, unit = ("error", "1") if effect == "torque_gain_error" else ("time", "s")
-            yield SignalFinding(effect, tuple(joints.tolist()), CERTAIN,
-                            {name: _entry(value, unit, value - half, value + half)})
+            yield SignalFinding(effect, tuple(joints.tolist()), method.certain,
+                                {name: _entry(value, unit, value - half, value + half)})
 
 
-def _entry(value, unit, low=None, high=None):
+def _entry(value: np.ndarray, unit: str, low: np.ndarray | None = None,
+           high: np.ndarray | None = None) -> Entry:
     return {"value": value, "unit": unit, "interval": None if low is None else [low, high]}

@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap.assessment.torque_map import corrected_error, torq
 from clie_blocks.analysis.gap.calibration.plant import simulate as run
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.robot import Controller, Encoder, Motor
 from clie_blocks.output import to_json
@@ -38,7 +38,7 @@ def model_of(**physics):
     records = [Record(time=TIME, q=q[:, [j]], u=u[:, [j]], qd=MOTIONS[j][:, None],
                       pe=np.zeros((TIME.size, 1)), joints=robot.joints, robot=robot)
                for j in range(2)]
-    bench, base = fit_nominal(problem(robot, records), METHOD)
+    bench, base = fit_nominal(Problem.from_logs(robot, records), METHOD)
     return base.hypothesis, bench
 
 

@@ -7,12 +7,12 @@ import pytest
 from clie_blocks.analysis.gap.calibration import robots
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.verdict.lack_of_fit import excess_with_free_torque
 
 
 def fitted(made):
-    bench, base = fit_nominal(problem(made.robot, made.records), METHOD)
+    bench, base = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
     return base, bench
 
 

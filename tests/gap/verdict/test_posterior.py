@@ -4,25 +4,26 @@ import json
 
 import numpy as np
 import pytest
+from factories import make_row, make_table
 
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
-from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior, verdict
 from clie_blocks.errors import ClieError
 
 
-def weigh(nothing, *rows, stray=0.0, strayed=0, free=(), **numbers):
-    rows = [Row(tuple(names.split("+")), *left) for names, *left in rows]
-    return posterior(Table(nothing, stray, strayed, free, rows), Calibration(**numbers))
+def weigh(nominal_excess, *rows, violation=0.0, violations=0, free=(), **values):
+    table = make_table(nominal_excess, *(make_row(*row) for row in rows), free=free,
+                       prior_violation=violation, prior_violations=violations)
+    return posterior(table, Calibration(**values))
 
 
 @pytest.mark.parametrize("said, ranking", [
     ("none", weigh(0.05)),
     ("effect", weigh(100.0, ("coulomb", 0.02, 1), ("spring", 60.0, 1))),
     ("unexplained", weigh(100.0, ("coulomb", 70.0, 1), ("spring", 60.0, 1))),
-    ("parametric", weigh(10.0, ("payload", 4.0, 1), stray=9.99, strayed=2))])
+    ("parametric", weigh(10.0, ("payload", 4.0, 1), violation=9.99, violations=2))])
 def test_each_verdict(said, ranking):
     assert verdict(ranking) == said
     assert sum(standing.probability for standing in ranking) == pytest.approx(1.0)
@@ -50,9 +51,10 @@ def test_a_free_torque_that_explains_what_the_best_cause_leaves_speaks_of_someth
 def test_what_a_free_torque_explains_beside_one_cause_counts_though_three_bent_to_explain_half():
     rows = ("coulomb", 9.0, 1), ("stribeck+spring+step_fault", 6.0, 9)
     bent, shown = (weigh(100.0, *rows, free=(40.0, 3.5, left)) for left in (9.0, 1.0))
-    doubt, known = (marginals(ranking)["unknown"] for ranking in (shown, bent))
-    assert doubt > 0.3 > 0.1 > known
-    assert {"unknown", "coulomb"} <= set(credible_set(shown)) and "unknown" not in credible_set(bent)
+    unsure, known = (marginals(ranking)["unknown"] for ranking in (shown, bent))
+    assert unsure > 0.3 > 0.1 > known
+    assert {"unknown", "coulomb"} <= set(credible_set(shown))
+    assert "unknown" not in credible_set(bent)
 
 
 BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)
@@ -84,7 +86,7 @@ def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sin
         stop, q = np.maximum(place, 0.0), travel / 2 * place
         columns = np.stack([np.ones_like(q), q, np.sin(q), np.cos(q)], axis=1)
         left = np.sum((stop - columns @ np.linalg.lstsq(columns, stop)[0]) ** 2)
-        assert left / np.sum((stop - stop.mean()) ** 2) > load_calibration().alike
+        assert left / np.sum((stop - stop.mean()) ** 2) > load_calibration().soft_stop_share
 
 
 def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on():
@@ -99,7 +101,8 @@ def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on
     whole = np.sum((stop - stop.mean()) ** 2)
     orders = np.linspace(0.1, np.pi, 40)  # up to one wave
     least = min(left(order, place) for order in orders) / whole
-    assert load_calibration().alike == Calibration().alike == pytest.approx(least, rel=0.1)
+    for calibration in (load_calibration(), Calibration()):
+        assert calibration.soft_stop_share == pytest.approx(least, rel=0.1)
     assert min(left(order) for order in orders) / whole == pytest.approx(0.012, rel=0.05)
 
 
@@ -121,13 +124,23 @@ def test_causes_that_leave_the_same_share_the_set_and_a_second_cause_must_earn_i
 @pytest.mark.parametrize("nothing", [5.0, 100.0, 2600.0, 1e6])
 def test_where_a_further_cause_is_futile_it_does_not_lead_though_it_leaves_nothing(nothing):
     for left in nothing * np.geomspace(1e-6, 1.0, 60):
-        ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2), lapse=0.0)
+        ranking = weigh(nothing, ("coulomb", left, 1), ("coulomb+spring", 0.0, 2),
+                        contamination=0.0)
         odds = {s.names: s.probability for s in ranking}
         share = odds["coulomb", "spring"] / (odds["coulomb", "spring"] + odds["coulomb",])
         if Calibration().cannot_pay_off(left, nothing):
             assert share < 0.011
         else:
             assert share > 0.009
+
+
+def test_the_score_falls_by_the_sharpness_per_factor_e_above_what_a_right_model_may_leave():
+    c = Calibration(sharpness=6.0, floor=0.05, misfit=1e-3)
+    tolerated = 0.05 + 1e-3 * 200.0
+    assert c.score(0.0, 200.0) - c.score((np.e - 1.0) * tolerated, 200.0) == pytest.approx(6.0)
+    assert c.score(-3.0, 200.0) == c.score(0.0, 200.0) and c.score(1.0, -5.0) == c.score(1.0, 0.0)
+    excess = np.array([0.0, 1.0, 7.0])
+    np.testing.assert_allclose(c.score(excess, 50.0), [c.score(one, 50.0) for one in excess])
 
 
 def test_where_nothing_is_left_a_further_cause_is_futile():
@@ -142,19 +155,20 @@ def test_two_causes_lead_where_one_leaves_much():
 
 def test_a_gain_that_leaves_numbers_beyond_the_datasheet_is_no_better_than_wrong_numbers():
     gain = ("torque_gain_error", 0.0, 1)
-    assert weigh(0.5, gain, stray=0.5, strayed=1)[0].names == ("torque_gain_error",)
-    assert weigh(0.5, (*gain, 1), stray=0.5, strayed=2)[0].names == ("parametric",)
+    assert weigh(0.5, gain, violation=0.5, violations=1)[0].names == ("torque_gain_error",)
+    assert weigh(0.5, (*gain, 1), violation=0.5, violations=2)[0].names == ("parametric",)
 
 
 def test_numbers_beyond_the_datasheet_are_not_healthy_however_little_they_matter():
-    assert weigh(0.02, stray=0.02, strayed=2)[0].names == ("parametric",)
+    assert weigh(0.02, violation=0.02, violations=2)[0].names == ("parametric",)
 
 
 def test_a_cause_that_brings_the_numbers_home_with_fewer_leads_where_both_leave_the_same():
     gain = ("torque_gain_error", 1.57, 1)
-    assert weigh(2.45, gain, stray=0.88, strayed=2)[0].names == ("torque_gain_error",)
-    assert weigh(2.45, (*gain, 1), stray=0.88, strayed=2)[0].names == ("parametric",)
-    assert weigh(2.45, ("stribeck", 1.57, 2), stray=0.88, strayed=1)[0].names == ("parametric",)
+    assert weigh(2.45, gain, violation=0.88, violations=2)[0].names == ("torque_gain_error",)
+    assert weigh(2.45, (*gain, 1), violation=0.88, violations=2)[0].names == ("parametric",)
+    two = weigh(2.45, ("stribeck", 1.57, 2), violation=0.88, violations=1)
+    assert two[0].names == ("parametric",)
 
 
 def test_where_the_best_cause_leaves_much_causes_are_told_apart_less_surely():
@@ -168,25 +182,28 @@ def test_where_the_best_cause_leaves_much_causes_are_told_apart_less_surely():
     assert together == pytest.approx([1.0, 1.0], abs=0.02)
 
 
-@pytest.mark.parametrize("doubt", [0.0, 0.3])
-def test_how_much_less_surely_is_a_number_of_the_calibration(doubt):
-    far = weigh(1e6, ("presliding", 2e3, 1), ("stribeck", 5e4, 1), doubt=doubt, lapse=0.0)
+@pytest.mark.parametrize("uncertainty", [0.0, 0.3])
+def test_how_much_less_surely_is_a_value_of_the_calibration(uncertainty):
+    far = weigh(1e6, ("presliding", 2e3, 1), ("stribeck", 5e4, 1),
+                leader_uncertainty=uncertainty, contamination=0.0)
     assert far[0].names == ("presliding",)
-    assert far[0].probability == pytest.approx(1.0 - doubt, abs=1e-3)
+    assert far[0].probability == pytest.approx(1.0 - uncertainty, abs=1e-3)
 
 
-def test_what_the_leading_cause_gives_away_goes_to_its_nearest_rival():
+def test_what_the_leading_cause_gives_away_goes_to_its_nearest_alternative():
     rows = ("presliding", 2e3, 1), ("stribeck", 4e3, 1), ("spring", 4e4, 1)
-    sure, unsure = (weigh(1e6, *rows, doubt=doubt, lapse=0.0) for doubt in (0.0, 0.3))
+    sure, unsure = (weigh(1e6, *rows, leader_uncertainty=uncertainty, contamination=0.0)
+                    for uncertainty in (0.0, 0.3))
     gained = {row.names[0]: row.probability - next(
         other.probability for other in sure if other.names == row.names) for row in unsure}
     assert gained["stribeck"] == pytest.approx(-gained["presliding"], rel=1e-3) and (
         gained["stribeck"] > 0.2)
 
 
-def test_stored_numbers_of_another_schema_are_refused(tmp_path):
+def test_a_stored_calibration_of_another_schema_is_refused(tmp_path):
     kept = json.loads(STORED.read_text())
-    assert set(LEARNED) <= set(kept["numbers"]) and load_calibration() == Calibration(**kept["numbers"])
+    assert set(LEARNED) <= set(kept["values"])
+    assert load_calibration() == Calibration(**kept["values"])
     other = tmp_path / "calibration.json"
     other.write_text(json.dumps({**kept, "schema_version": 3}))
     with pytest.raises(ClieError, match="schema 3.*calibration.learn"):

@@ -1,12 +1,12 @@
-"""What the way of a command shows: late goals, coarse positions, late and weak torques."""
-
-from types import SimpleNamespace
+"""What the command path shows: delayed set-points, coarse positions, late and weak torques."""
 
 import numpy as np
 import pytest
+from factories import make_check, make_problem, make_residual_model
 
 from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.method.calibration import load_calibration
+from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.position_path import servo_response
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -14,8 +14,8 @@ from clie_blocks.analysis.gap.problem.torque_path import path_torque
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.verdict.signal_findings import (
     SignalFinding,
-    established_names,
-    needed_causes,
+    controller_findings,
+    delay_probability,
     signal_findings,
     with_signal_findings,
 )
@@ -25,13 +25,10 @@ from clie_blocks.analysis.records.robot import Controller
 PERIOD, STEP, SIGMA = 0.02, 1.5e-3, 5e-4
 
 
-def bench(resolution=0.0, sigma=SIGMA):
-    return SimpleNamespace(noises=(SimpleNamespace(sigma=sigma),),
-                           problem=SimpleNamespace(resolution=np.array([resolution])))
-
-
-def check(step=0.0):
-    return SimpleNamespace(step=np.array([step]))
+def findings(logs, left_out=frozenset(), resolution=0.0, sigma=SIGMA, step=0.0):
+    n = logs[0].n
+    residuals = make_residual_model(make_problem(n=n, resolution=resolution), sigma)
+    return signal_findings(logs, residuals, make_check(n, step), left_out)
 
 
 def servo_logs(delay, level):
@@ -49,7 +46,7 @@ def servo_logs(delay, level):
 
 
 def test_a_late_servo_that_sticks_is_late_first_of_all():
-    (cause,) = signal_findings(servo_logs(0.03, 0.01), bench(), check(), load_calibration())
+    (cause,) = findings(servo_logs(0.03, 0.01))
     assert cause.effect == "time_delay" and cause.joints == (0,) and cause.probability > 0.9
     low, high = np.ravel(cause.parameters["time"]["interval"])
     assert low < 0.03 < high and high - low < 2e-3
@@ -64,26 +61,26 @@ def test_a_late_servo_that_sticks_is_late_first_of_all():
 
 
 def test_a_servo_that_only_sticks_is_not_late():
-    assert signal_findings(servo_logs(0.0, 0.01), bench(), check(), load_calibration()) == ()
+    assert findings(servo_logs(0.0, 0.01)) == ()
 
 
 def test_goals_that_rest_tell_nothing():
     logs = [record.replace(qd=0 * record.qd, u=-record.q) for record in servo_logs(0.0, 0.01)]
-    assert signal_findings(logs, bench(), check(), load_calibration()) == ()
+    assert findings(logs) == ()
 
 
 def test_steps_that_make_the_noise_are_named_unless_stated():
     logs = servo_logs(0.0, 0.01)
-    (cause,) = signal_findings(logs, bench(), check(STEP), load_calibration())
+    (cause,) = findings(logs, step=STEP)
     assert cause.effect == "encoder_quantization"
     np.testing.assert_allclose(cause.parameters["step"]["value"], [STEP])
-    assert signal_findings(logs, bench(resolution=STEP), check(STEP), load_calibration()) == ()
-    assert signal_findings(logs, bench(sigma=5 * SIGMA), check(STEP), load_calibration()) == ()
+    assert findings(logs, resolution=STEP, step=STEP) == ()
+    assert findings(logs, sigma=5 * SIGMA, step=STEP) == ()
 
 
 def test_a_stated_law_says_nothing_of_paths(case):
     made = case("none")
-    assert signal_findings(made.records, None, None, load_calibration()) == ()
+    assert findings(made.records) == ()
 
 
 def torque_logs(gain, lag, noise=0.01):
@@ -99,7 +96,7 @@ def torque_logs(gain, lag, noise=0.01):
 
 
 def test_a_late_and_weak_drive_is_told_with_intervals():
-    late, weak = signal_findings(torque_logs(0.8, 0.02), None, None, load_calibration())
+    late, weak = findings(torque_logs(0.8, 0.02))
     assert (late.effect, weak.effect) == ("actuator_lag", "torque_gain_error")
     for cause, name, truth in ((late, "time", 0.02), (weak, "error", -0.2)):
         low, high = np.ravel(cause.parameters[name]["interval"])
@@ -108,8 +105,8 @@ def test_a_late_and_weak_drive_is_told_with_intervals():
 
 
 def test_a_drive_that_gives_what_is_asked_is_no_cause():
-    assert signal_findings(torque_logs(1.0, 0.0), None, None, load_calibration()) == ()
-    assert signal_findings(torque_logs(1.0, 0.0, noise=0.0), None, None, load_calibration()) == ()
+    assert findings(torque_logs(1.0, 0.0)) == ()
+    assert findings(torque_logs(1.0, 0.0, noise=0.0)) == ()
 
 
 @pytest.mark.parametrize("left, late", [
@@ -118,44 +115,45 @@ def test_a_drive_that_gives_what_is_asked_is_no_cause():
     ({"lag": 200.0, "setpoint_delay": 190.0, "coulomb": 180.0, "both": 20.0}, True),
     ({"lag": 0.1, "setpoint_delay": 0.1, "coulomb": 0.1, "both": 0.1}, False)])
 def test_a_delay_is_believed_where_it_is_needed(left, late):
-    assert needed_causes(left, load_calibration()) > 0.9 if late else needed_causes(left, load_calibration()) < 0.2
+    probability = delay_probability(left, load_calibration())
+    assert probability > 0.9 if late else probability < 0.2
 
 
 def test_what_the_path_shows_is_an_effect_though_the_motion_does_not_ask_for_one():
     found = (SignalFinding("time_delay", (0,), 0.9, {}),)
-    assert with_signal_findings("none", found) == with_signal_findings("not_identifiable", found) == "effect"
-    assert with_signal_findings("unexplained", found) == "unexplained"
+    for verdict, expected in (("none", "effect"), ("not_identifiable", "effect"),
+                              ("unexplained", "unexplained")):
+        assert with_signal_findings(verdict, found) == expected
     assert with_signal_findings("none", ()) == "none"
 
 
 def test_what_is_left_out_is_not_named_and_explains_nothing():
     logs = servo_logs(0.03, 0.01)
-    assert signal_findings(logs, bench(), check(), load_calibration(), {"time_delay"}) == ()
-    (cause,) = signal_findings(logs, bench(), check(), load_calibration(), {"coulomb"})
+    assert findings(logs, {"time_delay"}) == ()
+    (cause,) = findings(logs, {"coulomb"})
     assert cause.effect == "time_delay" and set(cause.left) == {"lag", "setpoint_delay"}
-    assert signal_findings(servo_logs(0.0, 0.01), bench(), check(STEP), load_calibration(),
-                       {"encoder_quantization"}) == ()
+    assert findings(servo_logs(0.0, 0.01), {"encoder_quantization"}, step=STEP) == ()
 
 
 def test_a_late_torque_goes_to_the_cause_that_is_not_left_out():
     logs, lag = torque_logs(0.8, 0.02), {"actuator_lag"}
-    late, weak = signal_findings(logs, None, None, load_calibration(), lag)
+    late, weak = findings(logs, lag)
     assert (late.effect, weak.effect) == ("time_delay", "torque_gain_error")
     assert late.parameters["time"]["value"][0] == pytest.approx(0.02, abs=1e-3)
-    (weak,) = signal_findings(logs, None, None, load_calibration(), lag | {"time_delay"})
+    (weak,) = findings(logs, lag | {"time_delay"})
     assert weak.parameters["error"]["value"][0] == pytest.approx(-0.2, abs=0.01)
-    (late,) = signal_findings(logs, None, None, load_calibration(), {"torque_gain_error"})
+    (late,) = findings(logs, {"torque_gain_error"})
     assert late.effect == "actuator_lag"
 
 
 def test_the_check_establishes_only_what_is_not_left_out():
-    found = SimpleNamespace(wrong=(0,), coarse=(0,), step=np.array([STEP]),
-                            corners=np.array([[200.0], [300.0]]))
-    assert [cause.effect for cause in established_names(found)] == [
-        "velocity_filter_mismatch", "encoder_quantization"]
-    assert established_names(found)[0].as_dict()["parameters"]["lowpass"]["value"] == [300.0]
-    assert [cause.effect for cause in established_names(found, {"encoder_quantization"})] == [
-        "velocity_filter_mismatch"]
+    check = make_check(step=STEP, wrong=(0,), coarse=(0,))
+    filter_, steps = controller_findings(check, VerdictMethod())
+    assert (filter_.effect, steps.effect) == ("velocity_filter_mismatch", "encoder_quantization")
+    assert filter_.as_dict()["parameters"]["lowpass"]["value"] == [300.0]
+    (filter_,) = controller_findings(check, VerdictMethod(), {"encoder_quantization"})
+    assert filter_.effect == "velocity_filter_mismatch"
+    assert controller_findings(make_check(), VerdictMethod()) == ()
 
 
 @pytest.mark.parametrize("choice", [{"exclude": ("time_delay",)}, {"effects": ("coulomb",)}])

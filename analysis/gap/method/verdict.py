@@ -1,0 +1,61 @@
+"""Thresholds of the verdict: evidence, confounders, lack of fit, findings from signals."""
+
+import dataclasses
+
+from clie_blocks.analysis.gap.method.threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class VerdictMethod:
+    """Thresholds of the verdict, but for those that turn excess into odds (`Calibration`)."""
+
+    prior_violation: float = threshold(
+        9.0, "squared standard deviations",
+        "a joint model that is farther from its datasheet speaks of a parametric mismatch")
+    contradicting_gap: float = threshold(
+        3.0, "squared gap over its floor, less one",
+        "a larger gap on the validation logs contradicts a small excess")
+    no_odds_factor: float = threshold(
+        20.0, "factor on the least excess",
+        "a hypothesis that leaves more has no odds to share, and no confounder is looked for")
+    negligible_excess_share: float = threshold(
+        1e-3, "share of the whole excess",
+        "least excess that `no_odds_factor` applies to: differences below it do not count")
+    negligible_excess: float = threshold(
+        0.4, "excess per sample", "the same, as a number")
+    no_odds_share: float = threshold(
+        0.5, "share of the whole excess",
+        "a hypothesis that leaves more has no odds against something unknown")
+
+    synchronous_order: float = threshold(
+        0.9, "waves per motor turn",
+        "cogging and commutation have no less: one wave of them over the travel is enough")
+    repeated_waves: float = threshold(
+        2.0, "waves over the travel",
+        "a torque with longer waves than the motor's must repeat to be called periodic")
+    acting_share: float = threshold(
+        0.1, "share of the size at the joint that has most of it", "a joint with less is idle")
+    yielding: float = threshold(
+        2e-3, "share of the travel",
+        "a contact that yields more shows by a torque that grows with the depth")
+
+    free_torque_bumps: int = threshold(
+        10, "count", "resolution of a free torque over the range of a signal")
+    free_torque_ridges: tuple[float, ...] = threshold(
+        (1e-6, 1e-4, 1e-2, 0.1), "on columns of norm one",
+        "ridges that are tried; the one that predicts best is taken")
+    free_torque_folds: int = threshold(
+        4, "parts of each log", "each part is predicted from the others")
+    free_torque_reversal_speed: float = threshold(
+        0.05, "share of the RMS speed", "slower motion counts as a reversal")
+    free_torque_speed_range: float = threshold(
+        5.0, "factor on the RMS speed", "range of a free torque over the speed")
+
+    certain: float = threshold(
+        0.97, "probability",
+        "of what two logged signals, or the replay of the law, show without a model of the joint")
+    quantization_share: float = threshold(
+        0.7, "share of the sensor noise",
+        "an encoder whose steps make more of its noise is reported as coarse")
+    gain_error: float = threshold(
+        0.01, "1", "a smaller error of the drive's gain is not reported")
