@@ -68,11 +68,8 @@ def alternatives_section(answer: Answer) -> Section:
     """Causes that these logs cannot tell apart, and the experiment that could."""
     sure = {row["effect"] for row in answer["effects"] if row["probability"] >= SURE}
     remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
-    pairs = [(one, other) for i, one in enumerate(remaining) for other in remaining[i + 1:]]
-    rows = tuple((f"{effect_title(one)} or {effect_title(other)}", _experiment(one, other))
-                 for one, other in pairs)
     confounders = tuple(_confounders(answer))
-    if not rows:
+    if len(remaining) < 2:
         return Section("Alternative causes", (_single(answer),),
                        points=(*confounders, *_confusions(answer)))
     menu = tuple(_menu(answer))
@@ -81,7 +78,8 @@ def alternatives_section(answer: Answer) -> Section:
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
             f"they hold 90 % of the probability{given}.")
     return Section("Alternative causes", (text if menu else text + NO_RUN,),
-                   tables=(Table(("causes", "what separates them"), rows), *menu),
+                   tables=(Table(("causes", "what separates them"), _separations(remaining)),
+                           *menu),
                    points=confounders)
 
 
@@ -106,9 +104,19 @@ def _confusions(answer: Answer) -> Iterator[str]:
                 yield f"{effect_title(name)} or {effect_title(other)}: {experiment}."
 
 
+def _separations(names: list[str]) -> tuple[tuple[str, str], ...]:
+    """Experiment that separates each pair of causes, where the library names one."""
+    pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1:]]
+    named = [(f"{effect_title(one)} or {effect_title(other)}", _experiment(one, other))
+             for one, other in pairs if _experiment(one, other)]
+    if len(named) == len(pairs):
+        return tuple(named)
+    rest = "all other pairs" if named else join_words(map(effect_title, names), "or")
+    return (*named, (rest, "the experiment recommended below"))
+
+
 def _experiment(one: str, other: str) -> str:
-    return (LIBRARY[one].confused_with.get(other) or LIBRARY[other].confused_with.get(one)
-            or "the experiment recommended below")
+    return LIBRARY[one].confused_with.get(other) or LIBRARY[other].confused_with.get(one, "")
 
 
 def _menu(answer: Answer) -> Iterator[Table]:

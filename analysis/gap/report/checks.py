@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -90,10 +91,17 @@ def assumptions_section(answer: Answer) -> Section:
 
 def thresholds_section(result: Result) -> Section:
     """Every threshold of the method, for whoever wants to know why the verdict is what it is."""
-    rows = tuple((one.name, f"{one.value:.6g}" if isinstance(one.value, float)
-                  else str(one.value), one.unit, one.reason)
+    rows = tuple((one.name, _value(one.value), one.unit, one.reason)
                  for one in result.method.thresholds())
     return Section("Thresholds of the method", (
         "The verdict follows from the logs and from these values. They were set on other robots "
         "than those of the published blind trials.",),
         tables=(Table(("name", "value", "unit", "reason"), rows),), collapsed=True)
+
+
+def _value(value: Any) -> str:
+    """A threshold as text: one number, several, or names."""
+    if isinstance(value, (tuple, list, set, frozenset)):
+        items = sorted(value) if isinstance(value, (set, frozenset)) else value
+        return ", ".join(map(_value, items))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -96,7 +96,8 @@ def map_section(where: Mapping[str, Any], joints: Sequence[str], units: Units) -
 def ranked_shares(where: Mapping[str, Any], joints: Sequence[str], units: Units
                   ) -> list[tuple[str, float]]:
     """Return (range, share) pairs, largest share first."""
-    shares = [(f"all of {row['name']}", row["share"]) for row in where["joint"]]
+    shares = [(f"all of {row['name']}", row["share"]) for row in where["joint"]
+              if len(where["joint"]) > 1]
     for log in where["time"]:
         step = log["seconds_per_part"]
         shares += [(f"log {log['log']}, {i * step:.3g} to {(i + 1) * step:.3g} s", share)

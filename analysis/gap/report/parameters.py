@@ -11,6 +11,7 @@ from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.exports import force_per_command, joint_side, simulator_names
 from clie_blocks.analysis.gap.report.summary import joint_names
 from clie_blocks.analysis.gap.report.wording import (
+    JOINT_PARAMETERS,
     Answer,
     Row,
     effect_title,
@@ -56,8 +57,8 @@ def _effect_rows(effect: Row, joints: Sequence[str]) -> Iterator[tuple[str, ...]
         bounds = _bounds(entry.get("interval"), value)
         for where, one, low, high in _entries(value, bounds, effect["joint"], joints):
             if abs(one) < ABSENT:
-                yield (f"{effect_title(effect['effect'])}: {name}", where, number(one, 4),
-                       _interval(low, high), entry["unit"], *names)
+                yield (f"{effect_title(effect['effect'])}: {effect_title(name)}", where,
+                       number(one, 4), _interval(low, high), entry["unit"], *names)
 
 
 def _bounds(interval: Any, value: np.ndarray) -> np.ndarray:
@@ -85,7 +86,7 @@ def _model_rows(name: str, entry: Mapping[str, Any], joints: Sequence[str]
                 ) -> Iterator[tuple[str, ...]]:
     for k, joint in enumerate(joints):
         low, high = (bound[k] for bound in entry["interval"])
-        yield (name, joint, number(entry["value"][k], 4), _interval(low, high),
+        yield (JOINT_PARAMETERS.get(name, name), joint, number(entry["value"][k], 4), _interval(low, high),
                number(entry["stated"][k], 4), entry["unit"],
                *JOINT_NAMES[name])
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 
 from clie_blocks.analysis.gap.report.wording import (
     CONFOUNDERS,
+    JOINT_PARAMETERS,
     Answer,
     Row,
     effect_title,
@@ -178,7 +179,8 @@ def parameter_deviations(answer: Answer) -> list[str]:
         rows = zip(joints, *(entry[key] for key in ("value", "stated", "tolerance")))
         deviations += [
             (abs(value - stated) / tolerance,
-             f"{name} at {joint} {number(value)} {entry['unit']}, stated {number(stated)}")
+             f"{JOINT_PARAMETERS.get(name, name)} at {joint} {number(value)} {entry['unit']}, "
+             f"stated {number(stated)}")
             for joint, value, stated, tolerance in rows if abs(value - stated) > tolerance > 0.0]
     worst = [text for _, text in sorted(deviations, reverse=True)]
     return worst[:SHOWN_DEVIATIONS] + (

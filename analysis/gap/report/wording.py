@@ -18,6 +18,7 @@ Units = Mapping[str, str]  # of positions ``q`` and commands ``u``
 
 TITLES = {"none": "no effect", "unknown": "an effect outside the library",
           "parametric": "parameters outside their tolerance"}
+JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
 CONFOUNDERS = {CONTACT: "an obstacle", SOFT_STOP: "a soft stop"}
 
 

@@ -83,10 +83,13 @@ def test_parameter_errors_are_named_with_what_is_stated():
         "inertia": {"value": [0.02, 0.05], "stated": [0.02, 0.04], "unit": "kg m^2",
                     "tolerance": [1e-4, 4e-4]},
         "damping": {"value": [0.2, 0.21], "stated": [0.1, 0.2], "unit": "N m s/rad",
-                    "tolerance": [0.015, 0.03]}})
+                    "tolerance": [0.015, 0.03]},
+        "load": {"value": [0.0, 0.0], "stated": [0.0, 0.001], "unit": "N m",
+                 "tolerance": [1.0, 1e-4]}})
     assert headline(found) == (
         "The model structure is right, but parameters are outside their tolerance: inertia at b "
-        "0.05 kg m^2, stated 0.04; damping at a 0.2 N m s/rad, stated 0.1.")
+        "0.05 kg m^2, stated 0.04; offset at b 0 N m, stated 0.001; damping at a 0.2 N m s/rad, "
+        "stated 0.1.")
     assert headline({**found, "joint_model": {}}) == (
         "The model structure is right, but parameters are outside their tolerance.")
 
@@ -121,6 +124,17 @@ def test_what_is_sure_is_no_alternative():
     found["next_experiment"]["menu"][0]["least_distance"] = 40.0
     section = alternatives_section(found)
     assert "No experiment" not in section.sentences[0] and len(section.tables) == 2
+
+
+def test_pairs_without_an_experiment_of_their_own_share_one_row():
+    names = ["coulomb", "stribeck", "friction_drift"]
+    found = answer_of("not_identifiable", *(row(name, 0.3) for name in names), set_90=names,
+                      next_experiment=None)
+    rows = alternatives_section(found).tables[0].rows
+    assert [pair for pair, _ in rows] == ["coulomb or stribeck", "all other pairs"]
+    found["set_90"] = ["coulomb", "friction_drift"]
+    assert alternatives_section(found).tables[0].rows == (
+        ("coulomb or friction drift", "the experiment recommended below"),)
 
 
 @pytest.mark.parametrize("confounder, title", [(CONTACT, "an obstacle"),
