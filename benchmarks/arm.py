@@ -8,11 +8,9 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks import gap
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, hypothesis
-from clie_blocks.analysis.gap.problem.preparation import prepare
-from clie_blocks.analysis.gap.problem.problem import problem
-from clie_blocks.analysis.records import read_trial
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 
 RATE = 1000  # Hz
 NOISE = 1e-4  # rad
@@ -75,18 +73,13 @@ def write_trial(folder, seconds, fault):
     commands = _commands(time)
     for j, (q_d, pe) in enumerate(commands, 1):
         _write(folder / f"log-{j}.csv.gz", time, q_d, 0.0 * pe, q_d, pe)
-    asked = problem(*read(folder))
-    at = hypothesis(asked, [_member(asked, name, values) for name, values in causes.items()])
+    asked = gap.read(folder)
+    at = build_hypothesis(asked, [_member(asked, name, values) for name, values in causes.items()])
     for j, (log, (q_d, pe)) in enumerate(zip(asked.logs, commands), 1):
         noise = NOISE * rng.standard_normal(pe.shape)
         pushed = dataclasses.replace(log, dither=noise, pe=pe + unknown * _wandering(rng, time))
         q, u = at.simulator.run(pushed, at.of_log(0))
         _write(folder / f"log-{j}.csv.gz", time, q + noise, u - (pushed.pe - pe), q_d, pe)
-
-
-def read(folder):
-    """Return robot and records of a trial."""
-    return prepare(*read_trial(folder))
 
 
 def _member(asked, name, values):

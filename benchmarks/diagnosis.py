@@ -7,6 +7,7 @@ Every diagnosis is a process of its own on one core, from start-up to answer.
 """
 
 import argparse
+import dataclasses
 import json
 import os
 import platform
@@ -21,18 +22,21 @@ import arm
 import numpy as np
 from timing import markdown
 
-from clie_blocks.analysis.gap import diagnosis
+from clie_blocks import gap
+from clie_blocks.analysis.gap.causes.vocabulary import searched_effects
+from clie_blocks.analysis.gap.diagnosis import STAGES
 from clie_blocks.output import run_main, write
 
 SECONDS = 30.0
 ONE_CORE = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
-STAGES = {
-    "controller_check": "controller check", "baseline": "baseline", "screen": "screening",
-    "singles": "singles: times, orders, joints", "pairs": "pairs", "rescreened": "screening again",
-    "race": "fits by simulation", "pruned": "idle joints left out",
-    "homed": "home to the datasheet",
-    "structured": "test of the leftover", "second_look": "whether play asks for a second look",
-    "shrinkage": "shrinkage", "torque_table": "table of what repeats", "where": "where",
+WATCHED = {  # labels of the stages, by name in `Stages`, `ExplainSteps` and `SearchSteps`
+    "check_controller": "controller check", "fit_nominal": "nominal model",
+    "screen": "screening", "singles": "single causes: events, orders, joints", "pairs": "pairs",
+    "screen_residual": "screening of the residual", "race": "fits by simulation",
+    "prune": "pruning of idle joints", "prune_joints": "pruning of idle joints",
+    "refine_to_prior": "MAP refinement", "lack_of_fit": "test of lack of fit",
+    "explain_backlash": "backlash check", "gap_reduction": "gap reduction",
+    "torque_map": "torque map", "localise": "localisation",
     "next_experiment": "next experiment"}
 
 
@@ -55,20 +59,23 @@ class Stopwatch:
         return run
 
 
+def watched(stages, watch):
+    """Return a dataclass of stage functions in which each one that has a label is timed."""
+    return dataclasses.replace(stages, **{
+        field.name: watch.watched(WATCHED[field.name], getattr(stages, field.name))
+        for field in dataclasses.fields(stages) if field.name in WATCHED})
+
+
 def diagnose(folder, share=1.0):
     """Diagnose a trial with a share of the library; return seconds, stages, memory, answer."""
-    from clie_blocks.analysis.gap.causes import CAUSES, vocabulary
-    from clie_blocks.analysis.gap.search import strategy
-
     watch = Stopwatch()
-    for name, said in STAGES.items():
-        for room in (vocabulary, strategy):
-            if hasattr(room, name):
-                setattr(room, name, watch.watched(said, getattr(room, name)))
-    names = sorted({cause.name for cause in CAUSES})
+    steps = watched(dataclasses.replace(STAGES.steps, search=watched(STAGES.steps.search, watch)),
+                    watch)
+    stages = watched(dataclasses.replace(STAGES, steps=steps), watch)
+    names = sorted(searched_effects())
     started = time.process_time()
-    robot, records = watch.watched("reading", arm.read)(folder)
-    found = diagnosis.diagnose(robot, records, effects=names[::round(1 / share)])
+    problem = watch.watched("reading", gap.read)(folder)
+    found = gap.diagnose(problem, effects=names[::round(1 / share)], stages=stages)
     return {"start-up": started, "stages": watch.seconds, "seconds": time.process_time(),
             "memory": peak_memory(),
             "answer": " + ".join(found.ranking[0].names)}
@@ -109,7 +116,7 @@ def stages(folder, seconds):
             ["**every further run**", *(f"**{warm['seconds']:.1f}**"
                                         for _, warm in found.values())],
             ["start-up", *(f"{warm['start-up']:.2f}" for _, warm in found.values())]]
-    for name in ["reading", *STAGES.values()]:
+    for name in ["reading", *dict.fromkeys(WATCHED.values())]:
         rows.append([name, *(f"{warm['stages'].get(name, 0.0):.2f}"
                              for _, warm in found.values())])
     rows += [["peak memory, MB", *(f"{warm['memory']:.0f}" for _, warm in found.values())],
@@ -137,20 +144,20 @@ def growth(folder, seconds, fault="one effect"):
 
 def peer(folder, seconds):
     """Return a table: the joint model alone, fitted by us and by python-control with scipy."""
-    from clie_blocks.analysis.gap.fitting.hypothesis import hypothesis
+    from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
     from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-    from clie_blocks.analysis.gap.problem.problem import problem
+    from clie_blocks.analysis.gap.method.method import METHOD
 
     place = folder / "peer"
     place.mkdir()
     arm.write_trial(place, seconds, "one effect")
-    asked = problem(*arm.read(place))
-    fit_nominal(asked)
+    asked = gap.read(place)
+    fit_nominal(asked, METHOD)
     start = time.process_time()
-    fit_nominal(asked)
+    fit_nominal(asked, METHOD)
     ours = time.process_time() - start
     start = time.process_time()
-    found = python_control_fit(asked, hypothesis(asked, ()))
+    found = python_control_fit(asked, build_hypothesis(asked, ()))
     theirs = time.process_time() - start
     return markdown([f"fit of the joint model, logs of {seconds:g} s", "s"],
                     [["input_output_response with least_squares, two logs", f"{theirs:.1f}"],

@@ -13,7 +13,7 @@ commands hide a fault of the controller: this explanation counts only where it f
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -30,42 +30,42 @@ from clie_blocks.analysis.gap.simulation.closed_loop import constants
 from clie_blocks.analysis.gap.verdict.evidence import Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause, posterior
 
-STIFFNESS, RATE = 0.3, 0.1  # of the gains: little of the rate, which carries most of the noise
 TINY = 1e-3  # excess that is none
-LEFT = 0.4  # excess per sample that the first explanation may leave before there is a second one
 OF_LAW = "kp", "kd", "saturation"
-SMALL = 0.03  # share of the excess that a right model may leave: impacts stay a little uncertain
-WIDER = 0.8, 0.9, 1.0, 1.1, 1.25  # times the backlash that was found: where fits start anew
-FLANKS = 250.0, 400.0, 600.0, 1000.0  # rad/s, as the stiffness of a closed gap
-RESTARTS = 3  # the best of those starts
-PART = 0.8  # share that backlash alone may leave for the whole library to be searched
 
 
 def explain_backlash(first: Explanation, causes: Sequence[Cause], method: Method,
-                     steps: ExplainSteps = EXPLAIN_STEPS) -> Explanation | None:
+                     steps: ExplainSteps = EXPLAIN_STEPS,
+                     explain: Callable[..., Explanation] = explain,
+                     restart: Callable[[Fit, ResidualModel], Fit] | None = None,
+                     ) -> Explanation | None:
     """Explain a problem in a softened loop where it leaves something that may be backlash.
 
-    None where the first explanation stands.
+    None where the first explanation stands.  `explain` explains the softened problem, `restart`
+    improves the fit of backlash alone, by default from many starts.
     """
     problem, table = first.residuals.problem, first.evidence
     if not _is_worthwhile(problem, table, causes, method):
         return None
-    soft = soften_loop(problem)
-    method = method.with_values(**{"search.negligible_share": SMALL})
+    soft, thresholds = soften_loop(problem, method), method.backlash
+    method = method.with_values(**{"search.negligible_share": thresholds.negligible_share})
     alone = explain(soft, (BACKLASH,), method, steps, test_lack_of_fit=False).evidence
     left = _leading_share(table, method)
-    if _share(alone) > (PART if left > SMALL else left):
+    if _share(alone) > (thresholds.largest_share_alone if left > thresholds.negligible_share
+                         else left):
         return None
     second = explain(soft, causes, method, steps)
-    evidence = _with_best_backlash(second.evidence, alone, second.residuals)
+    evidence = _with_best_backlash(second, alone, restart or multistart)
     return (dataclasses.replace(second, evidence=evidence)
             if _has_backlash(evidence, method) else None)
 
 
-def _with_best_backlash(table: Table, alone: Table, residuals: ResidualModel) -> Table:
-    """Evidence with the best fit of backlash alone, which is sought from many starts."""
+def _with_best_backlash(second: Explanation, alone: Table,
+                        restart: Callable[[Fit, ResidualModel], Fit]) -> Table:
+    """Evidence with the best fit of backlash alone."""
+    table = second.evidence
     of_backlash = [row for row in (*table.rows, *alone.rows) if row.names == (BACKLASH.name,)]
-    best = multistart(min(of_backlash, key=lambda row: row.excess).fit, residuals)
+    best = restart(min(of_backlash, key=lambda row: row.excess).fit, second.residuals)
     row = dataclasses.replace(of_backlash[0], excess=float(best.excess), fit=best)
     return dataclasses.replace(table, rows=[row, *(other for other in table.rows
                                                    if other.names != row.names)])
@@ -76,14 +76,14 @@ def multistart(backlash: Fit, residuals: ResidualModel) -> Fit:
 
     Each impact that comes or goes is a ridge in the misfit, and a fit stops before the next one.
     """
-    at = backlash.hypothesis
+    at, thresholds = backlash.hypothesis, residuals.method.backlash
     gap, contact = (f"{BACKLASH.block}.{name}" for name in ("half_gap", "contact"))
     starts = [at.with_values({**at.values, gap: wider * at.values[gap],
                               contact: flank + 0.0 * at.values[contact]})
-              for wider in WIDER for flank in FLANKS]
+              for wider in thresholds.start_gaps for flank in thresholds.start_contacts]
     costs = sum((part**2).sum(axis=1) for j in range(len(at.problem.fit))
                 for part in residuals.of_runs(at.means(j, [s.values for s in starts]), j))
-    again = [fit(starts[i], residuals) for i in np.argsort(costs)[:RESTARTS]]
+    again = [fit(starts[i], residuals) for i in np.argsort(costs)[:thresholds.restarts]]
     return min([backlash, *again], key=lambda one: one.total)
 
 
@@ -104,10 +104,12 @@ def to_stated_loop(ranking: Sequence[RankedCause], model: Fit, problem: Problem,
             for one in ranking], moved(model)
 
 
-def soften_loop(problem: Problem) -> Problem:
+def soften_loop(problem: Problem, method: Method) -> Problem:
     """Return the problem of models that follow the recorded commands."""
-    law = dataclasses.replace(problem.law, kp=STIFFNESS * problem.law.kp,
-                              kd=RATE * problem.law.kd, saturation=np.full(problem.n, np.inf))
+    thresholds = method.backlash
+    law = dataclasses.replace(problem.law, kp=thresholds.stiffness_share * problem.law.kp,
+                              kd=thresholds.damping_share * problem.law.kd,
+                              saturation=np.full(problem.n, np.inf))
     soft = problem.with_logs(lambda log: _with_recorded_commands(log, law))
     return dataclasses.replace(soft, law=law, quiet=True)
 
@@ -124,7 +126,7 @@ def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], meth
     law, leading = problem.law, posterior(table, method.calibration)[0].names
     feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
     return (BACKLASH in causes and feedback and not problem.quiet
-            and leading != (BACKLASH.name,) and _share(table) * table.nominal_excess > LEFT)
+            and leading != (BACKLASH.name,) and _share(table) * table.nominal_excess > method.backlash.least_excess)
 
 
 def _share(table: Table) -> float:

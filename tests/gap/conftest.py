@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 
 ROBOT = """joints = {n}
 [motor]
@@ -54,7 +54,7 @@ def case():
 def healthy(case):
     """Problem of a healthy robot."""
     robot = case("none")
-    return problem(robot.robot, robot.records)
+    return Problem.from_logs(robot.robot, robot.records)
 
 
 def in_a_folder(made, at):

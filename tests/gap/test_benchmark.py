@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from clie_blocks import gap
+
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
 
@@ -44,9 +46,8 @@ def test_stopwatch_counts_no_second_twice(benchmark):
 
 def test_peer_simulates_the_same_loop(benchmark, trial):
     from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
-    from clie_blocks.analysis.gap.problem.problem import problem
 
-    asked = problem(*benchmark.arm.read(trial))
+    asked = gap.read(trial)
     at = build_hypothesis(asked, ())
     log = asked.fit[1]
     log = dataclasses.replace(log, q=log.q[:300], q_d=log.q_d[:300], pe=log.pe[:300],

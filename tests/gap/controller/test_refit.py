@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.controller.replay import check_controller
+from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.fitting.hypothesis import held_members
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause, unknown_for_none
@@ -42,7 +43,7 @@ def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
     assert not found.gains and not found.late and not found.wrong
     assert found.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
     assert "integral part" in found.decisions[0] and found.misdescribed
-    assert not check_controller(found.mended(problem)).misdescribed
+    assert not check_controller(found.corrected(problem)).misdescribed
 
 
 def test_a_drift_of_the_command_is_no_integral(healthy):
@@ -61,16 +62,16 @@ def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
     problem = commanded(healthy, map(late, healthy.logs))
     found = check_controller(problem)
     assert found.late and not found.gains and not found.wrong
-    mended = found.mended(problem)
-    assert not check_controller(mended).misdescribed
-    (delay,) = mended.inside
+    corrected = found.corrected(problem)
+    assert not check_controller(corrected).misdescribed
+    (delay,) = held_members(corrected)
     assert delay.cause.name == "time_delay"
     assert delay.values["time"] == pytest.approx(healthy.period)
 
 
 def test_a_stated_law_that_ran_is_left_as_it_is(healthy):
     found = check_controller(healthy)
-    assert not found.misdescribed and found.mended(healthy).inside == ()
+    assert not found.misdescribed and found.corrected(healthy).command_delay == 0.0
 
 
 def test_with_other_gains_nothing_else_is_something_unknown():

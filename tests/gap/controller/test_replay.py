@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.replay import check_controller
+from clie_blocks.analysis.gap.controller.check import check_controller
 
 EVERY = slice(None)
 

@@ -45,17 +45,19 @@ def test_all_logs_are_learned_from_where_the_judging_one_holds_the_gap(rubbing):
 
 def test_a_start_is_no_worse_than_what_it_extends(rubbing):
     residuals, nominal = rubbing
-    level = 3.0 * np.abs(np.concatenate([log.u for log in nominal.hypothesis.problem.fit])).max()
-    start = initial_guess(Candidate((dry(nominal.hypothesis.problem.n, level),), 0.0), residuals, nominal)
-    alone = build_hypothesis(nominal.hypothesis.problem,
-                       (dry(nominal.hypothesis.problem.n, level),), nominal.hypothesis)
+    problem = nominal.hypothesis.problem
+    level = 3.0 * np.abs(np.concatenate([log.u for log in problem.fit])).max()
+    members = (dry(problem.n, level),)
+    start = initial_guess(Candidate(members, 0.0), residuals, nominal)
+    alone = build_hypothesis(problem, members, nominal.hypothesis)
     assert jacobian(start, residuals).cost < jacobian(alone, residuals).cost
 
 
 def test_a_step_of_some_keys_leaves_the_others(rubbing):
     residuals, nominal = rubbing
     at = build_hypothesis(nominal.hypothesis.problem, (), None)
-    moved = damped_step(at, jacobian(at, residuals), FITTING, FITTING.cautious_damping, ("damping",))
+    moved = damped_step(at, jacobian(at, residuals), FITTING, FITTING.cautious_damping,
+                        ("damping",))
     assert np.array_equal(moved.values["inertia"], at.values["inertia"])
     assert not np.array_equal(moved.values["damping"], at.values["damping"])
 

@@ -50,10 +50,12 @@ def test_the_observer_takes_nothing_from_a_true_model_and_much_of_a_wrong_one(lo
     assert led.law.kp[0] == pytest.approx(METHOD.fitting.observer_rate**2 * INERTIA, rel=1e-6)
     true = build_hypothesis(led, ())
     wrong = true.with_values({**true.values, "load": np.array([0.05])})
-    alone = [np.abs(without_observer(at, loose).error(1, dithered=False)).max() for at in (true, wrong)]
+    alone = [np.abs(without_observer(at, loose).error(1, dithered=False)).max()
+             for at in (true, wrong)]
     beside = [np.abs(at.error(1, dithered=False)).max() for at in (true, wrong)]
     assert max(alone[0], beside[0]) < 0.02 * alone[1]
-    assert beside[1] == pytest.approx(0.05 / (METHOD.fitting.observer_rate**2 * INERTIA), rel=0.1)  # a spring holds it
+    stiffness = METHOD.fitting.observer_rate**2 * INERTIA
+    assert beside[1] == pytest.approx(0.05 / stiffness, rel=0.1)  # a spring holds it
     assert alone[1] > 100 * beside[1]
 
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
-from clie_blocks.analysis.gap.problem.problem import problem
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.closed_loop import ramp_memory
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
 
@@ -18,7 +18,7 @@ PERIOD = 1e-3
 @pytest.fixture(scope="module")
 def asked():
     made = draw_cases(1, 9, ["coulomb"], ["none"], duration=8.0)[0]
-    return problem(made.robot, made.records)
+    return Problem.from_logs(made.robot, made.records)
 
 
 def cut(log, samples):

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.problem.user_loop.statement import loop_problem
+from clie_blocks.analysis.gap.simulation.simulators import simulator_of
 from clie_blocks.analysis.records import Record
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.manipulator import two_link_arm
@@ -57,9 +57,9 @@ def logged(name, k):
 
 def test_the_loop_is_replayed_down_to_the_noise():
     log = logged("none", 0)
-    asked = loop_problem(arm_loop(), [log])
+    asked = Problem.from_loop(arm_loop(), [log])
     values = {"inertia": asked.law.inertia, "damping": asked.law.damping, "load": np.zeros(2)}
-    q, u = asked.law.simulator(()).run(asked.fit[0], values)
+    q, u = simulator_of(asked, ()).run(asked.fit[0], values)
     settled = slice(500, None)  # the start is known as well as the first sample only
     assert np.std((q - log.q)[settled], axis=0) == pytest.approx(NOISE, rel=0.1)
     assert np.std((u - log.u)[settled], axis=0) == pytest.approx(KP * NOISE, rel=0.1)

@@ -185,7 +185,7 @@ def test_a_table_of_time_and_position_is_enough(written, capsys):
 @pytest.mark.parametrize("text, words", [
     ("", ""), ("time,q1\n", ""), ("time,q1\n0,0\n", "1 sample"),
     ("time,q1\n" + "".join(f"{0.001 * i},nan\n" for i in range(6000)),
-     "q is no number in 6000 of 6000 samples"),
+     "q is NaN or infinite in 6000 of 6000 samples"),
     ("when,what\n" + "".join(f"{0.001 * i},0.1\n" for i in range(6000)), "")])
 def test_hostile_tables_are_refused_in_words(written, tmp_path, capsys, text, words):
     paths, folder = written

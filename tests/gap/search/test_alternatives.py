@@ -1,4 +1,4 @@
-"""Rivals of the leading hypothesis: fewer causes, look-alikes, other forms of one effect."""
+"""Alternatives of the leading hypothesis: fewer causes, similar ones, other forms of one effect."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.search.alternatives import alternatives
 
 @pytest.fixture(scope="module")
 def rubbing(case):
-    """Bench and refitted nominal model of a robot with dry friction."""
+    """Residual model and refitted nominal model of a robot with dry friction."""
     made = case("coulomb")
     return fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
 
@@ -31,9 +31,9 @@ def member(cause, n, **values):
 
 def leading(nominal, *members, left=10.0, links=False):
     """Fit of some causes that leaves so many times the noise."""
-    asked = dataclasses.replace(nominal.hypothesis.problem, chain=SimpleNamespace(known=links))
-    at = dataclasses.replace(build_hypothesis(nominal.hypothesis.problem, members, nominal.hypothesis),
-                             problem=asked)
+    start = build_hypothesis(nominal.hypothesis.problem, members, nominal.hypothesis)
+    problem = dataclasses.replace(start.problem, chain=SimpleNamespace(known=links))
+    at = dataclasses.replace(start, problem=problem)
     return dataclasses.replace(nominal, hypothesis=at, chi2=left * nominal.samples)
 
 
@@ -41,7 +41,7 @@ def keys(candidates):
     return [{one.cause.key for one in candidate.members} for candidate in candidates]
 
 
-def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubbing):
+def test_a_second_cause_must_be_needed_with_every_alternative_of_the_first(rubbing):
     residuals, nominal = rubbing
     n = nominal.hypothesis.problem.n
     pair = (member(friction.COULOMB, n, level=0.1),
@@ -56,7 +56,7 @@ def test_a_second_cause_must_be_needed_beside_every_look_alike_of_the_first(rubb
     assert {"stribeck", "torque_gain_error"} in narrow
 
 
-def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated(rubbing):
+def test_both_forms_of_load_dependent_friction_are_alternatives_where_links_are_stated(rubbing):
     residuals, nominal = rubbing
     n = nominal.hypothesis.problem.n
     plain, grows = "load_dependent_friction", "load_dependent_friction:links"
@@ -74,30 +74,31 @@ def test_both_forms_of_load_dependent_friction_are_rivals_where_links_are_stated
 
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
     residuals, nominal = rubbing
-    found = leading(nominal, member(friction.COULOMB, nominal.hypothesis.problem.n, level=0.1))
-    first = alternatives(found, [found], CAUSES, residuals)
-    assert first and alternatives(found, [found], CAUSES, residuals, first) == []
+    leader = leading(nominal, member(friction.COULOMB, nominal.hypothesis.problem.n, level=0.1))
+    first = alternatives(leader, [leader], CAUSES, residuals)
+    assert first and alternatives(leader, [leader], CAUSES, residuals, first) == []
 
 
-def test_a_sibling_starts_beside_the_joint_model_of_the_leader(rubbing):
+def test_an_alternative_starts_with_the_joint_model_of_the_leader(rubbing):
     residuals, nominal = rubbing
     at, n = nominal.hypothesis, nominal.hypothesis.problem.n
     other = {**at.values, "inertia": 1.1 * at.values["inertia"]}
     dry = member(friction.COULOMB, n, level=0.1)
-    found = dataclasses.replace(nominal, hypothesis=build_hypothesis(at.problem, (dry,),
-                                                            at.with_values(other)))
-    swapped = next(one for one in alternatives(found, [found], CAUSES, residuals)
+    leader = dataclasses.replace(nominal, hypothesis=build_hypothesis(
+        at.problem, (dry,), at.with_values(other)))
+    swapped = next(one for one in alternatives(leader, [leader], CAUSES, residuals)
                    if keys([one]) == [{"stribeck"}])
     generous = dataclasses.replace(nominal, chi2=1e9 * nominal.samples)
     start = initial_guess(swapped, residuals, generous)
     assert np.array_equal(start.values["inertia"], other["inertia"])
 
 
-def test_a_fit_that_ended_in_a_false_minimum_starts_again_beside_the_leader(rubbing):
+def test_a_fit_that_ended_in_a_false_minimum_starts_again_from_the_leader(rubbing):
     """Uneven friction is plain friction with an offset: as good as the leader, with one less."""
     residuals, nominal = rubbing
     at, n = nominal.hypothesis, nominal.hypothesis.problem.n
-    plain = fit(build_hypothesis(at.problem, (member(friction.COULOMB, n, level=0.02),), at), residuals)
+    dry = member(friction.COULOMB, n, level=0.02)
+    plain = fit(build_hypothesis(at.problem, (dry,), at), residuals)
     level, tilt = plain.hypothesis.values["coulomb.level"], 0.2
     uneven = Member(friction.ASYMMETRIC_COULOMB, tuple(range(n)),
                     {"forward": (1 + tilt) * level, "backward": (1 - tilt) * level},

@@ -1,4 +1,4 @@
-"""Moments are found anew in every log, in one taken for a log without the fault, too."""
+"""Onsets are sought anew in every log, in one taken for a log without the fault, too."""
 
 import pytest
 
@@ -18,7 +18,8 @@ def diagnosed():
         patch.setitem(robots.EFFECTS, "step_fault", lambda rng, joint: joint.update(
             step=0.02 * joint["kp"], step_at=SET_IN))
         made, = robots.draw_cases(1, 2, ["step_fault"], ["single"], duration=12.0)
-    found = diagnose(Problem.from_logs(made.robot, made.records), effects=("step_fault", "friction_drift"))
+    found = diagnose(Problem.from_logs(made.robot, made.records),
+                     effects=("step_fault", "friction_drift"))
     right = next(row.fit for row in found.evidence.rows if row.names == ("step_fault",))
     return found.residuals, right, made.causes["step_fault"] - 1
 
@@ -33,7 +34,7 @@ def displaced(right, k, change):
 
 
 @pytest.mark.parametrize("change", [{0: NEVER}, {1: SET_IN + 0.4}, {0: SET_IN - 0.3, 2: NEVER}])
-def test_a_moment_that_was_missed_is_found_again(diagnosed, change):
+def test_an_onset_that_was_missed_is_found_again(diagnosed, change):
     residuals, right, k = diagnosed
     key, at = displaced(right, k, change)
     wrong = fit(at, residuals, 0)

@@ -35,26 +35,27 @@ def candidate(left, *causes):
     return Candidate(parts(*causes), (100.0 - left) * SAMPLES, fitted(100.0, *causes[:-1]))
 
 
-def test_what_a_candidate_promises_is_the_excess_that_it_would_leave():
+def test_what_is_predicted_of_a_candidate_is_the_excess_that_it_would_leave():
     assert racing.predicted_excess(candidate(3.0, SPRING, COULOMB)) == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("left, competes", [(5.0, True), (24.0, True), (26.0, False)])
-def test_a_cause_that_promises_to_stay_far_behind_the_best_is_not_begun(left, competes):
+def test_a_cause_that_is_predicted_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
     assert racing.can_compete(candidate(left, SPRING, COULOMB), best, METHOD) == competes
 
 
-def test_a_cause_of_the_best_is_begun_beside_another_one_whatever_it_promises():
+def test_a_cause_of_the_best_is_begun_with_another_one_whatever_is_predicted():
     best = fitted(0.0, SPRING, ACTUATOR_LAG)
     assert racing.can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best, METHOD)
     assert not racing.can_compete(candidate(90.0, COULOMB, TIME_DELAY), best, METHOD)
 
 
-@pytest.mark.parametrize("left, whole, promising", [
+@pytest.mark.parametrize("left, whole, worth_it", [
     (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
-def test_a_further_cause_must_promise_a_fair_share_of_what_is_left(left, whole, promising):
-    assert racing.worth_extending(candidate(left, SPRING, COULOMB), fitted(whole), METHOD) == promising
+def test_a_further_cause_must_be_predicted_to_explain_a_fair_share_of_what_is_left(left, whole, worth_it):
+    further = candidate(left, SPRING, COULOMB)
+    assert racing.worth_extending(further, fitted(whole), METHOD) == worth_it
 
 
 def test_onsets_are_sought_anew_only_where_a_cause_has_explained_a_fair_share():
@@ -62,49 +63,49 @@ def test_onsets_are_sought_anew_only_where_a_cause_has_explained_a_fair_share():
     assert not racing.explains_fair_share(fitted(81.0, STEP), fitted(100.0), METHOD)
 
 
-def test_nothing_more_is_looked_for_where_the_logs_to_learn_from_are_explained():
+def test_nothing_more_is_looked_for_where_the_logs_to_fit_are_explained():
     done = fitted(-0.1, SPRING)
     more = Candidate((SimpleNamespace(cause=COULOMB),), 0.2 * SAMPLES, done)
     assert not racing.worth_extending(more, fitted(100.0), METHOD)
 
 
-def beside_nominal(left, *causes):
-    """A candidate that promises to leave an excess beside a nominal model that leaves 100."""
+def extending_nominal(left, *causes):
+    """Causes that are predicted to leave an excess, of a nominal model that leaves 100."""
     return Candidate(tuple(SimpleNamespace(cause=cause) for cause in causes),
                      (100.0 - left) * SAMPLES)
 
 
-def test_a_pair_must_promise_more_than_the_best_single_cause_has_reached():
-    alone = [beside_nominal(40.0, SPRING), beside_nominal(60.0, COULOMB)]
-    pairs = [beside_nominal(5.0, SPRING, COULOMB), beside_nominal(35.0, SPRING, TIME_DELAY)]
+def test_a_pair_must_be_predicted_to_leave_less_than_the_best_single_cause_does():
+    alone = [extending_nominal(40.0, SPRING), extending_nominal(60.0, COULOMB)]
+    pairs = [extending_nominal(5.0, SPRING, COULOMB), extending_nominal(35.0, SPRING, TIME_DELAY)]
     kept = racing.pairs_worth_fitting(pairs, alone, [fitted(30.0, SPRING)],
                                       fitted(100.0), METHOD)
     assert kept == pairs[:1]
 
 
-def test_where_a_fit_does_far_better_than_promised_no_promise_is_believed():
-    alone = [beside_nominal(40.0, SPRING)]
-    pairs = [beside_nominal(35.0, COULOMB, TIME_DELAY), beside_nominal(5.0, SPRING, TIME_DELAY)]
+def test_where_a_fit_does_far_better_than_predicted_no_prediction_counts():
+    alone = [extending_nominal(40.0, SPRING)]
+    pairs = [extending_nominal(35.0, COULOMB, TIME_DELAY), extending_nominal(5.0, SPRING, TIME_DELAY)]
     kept = racing.pairs_worth_fitting(pairs, alone, [fitted(10.0, SPRING)],
                                       fitted(100.0), METHOD)
-    assert kept == pairs[:1]  # what may be added to the spring, the fit of the spring tells
+    assert kept == pairs[:1]  # what may be added to the spring, its own extensions show
 
 
 @pytest.mark.parametrize("left, far", [(50.0, True), (5.0, False)])
 def test_a_part_of_a_leader_is_left_where_it_starts_far_behind(left, far):
-    part = Candidate(parts(COULOMB), 0.0, fitted(1.0, SPRING, COULOMB))
-    assert racing.starts_far_behind(fitted(left, COULOMB), part, fitted(100.0), METHOD) == far
+    leader = fitted(1.0, SPRING, COULOMB)
+    assert racing.starts_far_behind(fitted(left, COULOMB), leader, fitted(100.0), METHOD) == far
 
 
 def test_only_a_fit_without_one_of_its_causes_is_a_part_of_it():
     leader = fitted(1.0, SPRING, COULOMB)
-    assert racing.is_part(Candidate(parts(COULOMB), 0.0, leader))
-    assert not racing.is_part(Candidate(parts(ACTUATOR_LAG), 0.0, leader))
-    assert not racing.is_part(Candidate(parts(COULOMB), 10.0, leader))  # an extension
-    assert not racing.is_part(Candidate(parts(COULOMB), 0.0))
+    assert racing.part_of(Candidate(parts(COULOMB), 0.0, leader)) is leader
+    assert racing.part_of(Candidate(parts(ACTUATOR_LAG), 0.0, leader)) is None
+    assert racing.part_of(Candidate(parts(COULOMB), 10.0, leader)) is None  # an extension
+    assert racing.part_of(Candidate(parts(COULOMB), 0.0)) is None
 
 
-def test_look_alikes_and_pairs_beside_the_nominal_model_are_always_begun():
+def test_alternatives_and_pairs_that_extend_the_nominal_model_are_always_begun():
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
         alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)

@@ -20,12 +20,13 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
         ripple=2e-3 * joint["kp"], order=order))
     made, = robots.draw_cases(1, 2, ["torque_ripple"], ["single"], duration=8.0)
     residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
-    (member, drop), = ripple_candidates(residuals, nominal, whitened_errors(residuals, nominal), (TORQUE_RIPPLE,))
+    errors = whitened_errors(residuals, nominal)
+    (member, drop), = ripple_candidates(residuals, nominal, errors, (TORQUE_RIPPLE,))
     k = made.causes["torque_ripple"] - 1
     travel = np.ptp(np.concatenate([log.q[:, k] for log in residuals.problem.fit]))
     assert drop[k] > 0.5 * (nominal.chi2[:2, k].sum() - nominal.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
-    assert ripple_candidates(residuals, nominal, whitened_errors(residuals, nominal), ()) == []
+    assert ripple_candidates(residuals, nominal, errors, ()) == []
 
 
 @pytest.mark.parametrize("waves, said", [(0.5, "torque_ripple"), (0.1, "spring")])
@@ -37,7 +38,8 @@ def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, 
     k = made.causes["torque_ripple"] - 1
     places = np.concatenate([record.q[:, k] for record in made.records[:2]])
     assert np.ptp(places) == pytest.approx(travel, rel=0.05)
-    found = diagnose(Problem.from_logs(made.robot, made.records), effects=("torque_ripple", "spring", "coulomb"))
+    found = diagnose(Problem.from_logs(made.robot, made.records),
+                     effects=("torque_ripple", "spring", "coulomb"))
     ripple = next(row for row in found.evidence.rows if row.names == ("torque_ripple",))
     assert ripple.confounder == SOFT_STOP
     assert ripple.excess < 0.5 < 50.0 < found.evidence.nominal_excess
