@@ -63,7 +63,7 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
                         judged_on != FITTED, judged_on)
 
 
-def reduction_percent(before: Sequence[np.ndarray], after: Sequence[np.ndarray], floor: float,
+def reduction_percent(before: list[np.ndarray], after: list[np.ndarray], floor: float,
                       period: float, method: AssessmentMethod,
                       ) -> tuple[float | None, tuple[float, float] | None]:
     """Share of the reducible gap that is removed [%], and its 95 % interval over blocks.
@@ -112,16 +112,17 @@ def _validation(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualM
                 ) -> tuple[str, list[np.ndarray], list[np.ndarray]]:
     """What the models are compared on, and the squared errors of both, one array per log."""
     logs = validation_logs(nominal.problem)
-    if corrected.problem.held_out:
-        judged_on, of_corrected = HELD_OUT, [square_errors(corrected, j) for j in logs]
-    else:
-        judged_on, of_corrected = LEFT_OUT, unseen_errors(corrected, residuals, logs)
-    of_nominal = ([square_errors(nominal, j) for j in logs] if nominal.problem.held_out
-                  else unseen_errors(nominal, residuals, logs))
-    if of_nominal is None or of_corrected is None:
+
+    def errors_where_unseen(model: Hypothesis) -> list[np.ndarray] | None:
+        if model.problem.held_out:
+            return [square_errors(model, j) for j in logs]
+        return unseen_errors(model, residuals, logs)
+
+    before, after = errors_where_unseen(nominal), errors_where_unseen(corrected)
+    if before is None or after is None:
         return (FITTED, [square_errors(nominal, j) for j in logs],
                 [square_errors(corrected, j) for j in logs])
-    return judged_on, of_nominal, of_corrected
+    return HELD_OUT if corrected.problem.held_out else LEFT_OUT, before, after
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -129,8 +129,8 @@ def block_shares(result: Result) -> list[dict[str, Any]]:
         block = "controller" if result.controller.misdescribed else "encoder"
         shares = _with_certain(shares, block, result.method.verdict.certain)
     rest = 1.0 - probability.get(NONE, 0.0) - sum(shares.values())
-    rows = [{"block": block, "share": float(share)} for block, share in shares.items()]
-    return [*sorted(rows, key=lambda row: -float(row["share"])),
+    largest_first = sorted(shares.items(), key=lambda item: -item[1])
+    return [*({"block": block, "share": float(share)} for block, share in largest_first),
             {"block": "unassigned", "share": max(0.0, rest)}]
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.gap_reduction import reduction_percent
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
+from clie_blocks.analysis.gap.fitting.ridge import ridge_cv
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.noise import decimated, decimation
@@ -242,15 +243,8 @@ def _ridge(grams: np.ndarray, rights: np.ndarray, method: AssessmentMethod,
 
     One ridge for all knots, in units of torque: where the motion says little the map is small.
     """
-    whole, right = grams.sum(axis=0), rights.sum(axis=0)
-    best_drop, theta, without = -np.inf, right, rights
-    for ridge in method.map_ridges:
-        penalty = ridge * np.trace(whole) / len(right) * np.eye(len(right))
-        tried = np.array([np.linalg.solve(whole - gram + penalty, right - part)
-                          for gram, part in zip(grams, rights)])
-        drop = (2 * np.einsum("pi,pi", tried, rights)
-                - np.einsum("pi,pij,pj", tried, grams, tried))
-        if drop > best_drop:
-            best_drop, theta, without = drop, np.linalg.solve(whole + penalty, right), tried
+    mean_square = np.trace(grams.sum(axis=0)) / grams.shape[-1]
+    fit = ridge_cv(grams, rights, [ridge * mean_square for ridge in method.map_ridges])
+    without = fit.left_out
     spread = np.sqrt((1.0 - 1.0 / len(grams)) * ((without - without.mean(axis=0))**2).sum(axis=0))
-    return theta, NORMAL_95 * spread
+    return fit.theta, NORMAL_95 * spread

@@ -225,8 +225,8 @@ def as_robot(joints: Sequence[Joint]) -> Robot:
     links = Links()
     if n == 1:  # a point mass on a rod that weighs and resists as the lane says
         length = 9.81 * link / column("weight")
-        links = Links(length=length, com=length, mass=link * ratio / length**2, inertia=[0.0],
-                      joint_viscous_friction=[0.0])
+        links = Links(length=length, com=length, mass=link * ratio / length**2, inertia=np.zeros(1),
+                      joint_viscous_friction=np.zeros(1))
     else:
         link = 0.0 * link
     return Robot(
@@ -238,5 +238,5 @@ def as_robot(joints: Sequence[Joint]) -> Robot:
         controller=Controller(law="pd", kp=column("kp"), kd=column("kd"), highpass=200.0,
                               lowpass=300.0, discretisation="tustin", sample_time=PERIOD,
                               command_resolution=2e-4 * column("kp")),
-        encoder=Encoder(shaft_ratio=[10.0], resolution=column("lsb")),
+        encoder=Encoder(shaft_ratio=np.array([10.0]), resolution=column("lsb")),
         experiments={f"log-{j + 1}": Experiment(start=column("start")) for j in range(3)})

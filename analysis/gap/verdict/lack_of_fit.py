@@ -7,6 +7,7 @@ was not fitted to, the robot holds something that the hypothesis does not.
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.ridge import ridge_cv
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import decimated, decimation, whiten
@@ -38,17 +39,13 @@ def _gain(parts: list[tuple[np.ndarray, np.ndarray]], method: VerdictMethod) -> 
              for fold in zip(np.array_split(columns, method.free_torque_folds),
                              np.array_split(error, method.free_torque_folds))]
     scale = np.sqrt(sum((columns**2).sum(axis=0) for columns, _ in folds)) + 1e-12
-    grams = [(columns / scale).T @ (columns / scale) for columns, _ in folds]
-    rights = [(columns / scale).T @ error for columns, error in folds]
-    best = 0.0
-    for ridge in method.free_torque_ridges:
-        drop = 0.0
-        for gram, right in zip(grams, rights):
-            others = sum(grams) - gram + ridge * np.eye(len(right))
-            theta = np.linalg.solve(others, sum(rights) - right)
-            drop += max(float(2 * theta @ right - theta @ gram @ theta), 0.0)
-        best = max(best, drop)
-    return best
+    grams = np.array([(columns / scale).T @ (columns / scale) for columns, _ in folds])
+    rights = np.array([(columns / scale).T @ error for columns, error in folds])
+    return _gained(ridge_cv(grams, rights, method.free_torque_ridges, _gained).drops)
+
+
+def _gained(drops: np.ndarray) -> float:
+    return float(np.maximum(drops, 0.0).sum())
 
 
 def _columns(fit: Fit, residuals: ResidualModel, j: int, k: int) -> np.ndarray:

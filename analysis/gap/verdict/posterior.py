@@ -236,7 +236,7 @@ def unknown_for_none(ranking: Sequence[RankedCause]) -> list[RankedCause]:
     no effect of the library is it: what would go to `none` goes to `unknown`.
     """
     moved = sum(ranked.probability for ranked in ranking if ranked.names == (NONE,))
-    change = {(NONE,): -moved, (UNKNOWN,): moved}
+    change: dict[tuple[str, ...], float] = {(NONE,): -moved, (UNKNOWN,): moved}
     changed = [dataclasses.replace(ranked, probability=ranked.probability
                                    + change.get(ranked.names, 0.0)) for ranked in ranking]
     return sorted(changed, key=lambda ranked: -ranked.probability)

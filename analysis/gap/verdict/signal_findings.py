@@ -122,8 +122,9 @@ def findings_of_position_path(record: Record) -> bool:
 
 def findings_of_torque_path(record: Record) -> bool:
     """Whether commands act as excitation, and the torque that came of them was measured."""
-    return (_has_no_law(record) and record.u is not None and record.tau is not None
-            and not np.any(record.robot.controller.kp))
+    law = record.robot and record.robot.controller
+    return bool(law and _has_no_law(record) and record.u is not None
+                and record.tau is not None and not np.any(law.kp))
 
 
 def _has_no_law(record: Record) -> bool:
@@ -139,7 +140,10 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
     names = ["lag", *(name for name, causes in _HYPOTHESES.items()
                       if not set(causes) & set(left_out))]
     with_delay = [name for name in names if name in _WITH_DELAY]
-    joints = tuple(int(k) for k in np.flatnonzero(np.ptp(records[0].qd, axis=0) > 0))
+    reference = records[0].qd
+    if reference is None:
+        return ()
+    joints = tuple(int(k) for k in np.flatnonzero(np.ptp(reference, axis=0) > 0))
     if not joints or not with_delay:
         return ()
     paths = [position_path.paths_by_hypothesis(records[0], k, names) for k in joints]
