@@ -1,16 +1,19 @@
-"""Logs of a two-link arm with a known fault, as long as one likes, for timing the diagnosis.
+"""Logs of a two-link arm with a known fault, of any length, for timing the diagnosis.
 
-They come from the diagnosis' own simulator: that is fair to its speed and says nothing of its
-accuracy, which blind trials by another engine measure.
+They come from the diagnosis' own simulator: they measure its speed, not its accuracy, which
+blind trials by another engine measure.
 """
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 
 from clie_blocks import gap
+from clie_blocks.analysis.gap import Problem
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.linear_filters import lfilter
 
 RATE = 1000  # Hz
 NOISE = 1e-4  # rad
@@ -51,7 +54,7 @@ FAULTS = {
     "unexplained": ({}, 0.15)}
 
 
-def write_trial(folder, seconds, fault):
+def write_trial(folder: Path, seconds: float, fault: str) -> None:
     """Write ``robot.toml`` and three logs.
 
     Parameters
@@ -61,7 +64,7 @@ def write_trial(folder, seconds, fault):
     seconds : float
         Length of each log [s].
     fault : str
-        One of `FAULTS`: effects with their numbers, and the RMS of a torque of no form [N m].
+        One of `FAULTS`: effects with their parameters, RMS of an unstructured torque [N m].
 
     """
     causes, unknown = FAULTS[fault]
@@ -82,13 +85,13 @@ def write_trial(folder, seconds, fault):
         _write(folder / f"log-{j}.csv.gz", time, q + noise, u - (pushed.pe - pe), q_d, pe)
 
 
-def _member(asked, name, values):
+def _member(asked: Problem, name: str, values: dict[str, list[float]]) -> Member:
     cause, = (cause for cause in CAUSES if cause.key == name)
     values = {number.name: np.array(values[number.name]) for number in cause.numbers}
     return Member(cause, tuple(range(asked.n)), values, values)
 
 
-def _commands(time):
+def _commands(time: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Set-points and excitations: slow triangles, a multisine, a chirp, one per log."""
     triangle = 2 / np.pi * np.arcsin(np.sin(2 * np.pi * time / np.array([6.4, 11.4])))
     lines = np.geomspace(0.06, 4.0, 10)
@@ -100,16 +103,14 @@ def _commands(time):
             (still, 2.5 * sweep + 0.0 * still)]
 
 
-def _wandering(rng, time):
+def _wandering(rng: np.random.Generator, time: np.ndarray) -> np.ndarray:
     """Random torque below some 1 Hz, of size one."""
-    from scipy.signal import lfilter
-
-    left = np.exp(-2 * np.pi / RATE)
-    return lfilter([np.sqrt(1 - left**2)], [1.0, -left],
-                   rng.standard_normal((len(time), 2)), axis=0)
+    kept = np.exp(-2 * np.pi / RATE)
+    return lfilter([np.sqrt(1 - kept**2)], [1.0, -kept], rng.standard_normal((len(time), 2)))
 
 
-def _write(path, time, q, u, q_d, pe):
+def _write(path: Path, time: np.ndarray, q: np.ndarray, u: np.ndarray, q_d: np.ndarray,
+           pe: np.ndarray) -> None:
     names = [f"{signal}{k}" for signal in ("q", "u", "qd", "pe") for k in (1, 2)]
     np.savetxt(path, np.hstack([time, np.round(q, 6), np.round(u, 4), q_d, pe]), fmt="%.7g",
                delimiter=",", header=",".join(["time", *names]), comments="")

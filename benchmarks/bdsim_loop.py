@@ -2,15 +2,18 @@
 
 import contextlib
 import io
+from collections.abc import Callable
+from typing import Any
 
 import bdsim
+import control as ct
 import loop
 import numpy as np
 
-from clie_blocks.compiled.frontend.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import Leaf, flatten
 
 
-def simulator(diagram):
+def simulator(diagram: ct.NonlinearIOSystem) -> Callable[[int], np.ndarray]:
     """Return ``run(steps)``, which takes steps of the loop without noise, and gives the states."""
     flat = flatten(diagram)
     simulation = bdsim.BDSim(banner=False, graphics=False, progress=False, sysargs=False)
@@ -31,7 +34,7 @@ def simulator(diagram):
         part.connect(drawn, time, outputs)
     drawn.compile(report=False)
 
-    def run(steps):
+    def run(steps: int) -> np.ndarray:
         options = {"rtol": 1e30, "atol": 1e30, "first_step": loop.STEP}
         with contextlib.redirect_stdout(io.StringIO()):
             done = simulation.run(drawn, T=steps * loop.STEP, solver="RK45",
@@ -43,7 +46,7 @@ def simulator(diagram):
 class _Part:
     """A block as an output function and, if it has states, a rate function and an integrator."""
 
-    def __init__(self, drawn, leaf, wires):
+    def __init__(self, drawn: Any, leaf: Leaf, wires: list[tuple[str, int]]) -> None:
         self.leaf, self.wires, system, n = leaf, wires, leaf.system, leaf.system.nstates
         self.names = list(dict.fromkeys(name for name, _ in wires))
         system._update_params(leaf.params)  # a block keeps the values that it was last called with
@@ -54,18 +57,19 @@ class _Part:
         self.output = self._function(drawn, system._out, self.direct, "y")
         self.rate = self._function(drawn, system._rhs, True, "dx") if n else None
 
-    def _function(self, drawn, function, direct, ending):
+    def _function(self, drawn: Any, function: Callable[..., Any], direct: bool,
+                  ending: str) -> Any:
         where = [(self.names.index(name), k) for name, k in self.wires]
         ports = 1 + (self.state is not None) + direct * len(self.names)
 
-        def call(t, *values):
+        def call(t: float, *values: Any) -> np.ndarray:
             x, signals = (values[0], values[1:]) if self.state is not None else ([], values)
             u = np.array([signals[k][j] for k, j in where]) if direct else np.zeros(len(where))
             return np.asarray(function(t, np.asarray(x), u))
         # in a list, for bdsim cannot count the arguments behind a star
         return drawn.FUNCTION([call], nin=int(ports), name=f"{self.leaf.name}_{ending}")
 
-    def connect(self, drawn, time, outputs):
+    def connect(self, drawn: Any, time: Any, outputs: dict[str, Any]) -> None:
         """Wire the blocks."""
         inner = [] if self.state is None else [self.state]
         for block, direct in ((self.output, self.direct), (self.rate, True)):

@@ -1,5 +1,7 @@
 """The CASE 2 loop as a CasADi graph, run by CasADi's own virtual machine."""
 
+from collections.abc import Callable
+
 import casadi as ca
 import loop
 import numpy as np
@@ -9,7 +11,7 @@ from clie_blocks.compiled import METHODS
 STATES = 22
 
 
-def derivative(t, x, noise):
+def derivative(t: ca.SX, x: ca.SX, noise: ca.SX) -> ca.SX:
     """Return the right-hand side as one expression."""
     c = loop.constants()
     pe = (0.7 * ca.sin(2 * np.pi * t) + 0.5 * ca.sin(np.pi * t) - 0.25 * ca.cos(np.pi * t))
@@ -36,7 +38,7 @@ def derivative(t, x, noise):
     return ca.vertcat(*dx)
 
 
-def simulator(steps):
+def simulator(steps: int) -> Callable[[np.ndarray], np.ndarray]:
     """Return ``run(noise)``, which takes so many steps and returns the last state."""
     x, t, noise = ca.SX.sym("x", STATES), ca.SX.sym("t"), ca.SX.sym("noise", 2)
     right_side = ca.Function("f", [t, x, noise], [derivative(t, x, noise)])

@@ -15,17 +15,21 @@ import platform
 import subprocess
 import tempfile
 import time
+import types
+from collections.abc import Sequence
 from importlib import metadata
+from typing import Any
 
 import control as ct
 import handwritten
 import loop
 import numpy as np
 import scaling
-from timing import interleaved, markdown, ratio, seconds
+from handwritten import CProgram
+from timing import Job, interleaved, markdown, ratio, seconds
 
 from clie_blocks import paper
-from clie_blocks.compiled import compile_diagram, reduce
+from clie_blocks.compiled import Program, compile_diagram, reduce
 from clie_blocks.output import run_main, write
 
 STEPS, SLOW_STEPS, RUNS = 50_000, 50, 64
@@ -33,7 +37,7 @@ PEERS = ("numba", "casadi", "pathsim", "bdsim", "drake", "jaxonomy")
 C, OURS = "C by hand", "**compiled diagram, one set**"
 
 
-def importable(name):
+def importable(name: str) -> types.ModuleType | None:
     """Return a module, or None where it or what it needs is missing."""
     try:
         return importlib.import_module(name)
@@ -41,14 +45,15 @@ def importable(name):
         return None
 
 
-def python_control(diagram, steps):
+def python_control(diagram: ct.NonlinearIOSystem, steps: int) -> ct.TimeResponseData:
     """Run python-control's own runner at our step, without noise: it cannot hold it."""
     times = np.arange(steps + 1) * loop.STEP
     return adaptive(diagram, times, "RK45", first_step=loop.STEP, max_step=loop.STEP, rtol=1e30,
                     atol=1e30)
 
 
-def adaptive(diagram, times, method, **options):
+def adaptive(diagram: ct.NonlinearIOSystem, times: np.ndarray, method: str,
+             **options: float) -> ct.TimeResponseData:
     """Run python-control's own runner without noise."""
     drive = np.vstack([np.tile(loop.Q_D[:, None], len(times)),
                        np.tile(loop.paper_excitation(times), (2, 1)), np.zeros((2, len(times)))])
@@ -56,12 +61,13 @@ def adaptive(diagram, times, method, **options):
                                     t_eval=times[[0, -1]], solve_ivp_kwargs=options)
 
 
-def quick_jobs(program, c, noise):
+def quick_jobs(program: Program, c: CProgram, noise: np.ndarray) -> dict[str, Job]:
     """Return the runners that are near C, by name."""
     duration = STEPS * loop.STEP
     gamma, b = np.geomspace(1, 100, RUNS), np.linspace(0.8, 1.2, RUNS)[:, None]
     sets = {"update.gamma": gamma, "plant.b": b * paper.THETA.reshape(3, 2)[1]}
-    call = {"step": loop.STEP, "inputs": loop.inputs(noise), "params": sets, "threads": 1}
+    call: dict[str, Any] = {
+        "step": loop.STEP, "inputs": loop.inputs(noise), "params": sets, "threads": 1}
     error = {"error": reduce.mean_square("plant.q", minus="model.q", start=0.5)}
     jobs = {
         C: lambda: handwritten.simulate(c, noise, loop.Q_D, loop.STEP, loop.EVERY),
@@ -85,7 +91,7 @@ def quick_jobs(program, c, noise):
     return jobs
 
 
-def slow_jobs(diagram):
+def slow_jobs(diagram: ct.NonlinearIOSystem) -> dict[str, Job]:
     """Return the runners that take seconds per millisecond, by name; without noise."""
     still, plain = np.zeros((SLOW_STEPS, 2)), compile_diagram(diagram, "python")
     jobs = {"**compiled to plain Python**": lambda: loop.run(plain, still),
@@ -97,7 +103,7 @@ def slow_jobs(diagram):
     return jobs
 
 
-def fixed_step(diagram, program, c, repeats):
+def fixed_step(diagram: ct.NonlinearIOSystem, program: Program, c: CProgram, repeats: int) -> str:
     """Return the table of runners at the paper's step."""
     jobs = quick_jobs(program, c, loop.noise_rows(STEPS))
     times = interleaved(jobs, repeats)
@@ -116,16 +122,16 @@ def fixed_step(diagram, program, c, repeats):
             + f"\n\nC takes {milliseconds:.2f} ms per simulated second.")
 
 
-def equal_error(diagram, program, duration=2.0):
+def equal_error(diagram: ct.NonlinearIOSystem, program: Program, duration: float = 2.0) -> str:
     """Return the table of runners that may choose their steps, without noise."""
     fine = program.run(duration, 1e-4, inputs=loop.inputs(np.zeros(2)), every=1000)
     scale = np.max(np.abs(fine.states), axis=1)
     grid = np.arange(0, duration + 1e-4, 2.5e-4)  # python-control interpolates between input rows
 
-    def theirs(system, method, tolerance):
+    def theirs(system: ct.NonlinearIOSystem, method: str, tolerance: float) -> Job:
         return lambda: adaptive(system, grid, method, rtol=tolerance, atol=1e-2 * tolerance)
 
-    def ours(step):
+    def ours(step: float) -> Job:
         return lambda: program.run(duration, step, inputs=loop.inputs(np.zeros(2)),
                                    every=round(duration / step))
 
@@ -144,12 +150,14 @@ def equal_error(diagram, program, duration=2.0):
     return markdown(["runner", "ms per simulated s", "error at the end"], rows)
 
 
-def threads_table(program):
+def threads_table(program: Program) -> str:
     """Return the table of threads: the least time on the wall, when most cores were free."""
     noise = loop.noise_rows(10_000)
-    call = {"step": loop.STEP, "inputs": loop.inputs(noise), "log": [], "every": 100,
-            "params": {"update.gamma": np.geomspace(1, 100, RUNS)}}
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    call: dict[str, Any] = {
+        "step": loop.STEP, "inputs": loop.inputs(noise), "log": [], "every": 100,
+        "params": {"update.gamma": np.geomspace(1, 100, RUNS)}}
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (
+        os.cpu_count() or 1)
     times = interleaved({count: functools.partial(program.batch, 1.0, threads=count, **call)
                          for count in sorted({1, 2, cores})}, 100, time.perf_counter)
     rows = [[count, f"{1e3 * min(taken) / RUNS:.3f}", f"{min(times[1]) / min(taken):.2f}"]
@@ -157,23 +165,23 @@ def threads_table(program):
     return markdown(["threads", "ms per set and simulated s, on the wall", "gain"], rows)
 
 
-def versions():
+def versions() -> str:
     """Return what the figures belong to."""
-    found = []
+    packages = []
     for name in ("control", "numpy", "scipy", "llvmlite", *PEERS):
         try:
-            found.append(f"{name} {metadata.version(name)}")
+            packages.append(f"{name} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
-            found.append(f"{name} not installed")
+            packages.append(f"{name} not installed")
     compiler = subprocess.run([handwritten.compiler(), "--version"], capture_output=True,
                               text=True, check=True).stdout.splitlines()[0]
     load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
-    return (f"Python {platform.python_version()}, {', '.join(found)}; {compiler} "
+    return (f"Python {platform.python_version()}, {', '.join(packages)}; {compiler} "
             f"{' '.join(handwritten.FLAGS)}; {_processor()}, {os.cpu_count()} cores, load {load} "
             "while measuring.")
 
 
-def _processor():
+def _processor() -> str:
     try:
         with open("/proc/cpuinfo") as file:
             return next(line.split(":")[1].strip() for line in file if "model name" in line)
@@ -181,7 +189,7 @@ def _processor():
         return platform.processor() or platform.machine()
 
 
-def document(repeats):
+def document(repeats: int) -> str:
     """Measure everything and return the document."""
     diagram = loop.diagram()
     program, c_folder = compile_diagram(diagram), tempfile.TemporaryDirectory()
@@ -250,15 +258,15 @@ The CLIE loop of the paper's Fig. 2 with law (27) for decoupled joints.
 """
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> None:
     """Measure and write the document."""
     options = argparse.ArgumentParser(description=__doc__,
                                       formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("-o", "--output", default="docs/benchmarks.md", metavar="FILE")
     options.add_argument("--repeats", type=int, default=7)
-    chosen = options.parse_args(argv)
+    arguments = options.parse_args(argv)
     start = time.perf_counter()
-    path = write(chosen.output, document(chosen.repeats))
+    path = write(arguments.output, document(arguments.repeats))
     print(f"{path}  ({time.perf_counter() - start:.0f} s)")
 
 

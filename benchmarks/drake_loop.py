@@ -1,14 +1,23 @@
 """A python-control diagram in Drake: block for block, as leaf systems in Python."""
 
+from collections.abc import Callable
+
+import control as ct
 import loop
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    ContinuousState,
+    DiagramBuilder,
+    LeafSystem,
+)
 
-from clie_blocks.compiled.frontend.flatten import flatten
+from clie_blocks.compiled.frontend.flatten import Leaf, flatten
 
 
-def simulator(diagram):
+def simulator(diagram: ct.NonlinearIOSystem) -> Callable[[int], np.ndarray]:
     """Return ``run(steps)``, which takes steps of the loop without noise, and gives the states."""
     flat, builder = flatten(diagram), DiagramBuilder()
     owners = {("u", k): ("drive", k) for k in range(diagram.ninputs)}
@@ -29,7 +38,7 @@ def simulator(diagram):
     ResetIntegratorFromFlags(simulation, "runge_kutta5", loop.STEP)
     simulation.get_mutable_integrator().set_fixed_step_mode(True)
 
-    def run(steps):
+    def run(steps: int) -> np.ndarray:
         context = simulation.get_mutable_context()
         context.SetTime(0.0)
         context.SetContinuousState(np.zeros(context.num_continuous_states()))
@@ -42,7 +51,7 @@ def simulator(diagram):
 class _Drive(LeafSystem):
     """The inputs of the loop."""
 
-    def __init__(self, labels):
+    def __init__(self, labels: list[str]) -> None:
         super().__init__()
         self.DeclareVectorOutputPort(
             "y", len(labels), lambda context, y: y.SetFromVector(
@@ -53,7 +62,7 @@ class _Drive(LeafSystem):
 class _Part(LeafSystem):
     """A block with one input for each block that it listens to."""
 
-    def __init__(self, leaf, wires, widths):
+    def __init__(self, leaf: Leaf, wires: list[tuple[str, int]], widths: dict[str, int]) -> None:
         super().__init__()
         self.leaf, system, n = leaf, leaf.system, leaf.system.nstates
         self.names = list(dict.fromkeys(name for name, _ in wires))
@@ -71,16 +80,16 @@ class _Part(LeafSystem):
             "y", system.noutputs, self._output, prerequisites_of_calc=needs | (
                 {self.all_input_ports_ticket()} if self.direct else set()))
 
-    def _inputs(self, context):
+    def _inputs(self, context: Context) -> np.ndarray:
         signals = [self.get_input_port(k).Eval(context) for k in range(len(self.names))]
         return np.array([signals[port][k] for port, k in self.where])
 
-    def _output(self, context, y):
+    def _output(self, context: Context, y: BasicVector) -> None:
         x = context.get_continuous_state_vector().CopyToVector()
         u = self._inputs(context) if self.direct else np.zeros(len(self.where))
         y.SetFromVector(self.leaf.system._out(context.get_time(), x, u))
 
-    def DoCalcTimeDerivatives(self, context, derivatives):  # noqa: N802, Drake's name
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802, Drake's name
         """Give Drake the rates of the block's states."""
         x = context.get_continuous_state_vector().CopyToVector()
         rates = self.leaf.system._rhs(context.get_time(), x, self._inputs(context))

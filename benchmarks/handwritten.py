@@ -4,6 +4,7 @@ import ctypes
 import os
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ SOURCE = Path(__file__).with_name("clie_loop.c")
 FLAGS = ("-O3", "-march=native", "-shared", "-fPIC")
 STATES = 22
 
+CProgram = Callable[..., None]  # the ``run`` of the C file
+
 
 class Robot(ctypes.Structure):
     """The parameters of the C program."""
@@ -23,16 +26,16 @@ class Robot(ctypes.Structure):
         (name, ctypes.c_double) for name in ("gamma", "alpha", "highpass", "lowpass", "omega_f")]
 
 
-def compiler():
+def compiler() -> str:
     """Return the system's C compiler."""
-    found = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
-    if not found:
+    path = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
+    if not path:
         raise ClieError("the benchmark compares with hand-written C and finds no C compiler; "
                         "install gcc or clang, or name one in CC")
-    return found
+    return path
 
 
-def build(folder):
+def build(folder: str | os.PathLike[str]) -> CProgram:
     """Compile the loop and return its ``run``."""
     library = Path(folder) / "clie_loop.so"
     subprocess.run([compiler(), *FLAGS, str(SOURCE), "-o", str(library), "-lm"], check=True)
@@ -43,7 +46,8 @@ def build(folder):
     return run
 
 
-def simulate(run, noise, q_d, step, every):
+def simulate(run: CProgram, noise: np.ndarray, q_d: np.ndarray, step: float,
+             every: int) -> np.ndarray:
     """Run the C program over all rows of noise; returns the logged states."""
     pair = ctypes.c_double * 2
     a, b, d = paper.THETA.reshape(3, 2)

@@ -1,5 +1,8 @@
 """The CASE 2 loop by hand as one block of Jaxonomy, compiled by JAX."""
 
+from collections.abc import Callable
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import jaxonomy
@@ -9,7 +12,7 @@ import numpy as np
 STATES = 22
 
 
-def derivative(time, state, **_):
+def derivative(time: jax.Array, state: Any, **_: Any) -> jax.Array:
     """Return the right-hand side, both joints at once."""
     c, x = loop.constants(), state.continuous_state
     q, dq, q_model, dq_model = x[0:2], x[2:4], x[4:6], x[6:8]
@@ -38,13 +41,13 @@ def derivative(time, state, **_):
 class _Loop(jaxonomy.LeafSystem):
     """The closed loop as one system without inputs."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         super().__init__(name="loop")
         self.declare_continuous_state(default_value=jnp.zeros(STATES), ode=derivative,
                                       requires_inputs=False)
 
 
-def simulator(steps):
+def simulator(steps: int) -> Callable[[], np.ndarray]:
     """Return ``run()``, which takes so many steps without noise, and gives the last state."""
     system = _Loop()
     options = jaxonomy.SimulatorOptions(

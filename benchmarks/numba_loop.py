@@ -12,7 +12,8 @@ B, C = np.array(METHODS["ode5"].b), np.array(METHODS["ode5"].c)
 
 
 @numba.njit(error_model="numpy")
-def derivative(t, x, noise, constants, dx):
+def derivative(t: float, x: np.ndarray, noise: np.ndarray, constants: tuple,
+               dx: np.ndarray) -> None:
     a, b, d, kp, kd, q_d, gamma, alpha, highpass, lowpass, omega_f = constants
     pe = (0.7 * np.sin(2 * np.pi * t) + 0.5 * np.sin(np.pi * t) - 0.25 * np.cos(np.pi * t))
     ramp = 1.0 - np.exp(-omega_f * t)
@@ -40,7 +41,7 @@ def derivative(t, x, noise, constants, dx):
 
 
 @numba.njit(error_model="numpy")
-def run(noise, h, every, constants, log):
+def run(noise: np.ndarray, h: float, every: int, constants: tuple, log: np.ndarray) -> np.ndarray:
     x, y, k = np.zeros(STATES), np.zeros(STATES), np.zeros((6, STATES))
     for s in range(len(noise)):
         t = s * h
@@ -59,7 +60,7 @@ def run(noise, h, every, constants, log):
     return x
 
 
-def simulate(noise):
+def simulate(noise: np.ndarray) -> np.ndarray:
     """Run over all rows of noise; returns the last state."""
     log = np.zeros((len(noise) // loop.EVERY + 1, STATES))
     return run(noise, loop.STEP, loop.EVERY, tuple(loop.constants().values()), log)

@@ -5,22 +5,24 @@ import statistics
 import tempfile
 import time
 import tracemalloc
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import control as ct
 import loop
 import numpy as np
 from timing import markdown, seconds
 
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import Program, compile_diagram
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.joints import decoupled_joints
-from clie_blocks.signals import interconnect
+from clie_blocks.signals import Diagram, interconnect
 
 STEPS = 10_000
 POINTS = 30
 
 
-def chain(count):
+def chain(count: int) -> Diagram:
     """Return so many nonlinear first-order blocks in a row."""
     blocks = [ct.nlsys(lambda t, x, u, params: u - np.tanh(x), lambda t, x, u, params: x,
                        name=f"lag_{k}", states=1, inputs=["u"], outputs=["y"])
@@ -30,14 +32,14 @@ def chain(count):
                         outputs={"y": f"lag_{count - 1}.y"}, name="chain")
 
 
-def joints(count):
+def joints(count: int) -> Diagram:
     """Return the CLIE loop (27) of so many decoupled joints."""
     one = np.ones(count)
     return clie_loop(decoupled_joints(2 * one, 0.5 * one, 0.1 * one), 10 * one, 2 * one, 1.0,
                      velocity="exact")
 
 
-def compile_times(build):
+def compile_times(build: Diagram) -> list[float]:
     """Return cold and cached compile times, in a fresh cache folder."""
     before = os.environ.get("CLIE_BLOCKS_CACHE")
     with tempfile.TemporaryDirectory() as folder:
@@ -50,7 +52,7 @@ def compile_times(build):
                 os.environ["CLIE_BLOCKS_CACHE"] = before
 
 
-def per_step(diagram):
+def per_step(diagram: Diagram) -> tuple[float, float]:
     """Return the time of one step of ode5 [s]: compiled, and python-control's six stages."""
     program = compile_diagram(diagram)
     drive = {label: 0.1 for label in program.inputs}
@@ -63,7 +65,7 @@ def per_step(diagram):
     return ours, 6 * theirs
 
 
-def sizes(title, counts, build):
+def sizes(title: str, counts: Sequence[int], build: Callable[[int], Diagram]) -> str:
     """Return a table of costs against a size."""
     rows = []
     for count in counts:
@@ -76,13 +78,14 @@ def sizes(title, counts, build):
                      "ratio", "compile cold, s", "cached, ms"], rows)
 
 
-def durations(program, values=(1, 10, 100)):
+def durations(program: Program, values: Sequence[int] = (1, 10, 100)) -> str:
     """Return a table of time and memory against the duration."""
     rows = []
     for duration in values:
         drive = loop.inputs(np.zeros((1, 2))[0])
         for every in (1, 100):
-            call = {"step": loop.STEP, "every": every, "inputs": drive, "log": "theta_hat"}
+            call: dict[str, Any] = {
+                "step": loop.STEP, "every": every, "inputs": drive, "log": "theta_hat"}
             tracemalloc.start()
             start = time.process_time()
             program.run(duration, **call)

@@ -2,18 +2,25 @@
 
 import statistics
 import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+Job = Callable[[], Any]
+Clock = Callable[[], float]
+Name = TypeVar("Name")
 
 
-def seconds(job, clock=time.process_time):
+def seconds(job: Job, clock: Clock = time.process_time) -> float:
     """Return how long a job takes, by default in time of the processor alone."""
     start = clock()
     job()
     return clock() - start
 
 
-def interleaved(jobs, repeats, clock=time.process_time):
+def interleaved(jobs: Mapping[Name, Job], repeats: int,
+                clock: Clock = time.process_time) -> dict[Name, list[float]]:
     """Return the times of several jobs, by name, taken in turn."""
-    times = {name: [] for name in jobs}
+    times: dict[Name, list[float]] = {name: [] for name in jobs}
     for job in jobs.values():
         job()
     for _ in range(repeats):
@@ -22,13 +29,13 @@ def interleaved(jobs, repeats, clock=time.process_time):
     return times
 
 
-def ratio(times, name, other):
+def ratio(times: Mapping[str, list[float]], name: str, other: str) -> tuple[float, float, float]:
     """Return the median of the ratios of neighbouring times, and the least and the greatest."""
     ratios = [one / two for one, two in zip(times[name], times[other])]
     return statistics.median(ratios), min(ratios), max(ratios)
 
 
-def markdown(header, rows):
+def markdown(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """Return a Markdown table."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
