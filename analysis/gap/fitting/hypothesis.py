@@ -52,7 +52,7 @@ class Member:
 
 
 def held_members(problem: Problem) -> tuple[Member, ...]:
-    """Effects that the nominal model holds, a delay of the command as the controller check found."""
+    """Effects that the nominal model holds, with the delay of the command that was found."""
     inside = cast(tuple[Member, ...], problem.inside)
     if not problem.command_delay:
         return inside

@@ -108,7 +108,8 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
         hypothesis.moved([(move.parameter, move.value) for move in group]) for group in groups)]
     runs = [part for j in range(len(hypothesis.problem.fit))
             for part in residuals.of_runs(hypothesis.means(j, sets), j)]
-    parts, violations = [run[0] for run in runs], hypothesis.prior_violations(method.prior_softness)
+    parts = [run[0] for run in runs]
+    violations = hypothesis.prior_violations(method.prior_softness)
     residual = np.concatenate([*parts, violations])
     columns, last = np.zeros((len(residual), len(hypothesis.free_parameters))), 0
     for place, run in enumerate(runs):
@@ -145,11 +146,11 @@ def _move(hypothesis: Hypothesis, i: int, width: float) -> _Move:
 
 
 def joint_columns(fit: Fit, residuals: ResidualModel) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Per joint, columns of a fit's parameters and its residual, on the fit logs, with their prior.
+    """Columns of a fit's parameters and its residual, one array of each per joint, with the prior.
 
-    Below the rows of the logs both carry one row per parameter: what the datasheet allows, and
-    how far beyond it the parameter is, counted at its own joint.  A parameter that does not act
-    on the joint is left out.
+    They are those of the fit logs.  Below their rows both carry one row per parameter: what the
+    datasheet allows, and how far beyond it the parameter is, counted at its own joint.  A
+    parameter that does not act on the joint is left out.
     """
     tangent, n = jacobian(fit.hypothesis, residuals), fit.hypothesis.problem.n
     by_joint = [_columns_of_joint(fit, tangent, k, n, residuals.method.fitting.prior_softness)
@@ -163,7 +164,7 @@ def _columns_of_joint(fit: Fit, tangent: Tangent, k: int, n: int, softness: floa
     rows = np.concatenate([np.arange(ends[place], ends[place + 1])
                            for place in range(k, len(tangent.parts), n)])
     parameters = fit.hypothesis.free_parameters
-    used = [i for i in range(len(parameters)) if np.any(tangent.columns[rows, i])]
+    used = np.flatnonzero(np.any(tangent.columns[rows], axis=0))
     slopes, violations = _prior_rows([parameters[i] for i in used], fit.prior_violation[used], k,
                                      softness)
     return (np.concatenate([tangent.columns[np.ix_(rows, used)], np.diag(slopes)]),

@@ -148,7 +148,8 @@ def damped_step(hypothesis: Hypothesis, tangent: Tangent, method: FittingMethod,
          for i, share in zip(used, change)]))
 
 
-def _limited(parameter: FreeParameter, value: float, change: float, method: FittingMethod) -> float:
+def _limited(parameter: FreeParameter, value: float, change: float, method: FittingMethod,
+             ) -> float:
     """Value after a change, which is in sizes, inside the reach of a step and the bounds."""
     reach = method.step_reach * max(abs(value), parameter.size)
     proposed = value + np.clip(change * parameter.size, -reach, reach)

@@ -1,4 +1,4 @@
-"""Causes that contain each other: what a fitted cause is once a parameter has shrunk to nothing."""
+"""Causes that contain each other: what a fitted cause is once a parameter has shrunk to zero."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def repeats_simulator(fit: Fit, method: Method) -> bool:
 
 
 def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
-    """Name of the cause, or of the simpler one that it is without a parameter that is next to 0."""
+    """Name of the cause, or of the simpler one that it is where a parameter is next to zero."""
     if not member.cause.without:
         return member.cause.name
     simpler, parameter = member.cause.without

@@ -21,7 +21,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 
 def with_observer(problem: Problem, method: Method) -> Problem:
     """Problem with an observer in every model, if the law holds no joint; else itself."""
-    if problem.law.holds_joints:
+    if problem.law.holds_joints or not isinstance(problem.law, StatedLaw):
         return problem
     rate, inertia = method.fitting.observer_rate, problem.nominal.inertia
     law = dataclasses.replace(problem.law, kp=rate**2 * inertia, kd=2.0 * rate * inertia)

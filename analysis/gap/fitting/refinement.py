@@ -74,7 +74,8 @@ def _map_cost(hypothesis: Hypothesis, chi2: np.ndarray, violation: np.ndarray, m
               ) -> float:
     """Negative log posterior, twice: what logs and datasheet have against a model."""
     distance = np.abs([(hypothesis.get(parameter) - parameter.centre) / parameter.tolerance
-                       for parameter in hypothesis.free_parameters if parameter.tolerance])
+                       for parameter in hypothesis.free_parameters
+                       if parameter.tolerance and parameter.centre is not None])
     inner = np.where(distance < 1.0, distance**2, 2.0 * distance - 1.0).sum()
     return (chi2[:len(hypothesis.problem.fit)].sum() / misfit + violation @ violation
             + UNIFORM_PRECISION * inner)

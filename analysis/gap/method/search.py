@@ -1,4 +1,4 @@
-"""Thresholds of the search: screening, racing, alternatives, backlash."""
+"""Thresholds of the search: screening, racing, alternatives, events."""
 
 import dataclasses
 
@@ -8,7 +8,7 @@ from clie_blocks.analysis.gap.method.threshold import threshold
 
 @dataclasses.dataclass(frozen=True)
 class SearchMethod:
-    """Thresholds of the search: screening, racing, alternatives, backlash."""
+    """Thresholds of the search: screening, racing, alternatives, events."""
 
     healthy_excess: float = threshold(
         0.1, "excess per sample", "a robot that leaves less has no gap to explain")
@@ -99,24 +99,3 @@ class SearchMethod:
         48.0, "waves per joint turn", "of a ripple, for joints with little gear")
     ripple_lines: int = threshold(
         3, "orders", "that are tried, with the strongest of each octave")
-
-    backlash_stiffness: float = threshold(
-        0.3, "share of the gain", "position feedback of a loop that follows recorded commands")
-    backlash_rate: float = threshold(
-        0.1, "share of the gain",
-        "velocity feedback of that loop: little, for it carries most of the noise")
-    backlash_excess: float = threshold(
-        0.4, "excess per sample", "a hypothesis that leaves less needs no search for backlash")
-    backlash_negligible_share: float = threshold(
-        0.03, "share of the whole excess",
-        "takes the place of `negligible_share`: impacts stay a little uncertain")
-    backlash_alone_share: float = threshold(
-        0.8, "share of the whole excess",
-        "that backlash alone may leave for all causes to be searched with it")
-    backlash_gap_factors: tuple[float, ...] = threshold(
-        (0.8, 0.9, 1.0, 1.1, 1.25), "times the fitted backlash",
-        "where fits start anew: each impact is a ridge in the misfit")
-    backlash_contact_rates: tuple[float, ...] = threshold(
-        (250.0, 400.0, 600.0, 1000.0), "rad/s",
-        "stiffness of a closed gap, where fits start anew")
-    backlash_restarts: int = threshold(3, "fits", "from the best of those starts")

@@ -87,14 +87,16 @@ def _with_even_friction(leader: Fit, member: Member) -> Fit:
     """Fit whose offset holds what is lost with friction that differs between the directions."""
     if "forward" not in member.values:
         return leader
-    hypothesis, lost = leader.hypothesis, (member.values["forward"] - member.values["backward"]) / 2
+    lost = (member.values["forward"] - member.values["backward"]) / 2
+    hypothesis = leader.hypothesis
     return dataclasses.replace(leader, hypothesis=hypothesis.with_values(
         {**hypothesis.values, "load": hypothesis.values["load"] + lost}))
 
 
 def _start_cost(candidate: Candidate, residuals: ResidualModel) -> float:
     """Cost of causes as they start with the leader's joint model."""
-    start = build_hypothesis(residuals.problem, candidate.members, candidate.extends.hypothesis)
+    joint_model = candidate.extends.hypothesis if candidate.extends else None
+    start = build_hypothesis(residuals.problem, candidate.members, joint_model)
     violation = start.prior_violations(residuals.method.fitting.prior_softness)
     return violation @ violation + sum(
         float(chi2.sum()) for j in range(len(residuals.problem.fit))
@@ -136,7 +138,8 @@ def _spring_like(ripple: Member) -> Member:
 def _dry_friction_like(member: Member) -> Iterator[Member]:
     """All dry frictions of about the same level as another one."""
     level = _level(member.values)
-    size, excess, speed = np.abs(level) + 1e-9, _STRIBECK_EXCESS * level, _STRIBECK_SPEED + 0 * level
+    size, excess = np.abs(level) + 1e-9, _STRIBECK_EXCESS * level
+    speed = _STRIBECK_SPEED + 0 * level
     yield Member(friction.COULOMB, member.joints, {"level": level}, {"level": size})
     yield Member(friction.ASYMMETRIC_COULOMB, member.joints,
                  {"forward": level, "backward": level}, {"forward": size, "backward": size})

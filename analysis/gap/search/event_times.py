@@ -118,7 +118,7 @@ class _FaultInLog:
         """What a fault of a given size would explain of the joints' errors, from each onset on."""
         scans = [scan_onsets(self.residuals, self.fitted, self.errors[k], self.j, k,
                              self.torque[:, k], onsets) for k in joints]
-        product, square = (sum(column) for column in zip(*scans))
+        product, square = np.sum(scans, axis=0)
         return 2 * size * product - size**2 * square
 
 
@@ -131,7 +131,7 @@ def _simulated_onset(hypothesis: Hypothesis, residuals: ResidualModel, key: str,
                            method.fault_margin)
         variants = [hypothesis.with_values(_with_onset(hypothesis.values, key, each, j, joints))
                     for each in tried]
-        onset = tried[np.argmin(sum(chi2_by_joint(variants, residuals, j)))]
+        onset = float(tried[np.argmin(sum(chi2_by_joint(variants, residuals, j)))])
     return onset
 
 

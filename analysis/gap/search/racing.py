@@ -34,8 +34,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
 
 def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[Candidate],
                count: int, nominal: Fit, method: Method) -> list[Fit]:
-    """Fits to continue: the best, not far behind, and favourites of the screening if all is slow."""
-    leaders = [candidate.extends for candidate in candidates if is_alternative(candidate)]
+    """Fits to continue: the best, and favourites of the screening where all are slow."""
+    leaders = [leader for leader in map(alternative_to, candidates) if leader is not None]
     best = least_excess([*order[:1], *leaders])
     limit = pruning_limit(best, nominal.excess if leaders else 0.0, method)
     chosen = [one for one in order[:count] if one.excess < limit]
@@ -57,15 +57,18 @@ def explains_fair_share(fit: Fit, nominal: Fit, method: Method) -> bool:
     return training_excess(fit) < method.search.fair_share * training_excess(nominal)
 
 
-def is_alternative(candidate: Candidate) -> bool:
-    """Whether a candidate is an alternative to a fit, or a part of it, not an extension."""
-    return candidate.extends is not None and candidate.score == 0.0
+def alternative_to(candidate: Candidate) -> Fit | None:
+    """The fit to which a candidate is an alternative, or of which it is a part."""
+    return candidate.extends if candidate.score == 0.0 else None
 
 
-def is_part(candidate: Candidate) -> bool:
-    """Whether a candidate is a fit without one of its causes."""
-    return is_alternative(candidate) and {member.cause for member in candidate.members} < {
-        member.cause for member in candidate.extends.hypothesis.members}
+def part_of(candidate: Candidate) -> Fit | None:
+    """The fit of which a candidate has some causes, and no other."""
+    leader = alternative_to(candidate)
+    if leader is None:
+        return None
+    of_leader = {member.cause for member in leader.hypothesis.members}
+    return leader if {member.cause for member in candidate.members} < of_leader else None
 
 
 def pruning_limit(best: float, excess_of_nominal: float, method: Method) -> float:
@@ -94,16 +97,17 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
 
     A part starts with the leader's parameters; where other alternatives start says nothing.
     """
-    if is_part(candidate):
+    leader = part_of(candidate)
+    if leader is not None:
         unfitted = fit(start, residuals, 0)
-        if starts_far_behind(unfitted, candidate, nominal, residuals.method):
+        if starts_far_behind(unfitted, leader, nominal, residuals.method):
             return unfitted
     return fit(start, residuals, residuals.method.search.first_steps)
 
 
-def starts_far_behind(start: Fit, candidate: Candidate, nominal: Fit, method: Method) -> bool:
+def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> bool:
     """Whether the part of a leader leaves so much that the rest of the leader is needed."""
-    limit = pruning_limit(training_excess(candidate.extends), training_excess(nominal), method)
+    limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
     return training_excess(start) > limit
 
 
@@ -127,7 +131,7 @@ def predicted_excess(candidate: Candidate) -> float:
     what the nominal model leaves, which has absorbed some of a large effect, it is too little,
     and for alternatives there is no prediction: both are always worth trying.
     """
-    if candidate.extends is None or is_alternative(candidate):
+    if candidate.extends is None or alternative_to(candidate) is not None:
         return -np.inf
     return training_excess(candidate.extends, candidate.score)
 
@@ -139,7 +143,8 @@ def worth_extending(candidate: Candidate, nominal: Fit, method: Method) -> bool:
     Together the causes must explain most of what there is: something unknown leaves less.
     Of a link that moves apart from its motor the screening knows too little to predict.
     """
-    left, added = training_excess(candidate.extends), candidate.members[-1].cause
+    left = training_excess(candidate.extends or nominal)
+    added = candidate.members[-1].cause
     if left <= method.search.healthy_excess:
         return False
     if any(piece.port == "transmission" for piece in added.pieces):

@@ -24,7 +24,7 @@ from clie_blocks.analysis.gap.search.screening import Screen, screen_causes, scr
 
 @dataclasses.dataclass(frozen=True)
 class SearchSteps:
-    """The functions that a search is made of, so that each can be timed, or swapped for another."""
+    """The functions that a search is made of: each can be timed, or swapped for another."""
 
     screen: Callable[[ResidualModel, Fit, Sequence[Cause]], Screen] = screen_causes
     screen_residual: Callable[[Screen, ResidualModel, Fit], Screen] = screen_residual

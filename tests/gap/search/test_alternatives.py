@@ -1,4 +1,4 @@
-"""Alternatives of the leading hypothesis: fewer causes, similar ones, other forms of one effect."""
+"""Alternatives of the leading hypothesis: fewer causes, similar ones, other forms of an effect."""
 
 import dataclasses
 from types import SimpleNamespace

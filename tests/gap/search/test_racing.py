@@ -53,7 +53,9 @@ def test_a_cause_of_the_best_is_begun_with_another_one_whatever_is_predicted():
 
 @pytest.mark.parametrize("left, whole, worth_it", [
     (79.0, 300.0, True), (81.0, 300.0, False), (49.0, 100.0, True), (51.0, 100.0, False)])
-def test_a_further_cause_must_be_predicted_to_explain_a_fair_share_of_what_is_left(left, whole, worth_it):
+def test_a_further_cause_must_be_predicted_to_explain_a_fair_share_of_what_is_left(
+    left, whole, worth_it
+):
     further = candidate(left, SPRING, COULOMB)
     assert racing.worth_extending(further, fitted(whole), METHOD) == worth_it
 
@@ -85,7 +87,10 @@ def test_a_pair_must_be_predicted_to_leave_less_than_the_best_single_cause_does(
 
 def test_where_a_fit_does_far_better_than_predicted_no_prediction_counts():
     alone = [extending_nominal(40.0, SPRING)]
-    pairs = [extending_nominal(35.0, COULOMB, TIME_DELAY), extending_nominal(5.0, SPRING, TIME_DELAY)]
+    pairs = [
+        extending_nominal(35.0, COULOMB, TIME_DELAY),
+        extending_nominal(5.0, SPRING, TIME_DELAY),
+    ]
     kept = racing.pairs_worth_fitting(pairs, alone, [fitted(10.0, SPRING)],
                                       fitted(100.0), METHOD)
     assert kept == pairs[:1]  # what may be added to the spring, its own extensions show
