@@ -1,7 +1,11 @@
-"""Where the gap lies: its shares by joint, signal, time, frequency, region of operation and block.
+"""Where the gap lies: its shares by joint, time, frequency, region of operation and block.
 
-Shares are of the squared error beyond the noise floor, of the refitted nominal model, over all
-logs.  The equation error w = (e inverse-filtered by S) is read as the torque that the model lacks.
+All but those of the blocks are shares of the squared prediction error of the refitted nominal
+model, over all logs, less what sensor noise alone is expected to leave there: in a joint, a part
+of the time, a band of frequency (where that noise has the colour of the loop) or a quarter of the
+operating range.  What lies below the noise counts as zero, so shares are never negative; they sum
+to one, or are all zero where nothing exceeds the noise.  Over time each joint counts in units of
+its own noise.
 """
 
 from collections.abc import Sequence
@@ -16,7 +20,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, Noise, decimated
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.posterior import NONE, PARAMETRIC, marginals
-from clie_blocks.linear_filters import lfilter
+from clie_blocks.linear_filters import frequency_response, lfilter
 
 BANDS = ((0.0, 0.3), (0.3, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 50.0))  # Hz
 PARTS = 10  # of the time of each log
@@ -29,17 +33,16 @@ def localise(residuals: ResidualModel, nominal: Fit, check: ControllerCheck) -> 
     errors = [decimated(model.error(j), problem.period) for j in range(len(problem.logs))]
     floor = np.array([_floor(noise) for noise in residuals.noises])
     power = np.mean([np.mean(e**2, axis=0) for e in errors], axis=0)
-    beyond = np.maximum(power - floor**2, 0.0)
-    total = beyond.sum() + _TINY
+    share = _shares(power, floor**2)
     return {
-        "joint": [{"joint": k + 1, "name": problem.joints[k], "share": beyond[k] / total,
+        "joint": [{"joint": k + 1, "name": problem.joints[k], "share": share[k],
                    "rms": np.sqrt(power[k]), "floor": floor[k], "unit": "rad",
                    "chi2_per_sample": nominal.chi2[:, k].sum() / nominal.samples[:, k].sum(),
                    "replay_error": check.replay_error[k], "replay_limit": check.limit[k]}
                   for k in range(problem.n)],
         "time": _by_time(errors, floor),
-        "frequency": _by_frequency(errors),
-        "region": _by_region(problem, errors),
+        "frequency": _by_frequency(errors, residuals.noises),
+        "region": _by_region(problem, errors, floor),
     }
 
 
@@ -51,8 +54,9 @@ def _floor(noise: Noise) -> float:
     return float(np.sqrt(shape @ shape))
 
 
-def _shares(values: Sequence[float], floor: float) -> list[float]:
-    beyond = np.maximum(np.array(values) - floor, 0.0)
+def _shares(power: Sequence[float] | np.ndarray, floor: float | np.ndarray) -> list[float]:
+    """Shares of what exceeds the noise: never negative, with sum one, or all zero."""
+    beyond = np.maximum(np.asarray(power) - floor, 0.0)
     return (beyond / (beyond.sum() + _TINY)).tolist()
 
 
@@ -66,20 +70,29 @@ def _by_time(errors: Sequence[np.ndarray], floor: np.ndarray) -> list[dict[str, 
     return rows
 
 
-def _by_frequency(errors: Sequence[np.ndarray]) -> list[dict[str, Any]]:
-    spectrum = dict.fromkeys(BANDS, 0.0)
+def _by_frequency(errors: Sequence[np.ndarray], noises: Sequence[Noise]) -> list[dict[str, Any]]:
+    power, floor = np.zeros(len(BANDS)), np.zeros(len(BANDS))
     for error in errors:
-        grid = np.fft.rfftfreq(len(error), 1.0 / RATE)
-        power = np.sum(np.abs(np.fft.rfft(error, axis=0)) ** 2, axis=1) / len(error) ** 2
-        for band in BANDS:
-            inside = (grid >= band[0]) & (grid < band[1])
-            spectrum[band] += power[inside].sum()
-    total = sum(spectrum.values()) + _TINY
-    return [{"band_hz": list(band), "share": spectrum[band] / total} for band in BANDS]
+        frequency = np.fft.rfftfreq(len(error), 1.0 / RATE)
+        spectrum = np.sum(np.abs(np.fft.rfft(error, axis=0)) ** 2, axis=1) / len(error) ** 2
+        noise = sum(_noise_spectrum(one, frequency) for one in noises) / len(error)
+        for i, (low, high) in enumerate(BANDS):
+            inside = (frequency >= low) & (frequency < high)
+            power[i] += spectrum[inside].sum()
+            floor[i] += noise[inside].sum()
+    return [{"band_hz": list(band), "share": share}
+            for band, share in zip(BANDS, _shares(power, floor))]
 
 
-def _by_region(problem: Problem, errors: Sequence[np.ndarray]) -> list[dict[str, Any]]:
-    """Share of each quarter of position, speed and torque, per joint, against an even spread."""
+def _noise_spectrum(noise: Noise, frequency: np.ndarray) -> np.ndarray:
+    """Spectrum of the decimated error that sensor noise alone leaves; its mean is the power."""
+    omega = 2 * np.pi * frequency / RATE
+    return np.abs(frequency_response([1.0], noise.whitener, omega)) ** 2
+
+
+def _by_region(problem: Problem, errors: Sequence[np.ndarray], floor: np.ndarray,
+               ) -> list[dict[str, Any]]:
+    """Share of each quarter of position, velocity, speed and torque, per joint."""
     rows = []
     for k in range(problem.n):
         e = np.concatenate([error[:, k] for error in errors]) ** 2
@@ -87,18 +100,18 @@ def _by_region(problem: Problem, errors: Sequence[np.ndarray]) -> list[dict[str,
         u = np.concatenate([decimated(log.u[:, k], problem.period) for log in problem.logs])
         dq = np.concatenate([np.gradient(decimated(log.q[:, k], problem.period), 1.0 / RATE)
                              for log in problem.logs])
-        quarters = {name: _quarters(x, e) for name, x in (
+        quarters = {name: _quarters(x, e, floor[k]**2) for name, x in (
             ("position", q), ("velocity", dq), ("speed", np.abs(dq)), ("torque", u))}
         rows.append({"joint": k + 1, **quarters})
     return rows
 
 
-def _quarters(x: np.ndarray, e: np.ndarray) -> dict[str, list[float]]:
-    """Share of the squared error in each quarter of the samples, ordered by x."""
+def _quarters(x: np.ndarray, e: np.ndarray, floor: float) -> dict[str, list[float]]:
+    """Share of the squared error e in each quarter of the samples, ordered by x."""
     edges = np.quantile(x, [0.25, 0.5, 0.75])
-    part = np.digitize(x, edges)
-    return {"edges": edges.tolist(),
-            "share": [float(e[part == i].sum() / (e.sum() + _TINY)) for i in range(4)]}
+    parts = [e[np.digitize(x, edges) == i] for i in range(4)]
+    floors = np.array([floor * len(part) for part in parts])
+    return {"edges": edges.tolist(), "share": _shares([part.sum() for part in parts], floors)}
 
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
