@@ -13,6 +13,7 @@ class FixedDict(dict):
     """A dict that refuses changes, and unlike a mapping proxy can be pickled for a worker."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
+        """Refuse a change."""
         raise TypeError("a record and a robot do not change; make a copy with other values")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
@@ -22,14 +23,16 @@ class FixedDict(dict):
         return FixedDict, (dict(self),)
 
 
-def file_field(keys: str | Sequence[str], kind: str, default: Any = None, **rules: Any) -> Any:
+def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
+               above: float | None = None, least: float | None = None,
+               choices: Sequence[str] = ()) -> Any:
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
-    Kinds are ``joints``, ``number``, ``lists``, ``choice``, ``text`` and ``flag``; rules are
-    ``above``, ``least`` and ``choices``.
+    Kinds are ``joints``, ``number``, ``lists``, ``choice``, ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
-    return dataclasses.field(default=default, metadata={"keys": keys, "kind": kind, **rules})
+    return dataclasses.field(default=default, metadata={
+        "keys": keys, "kind": kind, "above": above, "least": least, "choices": choices})
 
 
 def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
@@ -37,7 +40,7 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
     rules = field.metadata
     kind = rules["kind"]
     if kind == "text" or kind == "choice":
-        return _word(value, rules.get("choices"), where)
+        return _word(value, rules["choices"], where)
     if kind == "flag":
         if not isinstance(value, bool):
             raise RecordError(f"{where} must be true or false, got {value!r}")
@@ -47,7 +50,7 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
     return _numbers(value, rules, where)
 
 
-def _word(value: Any, choices: Sequence[str] | None, where: str) -> str:
+def _word(value: Any, choices: Sequence[str], where: str) -> str:
     if not isinstance(value, str):
         raise RecordError(f"{where} must be text in quotes, got {value!r}")
     if choices and value not in choices:
@@ -63,10 +66,11 @@ def _numbers(value: Any, rules: Any, where: str) -> float | np.ndarray:
         raise RecordError(f"{where} must be {wanted}, got {value!r}")
     if not np.isfinite(array).all():
         raise RecordError(f"{where} must be finite, got {value!r}")
-    if "above" in rules and not (array > rules["above"]).all():
-        raise RecordError(f"{where} must be greater than {rules['above']}, got {value!r}")
-    if "least" in rules and not (array >= rules["least"]).all():
-        raise RecordError(f"{where} must be at least {rules['least']}, got {value!r}")
+    above, least = rules["above"], rules["least"]
+    if above is not None and not (array > above).all():
+        raise RecordError(f"{where} must be greater than {above}, got {value!r}")
+    if least is not None and not (array >= least).all():
+        raise RecordError(f"{where} must be at least {least}, got {value!r}")
     return float(array) if one else _frozen(np.atleast_1d(array))
 
 

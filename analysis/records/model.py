@@ -105,7 +105,7 @@ class Record:
         self._put("segments", self._ranges())
         self._put("decisions", tuple(str(sentence) for sentence in self.decisions))
         self._put("extra", FixedDict({name: self._extra(name, value)
-                                             for name, value in dict(self.extra).items()}))
+                                      for name, value in dict(self.extra).items()}))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore a pickled record; pickling forgets that arrays are read-only."""
@@ -231,7 +231,7 @@ class Record:
         if unknown:
             self._fail(f"gives a unit of {unknown[0]!r}; {nearest(unknown[0], DEFAULT_UNITS)}")
         return FixedDict({name: self._unit(name, given.get(name, unit))
-                                 for name, unit in DEFAULT_UNITS.items()})
+                          for name, unit in DEFAULT_UNITS.items()})
 
     def _unit(self, name: str, unit: str | Sequence[str]) -> str | Sequence[str]:
         if name == "time":

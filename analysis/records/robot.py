@@ -67,9 +67,9 @@ class Motor(_Section):
     peak_torque: np.ndarray | None = file_field("peak_torque_nm", "joints", above=0)
     inertia_tolerance: float | None = file_field("inertia_tolerance", "number", least=0)
     viscous_friction_tolerance: float | None = file_field("viscous_friction_tolerance", "number",
-                                                      least=0)
+                                                          least=0)
     torque_offset_tolerance: np.ndarray | None = file_field("torque_offset_tolerance_nm", "joints",
-                                                        least=0)
+                                                            least=0)
     torque_constant: np.ndarray | None = file_field("torque_constant_nm_a", "joints", above=0)
     resistance: np.ndarray | None = file_field("resistance_ohm", "joints", above=0)
 
@@ -96,7 +96,7 @@ class Links(_Section):
     com: np.ndarray | None = file_field("com_m", "joints")
     inertia: np.ndarray | None = file_field("inertia_kgm2", "joints", least=0)
     joint_viscous_friction: np.ndarray | None = file_field("joint_viscous_friction_nms", "joints",
-                                                       least=0)
+                                                           least=0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Controller(_Section):
     highpass: float | None = file_field("velocity_filter_highpass_rad_s", "number", above=0)
     lowpass: float | None = file_field("velocity_filter_lowpass_rad_s", "number", above=0)
     discretisation: str | None = file_field("velocity_filter_discretisation", "choice",
-                                        choices=DISCRETISATIONS)
+                                            choices=DISCRETISATIONS)
     sample_time: float | None = file_field("sample_time_s", "number", above=0)
     hold: str | None = file_field("hold", "choice", choices=("zero-order",))
     command_resolution: np.ndarray | None = file_field(

@@ -16,3 +16,9 @@ def runs(record: Record, least: int = 2) -> list[tuple[int, int]]:
     starts = np.flatnonzero(inside & ~np.concatenate(([False], follows)))
     stops = np.flatnonzero(inside & ~np.concatenate((follows, [False]))) + 1
     return [(int(a), int(b)) for a, b in zip(starts, stops, strict=True) if b - a >= least]
+
+
+def equal_ranges(labels: np.ndarray) -> list[tuple[int, int]]:
+    """Half-open ranges of equal neighbouring labels, such as the run to which each row belongs."""
+    edges = (np.flatnonzero(labels[1:] != labels[:-1]) + 1).tolist()
+    return list(zip([0, *edges], [*edges, len(labels)], strict=True))

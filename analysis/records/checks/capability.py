@@ -71,7 +71,7 @@ def capabilities(record: Record, robot: Robot | None, known: Facts) -> list[Capa
                    _reason(driven, "the command is logged")),
         Capability("delay, actuator lag, elasticity", driven and rate >= FAST,
                    _reason(driven, f"logged at {rate:.4g} Hz; nothing shows below "
-                            f"{1e3 / rate:.3g} ms")),
+                           f"{1e3 / rate:.3g} ms")),
         Capability("ripple, eccentricity", driven and _turns(robot, moved) > 1,
                    _reason(driven, f"the motor makes {_turns(robot, moved):.2g} turns")),
         Capability("coupling between joints", driven and len(known.alive) > 1,

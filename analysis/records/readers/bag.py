@@ -29,8 +29,8 @@ def read(path: Path, options: Options) -> list[Record]:
 
     """
     need("rosbags.highlevel", "reading ROS 2 bags", "ros", "rosbags")
-    arrays, found = sandbox.run("bag.load", path, topic=options.topic,
-                                command_topic=options.command_topic)
+    arrays, found = sandbox.run("bag.load", path, {
+        "topic": options.topic, "command_topic": options.command_topic})
     return [_record(arrays, found, str(path))]
 
 
@@ -156,7 +156,7 @@ def _record(arrays: Mapping[str, np.ndarray], found: Mapping[str, Any], path: st
     ranges, notes = segments(time)
     twins, twin_notes = repeated_stamps(time)
     signals: dict[str, Any] = {name: read_only(arrays[name]) for name in ("dq", "tau")
-               if np.isfinite(arrays[name]).any()}
+                               if np.isfinite(arrays[name]).any()}
     valid = np.isfinite(arrays["q"]).all(axis=1) & ~twins
     if "command" in arrays:
         stamps = (arrays["command_stamps"] - found["origin"]) * 1e-9

@@ -14,6 +14,7 @@ from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
 from clie_blocks.analysis.records.readers.options import Options, library_errors
 from clie_blocks.analysis.records.robot import Controller, Links, Motor, Robot
+from clie_blocks.analysis.records.runs import equal_ranges
 
 DECISIONS = (
     "u is the commanded and tau the measured torque, both at the joint behind the gear.",
@@ -28,10 +29,9 @@ def read(folder: Path, options: Options) -> list[Record]:
     runs = np.asarray(columns.pop("run")).astype(str)
     designs = np.asarray(columns.pop("design")).astype(str)
     robots = {design: _robot(folder, design) for design in dict.fromkeys(designs)}
-    edges = np.flatnonzero(runs[1:] != runs[:-1]) + 1
     return [_record({name: value[a:b] for name, value in columns.items()},
                     f"{path} {runs[a]}", robots[designs[a]])
-            for a, b in zip([0, *edges], [*edges, runs.size])]
+            for a, b in equal_ranges(runs)]
 
 
 def _record(columns: Mapping[str, np.ndarray], source: str, robot: Robot) -> Record:

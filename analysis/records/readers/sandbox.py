@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +24,19 @@ SPEED = 1_000_000  # bytes per second that may be added for a large file
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads reserve memory
 
 
-def run(job: str, path: str | os.PathLike[str],
-        **arguments: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def run(job: str, path: str | os.PathLike[str], arguments: Mapping[str, Any] | None = None,
+        ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return what a function of a reader module finds in a file, computed in a child process.
 
     Parameters
     ----------
     job : str
-        ``module.function`` in this folder; it takes the path and `arguments` and returns a dict of
-        arrays and a dict that JSON can hold.
+        ``module.function`` in this folder; it takes the path and the arguments by name, and
+        returns a dict of arrays and a dict that JSON can hold.
     path : path-like
         The log.
-    **arguments
-        Passed on.
+    arguments : mapping, optional
+        Further arguments, which JSON must be able to hold.
 
     Raises
     ------
@@ -45,7 +46,7 @@ def run(job: str, path: str | os.PathLike[str],
     """
     seconds = SECONDS + _size(Path(path)) / SPEED
     with tempfile.TemporaryDirectory() as folder:
-        order = json.dumps({"job": job, "path": str(path), "arguments": arguments,
+        order = json.dumps({"job": job, "path": str(path), "arguments": dict(arguments or {}),
                             "folder": folder, "memory": MEMORY, "seconds": int(seconds) + 1})
         try:
             child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),

@@ -14,6 +14,7 @@ from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
 from clie_blocks.analysis.records.readers.options import Options
 from clie_blocks.analysis.records.robot import Controller, Encoder, Robot
+from clie_blocks.analysis.records.runs import equal_ranges
 
 JOINTS = ("rotation", "pitch", "elbow", "wrist_pitch", "wrist_roll", "jaw")
 UNITS = {"q": ("rad",) * 5 + ("1",), "qd": ("rad",) * 5 + ("1",), "dq": ("rad/s",) * 5 + ("1",)}
@@ -29,10 +30,8 @@ def read(folder: Path, options: Options) -> list[Record]:
     path = folder / "so101.parquet"
     columns = columns_of(path)
     motions = np.asarray(columns.pop("motion")).astype(str)
-    edges = np.flatnonzero(motions[1:] != motions[:-1]) + 1
-    ranges = zip([0, *edges], [*edges, motions.size])
     return [_record({name: value[a:b] for name, value in columns.items()},
-                    f"{path} {motions[a]}") for a, b in ranges]
+                    f"{path} {motions[a]}") for a, b in equal_ranges(motions)]
 
 
 def _record(columns: Mapping[str, np.ndarray], source: str) -> Record:
