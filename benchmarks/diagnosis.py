@@ -121,7 +121,7 @@ def stages(folder, seconds):
                              for _, warm in found.values())])
     rows += [["peak memory, MB", *(f"{warm['memory']:.0f}" for _, warm in found.values())],
              ["answer", *(warm["answer"] for _, warm in found.values())]]
-    return markdown(["seconds of the processor", *arm.FAULTS], rows)
+    return markdown(["processor time, s", *arm.FAULTS], rows)
 
 
 def growth(folder, seconds, fault="one effect"):
@@ -161,7 +161,8 @@ def peer(folder, seconds):
     theirs = time.process_time() - start
     return markdown([f"fit of the joint model, logs of {seconds:g} s", "s"],
                     [["input_output_response with least_squares, two logs", f"{theirs:.1f}"],
-                     ["ours, twice, with the noise model, judged on the third log", f"{ours:.3f}"],
+                     ["ours, twice, with the noise model, validated on the third log",
+                      f"{ours:.3f}"],
                      ["ratio", f"{theirs / ours:,.0f}"],
                      ["simulations of the peer", found.nfev + found.njev * len(found.x)]])
 
@@ -210,7 +211,7 @@ def _load():
     """Say how busy the machine is: work beside it takes caches and shared cores."""
     cores, busy = os.cpu_count(), os.getloadavg()[1]
     return (f"The machine has {cores} cores and a load of {busy:.0f}" + (
-        ": other work ran beside, which makes these seconds longer." if busy > 1.5 else "."))
+        ": other programs ran, which makes these times longer." if busy > 1.5 else "."))
 
 
 def _processor():
@@ -222,35 +223,36 @@ def _processor():
 
 
 PAGE = """\
-# What a diagnosis costs
+# Computing time of a diagnosis
 
 Written by `python benchmarks/diagnosis.py`; do not edit.
 
 A two-link arm with known gravity and coupling, three logs of {seconds:g} s at {rate} Hz, the whole
-library.  Each diagnosis is a process of its own on one core of {machine},
+library.  Each diagnosis is a separate process on one core of {machine},
 Python {python}; seconds are those of the processor, from start-up to answer.  The logs come from
-the diagnosis' own simulator, so they say nothing of its accuracy.
+the simulator of the diagnosis itself, so they do not measure its accuracy.
 {load}
 
 ## Stages
 
 {stages}
 
-The first run compiles the programs of the hypotheses; later runs read them from the disk.  Fits by
-simulation are the largest part.  Second and third causes are fitted only where they promise to
-explain a fair share of what is left, so that a robot of which no cause explains much is soon told.
+The first run compiles the programs of the hypotheses; later runs read them from disk.  Fits by
+simulation take most of the time.  Second and third causes are fitted only if they are predicted to
+remove a fair share of the remaining excess, so that a robot whose gap no cause explains is
+diagnosed quickly.
 
 ## Samples, effects and memory
 
 {growth}
 
-Half of the effects is every other name of the library; a diagnosis fits the best eight of them
-whatever their number, so that only the screening shrinks.
+Half of the effects means every other name of the library; a diagnosis fits the best eight of them
+whatever their number, so that only the screening becomes faster.
 
 ## A peer
 
 The same sampled loop, joint model alone, with python-control's `input_output_response` inside
-scipy's `least_squares`, held to five evaluations of the Jacobian.
+scipy's `least_squares`, limited to five evaluations of the Jacobian.
 
 {peer}
 """

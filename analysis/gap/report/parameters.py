@@ -86,8 +86,8 @@ def _model_rows(name: str, entry: Mapping[str, Any], joints: Sequence[str]
                 ) -> Iterator[tuple[str, ...]]:
     for k, joint in enumerate(joints):
         low, high = (bound[k] for bound in entry["interval"])
-        yield (JOINT_PARAMETERS.get(name, name), joint, number(entry["value"][k], 4), _interval(low, high),
-               number(entry["stated"][k], 4), entry["unit"],
+        yield (JOINT_PARAMETERS.get(name, name), joint, number(entry["value"][k], 4),
+               _interval(low, high), number(entry["stated"][k], 4), entry["unit"],
                *JOINT_NAMES[name])
 
 

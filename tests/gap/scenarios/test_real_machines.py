@@ -80,7 +80,7 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     print("  samples at the limit", saturated_share(found))
     assert saturated_share(found)[0] > 0.1
     flagged = " ".join(checks_section(found, units_of(records)).points)
-    assert "stands at its limit for up to 16 % of the time" in flagged
+    assert "is at its limit for up to 16 % of the time" in flagged
     assert "load_dependent_friction" in said["set_90"] and "coulomb" not in said["set_90"]
     leading = found.ranking[0]
     assert set(leading.names) - {"actuator_saturation", "payload"} == {"load_dependent_friction"}
