@@ -10,10 +10,12 @@ from clie_blocks.output import guarded
 VERBS = {
     "loop": ("clie_blocks.diagrams.clie_loop", "run the paper's identification, Fig. 2"),
     "bounds": ("clie_blocks.analysis.stability_report.command", "are these gains safe, and why"),
-    "reproduce": ("clie_blocks.analysis.reproduction.command", "every number of the paper beside ours"),
+    "reproduce": ("clie_blocks.analysis.reproduction.command",
+                  "every number of the paper against ours"),
     "check": ("clie_blocks.analysis.records.check_report",
-              "is this log sound, and what can be learned from it"),
-    "identify": ("clie_blocks.analysis.identification.command", "CLIE on a recorded robot"),
+              "is this log sound, and what can be diagnosed from it"),
+    "identify": ("clie_blocks.analysis.identification.command",
+                 "CLIE and four other estimators on a recorded robot"),
     "diagnose": ("clie_blocks.analysis.gap.command",
                  "where is the gap, which effect causes it, how far does it shrink"),
     "blind": ("clie_blocks.analysis.blind.command",
@@ -26,27 +28,16 @@ USAGE = """usage: clie VERB [options]
 {verbs}
 
 'clie VERB --help' lists the options of a verb; --version shows the version.
-Exit codes: 0 ok, 1 bad news, 2 usage, 3 bad data, 4 not identifiable, 5 diverged."""
+Exit codes: 0 ok, 1 negative result (such as unsafe gains or a faulty log), 2 usage, 3 bad data,
+4 not identifiable, 5 diverged, 130 interrupted."""
 
 
-def main(argv=None):
-    """Run one verb and return its exit code.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Arguments after the program name; by default those of the process.
-
-    Returns
-    -------
-    int
-        The exit code, see `clie_blocks.output.guarded`.
-
-    """
+def main(argv: list[str] | None = None) -> int:
+    """Run one verb and return its exit code, see `clie_blocks.output.guarded`."""
     return guarded(_dispatch, sys.argv[1:] if argv is None else list(argv))
 
 
-def _dispatch(argv):
+def _dispatch(argv: list[str] | None) -> int | None:
     if argv and argv[0] == "--version":
         print(f"clie {__version__}")
     elif not argv or argv[0] in ("-h", "--help"):
@@ -57,3 +48,4 @@ def _dispatch(argv):
         raise ClieError(f"no verb {argv[0]!r}; {nearest(argv[0], VERBS)}")
     else:
         return importlib.import_module(VERBS[argv[0]][0]).main(argv[1:])
+    return 0

@@ -18,6 +18,8 @@ from clie_blocks.output import (
     write,
 )
 
+ANALYSIS = Path(cli.__file__).parent
+
 
 def modules_after(code):
     """Names of the modules that a fresh interpreter holds after running some code."""
@@ -40,6 +42,15 @@ def test_a_diagnosis_starts_without_python_control_and_scipy():
                            "from clie_blocks.analysis.records import read_trial")
     assert "numpy" in loaded
     assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
+
+
+@pytest.mark.parametrize("start", [
+    ["-m", "clie_blocks.analysis.stability_report"], ["-m", "clie_blocks.analysis.reproduction"],
+    [str(ANALYSIS / "stability_report")], [str(ANALYSIS / "reproduction")]])
+def test_a_report_runs_as_a_module_and_as_a_folder(start, tmp_path):
+    run = subprocess.run([sys.executable, *start, "--help"], capture_output=True, text=True,
+                         cwd=tmp_path)
+    assert run.returncode == 0 and "usage: clie" in run.stdout, run.stderr
 
 
 def test_help_lists_every_verb(capsys):

@@ -125,7 +125,7 @@ def _drive(run: Run, k: int) -> np.ndarray:
     """
     record, controller = run.record, robot_of(run.record).controller
     law = control_law(controller, run.step)
-    linear = dataclasses.replace(law, saturation=np.inf)
+    linear = dataclasses.replace(law, saturation=np.full(run.record.n, np.inf))
     qd, pe, u = reference(record), excitation(record), command(record)
     dq = velocity(record, controller, law.variant)
     replayed = linear.command(qd - record.q, dq, pe)[:, k]

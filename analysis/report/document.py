@@ -1,6 +1,13 @@
 """What a report holds, whatever it is about: a verdict, then sections in the order of reading."""
 
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 GOOD, BAD, UNSURE = "good", "bad", "unsure"
 
@@ -22,20 +29,20 @@ class Table:
 
     """
 
-    head: tuple
-    rows: tuple
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
     caption: str = ""
-    marks: tuple = ()
+    marks: Sequence[str] = ()
 
-    def marked_rows(self):
-        """Return (mark, cells) pairs."""
+    def marked_rows(self) -> list[tuple[str, Sequence[str]]]:
+        """Mark and cells of each row, for the templates."""
         marks = self.marks or ("",) * len(self.rows)
         return list(zip(marks, self.rows))
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A Matplotlib figure with its place in the report.
+    """A Matplotlib figure with its caption.
 
     Parameters
     ----------
@@ -49,7 +56,7 @@ class Picture:
     """
 
     stem: str
-    figure: object
+    figure: Figure
     caption: str
 
 
@@ -75,10 +82,10 @@ class Section:
     """
 
     title: str
-    sentences: tuple = ()
-    points: tuple = ()
-    tables: tuple = ()
-    pictures: tuple = ()
+    sentences: Sequence[str] = ()
+    points: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
     collapsed: bool = False
 
 
@@ -95,18 +102,18 @@ class Document:
     mood : {'good', 'bad', 'unsure'}
         Colour of the verdict.
     sections : sequence of Section
-        What follows.
+        The body.
     facts : sequence of (str, str)
-        Name and value of the few numbers that a reader wants first.
+        Name and value of the few results that a reader wants first.
 
     """
 
     title: str
     verdict: str
     mood: str
-    sections: tuple
-    facts: tuple = field(default=())
+    sections: Sequence[Section]
+    facts: Sequence[tuple[str, str]] = ()
 
-    def pictures(self):
-        """Return all pictures in order."""
+    def pictures(self) -> list[Picture]:
+        """All pictures in order."""
         return [picture for section in self.sections for picture in section.pictures]

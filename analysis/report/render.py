@@ -1,61 +1,38 @@
-"""A document as one self-contained HTML file and as Markdown with its pictures beside it."""
+"""A document as one self-contained HTML file and as Markdown with its pictures as files."""
+
+from __future__ import annotations
 
 import io
+import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from clie_blocks.analysis.report.document import Document, Picture
 from clie_blocks.output import write
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 TEMPLATES = Path(__file__).parent
 
 
-def save_document(document, folder, stem):
-    """Write a document as HTML and Markdown, and its pictures as SVG for the Markdown.
-
-    Parameters
-    ----------
-    document : Document
-        The report.
-    folder : path-like
-        Where to.
-    stem : str
-        File name without ending.
-
-    Returns
-    -------
-    list of str
-        The paths, the HTML first.
-
-    """
-    folder, drawn = Path(folder), drawings(document)
+def save_document(document: Document, folder: str | os.PathLike[str], stem: str) -> list[str]:
+    """Write ``STEM.html``, ``STEM.md`` and its pictures as SVG; return the paths."""
+    drawn = drawings(document)
     texts = {f"{stem}.html": html(document, drawn), f"{stem}.md": markdown(document),
              **{f"{name}.svg": drawing for name, drawing in drawn.items()}}
-    return [str(write(folder / name, text)) for name, text in texts.items()]
+    return [str(write(Path(folder) / name, text)) for name, text in texts.items()]
 
 
-def drawings(document):
-    """Return the pictures of a document as SVG elements by stem.
-
-    Parameters
-    ----------
-    document : Document
-        The report.
-
-    """
+def drawings(document: Document) -> dict[str, str]:
+    """Pictures of a document as SVG elements by stem."""
     return {picture.stem: svg(picture) for picture in document.pictures()}
 
 
-def html(document, drawn):
-    """Return a document as one HTML page: no script, no network, pictures inside.
-
-    Parameters
-    ----------
-    document : Document
-        The report.
-    drawn : dict
-        Its `drawings`.
-
-    """
+def html(document: Document, drawn: Mapping[str, str]) -> str:
+    """A document with its `drawings` as one HTML page: no script, no network, pictures inside."""
     from markupsafe import Markup
 
     return _template("document.html.j2").render(
@@ -63,28 +40,14 @@ def html(document, drawn):
         drawings={stem: Markup(drawing) for stem, drawing in drawn.items()})
 
 
-def markdown(document):
-    """Return a document as Markdown that shows ``STEM.svg`` for each picture.
-
-    Parameters
-    ----------
-    document : Document
-        The report.
-
-    """
+def markdown(document: Document) -> str:
+    """A document as Markdown that shows ``STEM.svg`` for each picture."""
     text = _template("document.md.j2").render(document=document)
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def svg(picture):
-    """Return a picture as an inline SVG element that scales with the page.
-
-    Parameters
-    ----------
-    picture : Picture
-        The picture.
-
-    """
+def svg(picture: Picture) -> str:
+    """A picture as an inline SVG element that scales with the page."""
     import matplotlib
 
     buffer = io.BytesIO()
@@ -101,13 +64,13 @@ def svg(picture):
     return f'{opening} role="img" aria-label="{_attribute(picture.caption)}">{rest}'
 
 
-def _attribute(text):
+def _attribute(text: str) -> str:
     from markupsafe import escape
 
     return str(escape(text))
 
 
-def _template(name):
+def _template(name: str) -> Template:
     import jinja2
 
     environment = jinja2.Environment(

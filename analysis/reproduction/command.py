@@ -1,204 +1,44 @@
-"""``clie reproduce``: every number of the paper beside ours, with a verdict for each."""
+"""``clie reproduce``: every number of the paper against ours, with a verdict for each."""
 
 import argparse
 import time
-from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 
-from clie_blocks import paper
-from clie_blocks.analysis.report.document import (
-    BAD,
-    GOOD,
-    UNSURE,
-    Document,
-    Picture,
-    Section,
-    Table,
-)
 from clie_blocks.analysis.report.render import save_document
 from clie_blocks.analysis.reproduction import items as items_of
+from clie_blocks.analysis.reproduction.document import (
+    UNSPECIFIED,
+    document,
+    join_numbers,
+    spread_of,
+)
 from clie_blocks.analysis.reproduction.errata import ERRATA
-from clie_blocks.analysis.reproduction.plots import figure_3, figure_4, figure_6
-from clie_blocks.analysis.reproduction.runs import (
-    READINGS,
-    excitation_levels,
-    identification,
-    tracking,
-)
+from clie_blocks.analysis.reproduction.items import Item
+from clie_blocks.analysis.reproduction.runs import READINGS
 from clie_blocks.errors import ClieError
-from clie_blocks.output import progress, run_main, to_json
-from clie_blocks.signals import signal
-
-UNSPECIFIED = (
-    "the set-point q_d of the identification (pi/3, pi/4 here)",
-    "the link inertias J_1, J_2 (zero here: Tables 2 and 3 agree with that best)",
-    "how the approximate real values of Table 2 were obtained",
-    "where the velocity filter G1 acts: in the robot's loop, in both, or in the input error only",
-    "how long the identification ran: 100 s in the text, 55 s in Fig. 3, while Gamma = 20 needs "
-    "more than 300 s",
-    "sample time and seeds of the noise",
-    "whether the mean squared errors include the start, and their sampling",
-)
-MARKS = {items_of.REPRODUCED: GOOD, items_of.UNSTATED: UNSURE, items_of.ERRATUM: BAD,
-         items_of.MISSED: BAD, items_of.PICTURE: ""}
-PLACES = {"Bounds and constants": ("section 5.1", "(18)", "Theorem 2", "Theorem 4", "(31)",
-                                   "(46)"),
-          "Table 3: validation": ("Table 3",)}
+from clie_blocks.output import command_parser, progress, run_main, to_json
 
 
-def collect(seeds, advance=lambda runs: None):
-    """Compute all items.
-
-    Parameters
-    ----------
-    seeds : sequence of int
-        Seeds of the readings with noise.
-    advance : callable
-        Told how many runs are done.
-
-    Returns
-    -------
-    list of Item
-        Bounds, Fig. 3, Table 3, Table 2.
-
-    """
+def collect(seeds: Sequence[int],
+            advance: Callable[[float], None] = lambda runs: None) -> list[Item]:
+    """Compute all items; `advance` is called with the number of runs done."""
     return [*items_of.bound_items(), *items_of.figure_3_items(), *items_of.table_3_items(),
             *items_of.table_2_items(seeds, advance)]
 
 
-def report(items, seeds):
-    """Arrange items, figures and errata as a document.
-
-    Parameters
-    ----------
-    items : list of Item
-        See `collect`.
-    seeds : sequence of int
-        The seeds used.
-
-    Returns
-    -------
-    Document
-        Ready to be written.
-
-    """
-    counts = Counter(item.verdict for item in items)
-    facts = tuple((verdict, str(counts[verdict])) for verdict in MARKS)
-    verdict = (f"Of {len(items) - counts[items_of.PICTURE]} comparisons "
-               f"{counts[items_of.REPRODUCED]} agree as printed and {counts[items_of.UNSTATED]} "
-               f"under a reading that the paper does not state; {_never(items)}.")
-    bounds, validation = (Section(title, tables=(_table(items, places),))
-                          for title, places in PLACES.items())
-    return Document("The paper's results, reproduced", verdict, UNSURE, (
-        Section("What the paper does not specify",
-                (f"Seeds of the noise: {len(seeds)}, averaged; a verdict follows from the "
-                 "difference alone, and nothing was tuned but the one reading that says so.",
-                 "The paper does not give:"), UNSPECIFIED),
-        bounds, _table_2(items), validation, _figures(items), errata_section()), facts)
-
-
-def _never(items):
-    """Say which rows of Table 2 follow under no reading."""
-    reached = {item.name for item in items if item.place == "Table 2"
-               and item.verdict in (items_of.REPRODUCED, items_of.UNSTATED)}
-    missed = [f"CASE {case}" for case in paper.THETA_HAT if f"CASE {case}" not in reached]
-    return (f"no reading that was tried gives {' or '.join(missed)} of Table 2"
-            if missed else "every row of Table 2 follows under some reading")
-
-
-def errata_section():
-    """The errata as a section of a report."""
-    rows = tuple((one.where, one.printed, one.follows, one.why, one.proof) for one in ERRATA)
-    table = Table(("where", "printed", "follows", "why", "proof"), rows)
-    return Section("Errata", ("Each is proved in tests/analysis/test_errata.py.",),
-                   tables=(table,))
-
-
-def _table(items, places):
-    chosen = [item for item in items if item.place in places]
-    rows = tuple((f"{item.place}: {item.name}", item.reading, _numbers(item.printed),
-                  _numbers(item.ours) + _spread(item), _numbers(item.difference, signed=True),
-                  item.verdict) for item in chosen)
-    return Table(("item", "reading", "printed", "ours", "difference", "verdict"), rows,
-                 marks=tuple(MARKS[item.verdict] for item in chosen))
-
-
-def _table_2(items):
-    """Table 2 as the paper lays it out: one column per parameter, one table per case."""
-    tables = []
-    for case, printed in paper.THETA_HAT.items():
-        chosen = [item for item in items
-                  if (item.place, item.name) == ("Table 2", f"CASE {case}")]
-        rows = [("printed", *_row(printed), "", "")]
-        rows += [(item.reading + _spread(item), *_row(item.ours),
-                  f"{max(map(abs, item.difference)):.1e}", item.verdict) for item in chosen]
-        tables.append(Table(("reading", *paper.THETA_NAMES, "largest difference", "verdict"),
-                            tuple(rows), f"CASE {case}",
-                            ("", *(MARKS[item.verdict] for item in chosen))))
-    return Section("Table 2: estimates, mean of the last 20 s", (
-        "A row counts as reproduced if all six estimates are within 4e-4 of the printed ones.",),
-        tables=tuple(tables))
-
-
-def _row(values):
-    return [f"{value:.4f}" for value in values]
-
-
-def _figures(items):
-    runs = {}
-    for case in (1, 2, 3):
-        run = identification(READINGS[0], case)
-        runs[case] = run.time, signal(run, "theta_hat")
-    levels = [item for item in items if item.place == "Fig. 3"]
-    rows = tuple((item.name.rsplit(", ", 1)[1], *(f"{value:.4g}" for value in map(abs, item.ours)))
-                 for item in levels)
-    table = Table(("window", "(49)", "smallest eigenvalue of (28)", "(49) without excitation",
-                   "smallest eigenvalue without"), rows)
-    return Section("Figs. 3, 4 and 6", (
-        "Fig. 3 prints no numbers. Its integral (49) is positive without any excitation too, "
-        "while the matrix condition (28) then fails: (49) does not imply (28).",), (), (table,), (
-        Picture("figure_3", figure_3(excitation_levels(), excitation_levels(0.0)),
-                "Weighted excitation (49), as in Fig. 3, and the smallest eigenvalue of (28)."),
-        Picture("figure_4", figure_4(runs),
-                "Estimates of the three cases as in Fig. 4, Gamma = 20, exact velocities: they "
-                "coincide, and have not arrived after 100 s."),
-        Picture("figure_6", figure_6(*tracking(1)),
-                "Tracking with the estimates of CASE 1 as in Fig. 6; the error is that of the "
-                "start.")))
-
-
-def _numbers(values, signed=False):
-    return ", ".join(f"{value:+.2g}" if signed else f"{value:.5g}" for value in values) or "-"
-
-
-def _spread(item):
-    return f" (sd up to {max(item.spread):.1g})" if item.spread else ""
-
-
-def parser():
-    """Return the command-line options."""
-    options = argparse.ArgumentParser(
-        prog="clie reproduce", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-        description="Every number of the paper beside ours, with a verdict for each.")
+def parser() -> argparse.ArgumentParser:
+    """Command-line options."""
+    options = command_parser(
+        "clie reproduce", "Every number of the paper against ours, with a verdict for each.",
+        output="out/reproduce")
     options.add_argument("--seeds", type=int, default=3, help="noise seeds per reading")
-    options.add_argument("--json", action="store_true", help="print one JSON object")
-    options.add_argument("-o", "--output", default="out/reproduce", metavar="DIR",
-                         help="folder for the report")
     return options
 
 
-def main(argv=None):
+def main(argv: list[str] | None = None) -> int:
     """Reproduce the paper's results, print a summary and write the report.
 
-    Parameters
-    ----------
-    argv : list of str, optional
-        Command-line arguments; by default those of the process.
-
-    Returns
-    -------
-    int
-        0: an honest "not reproduced" is a result, not a failure.
-
+    The exit code is 0: "not reproduced" is a result, not a failure.
     """
     options, start = parser().parse_args(argv), time.perf_counter()
     if options.seeds < 1:
@@ -207,8 +47,8 @@ def main(argv=None):
     runs = sum(len(seeds) if reading.noisy else 1 for reading in READINGS) * 3
     with progress("reproducing the paper", runs) as advance:
         items = collect(seeds, advance)
-    document = report(items, seeds)
-    files = save_document(document, options.output, "reproduction")
+    report = document(items, seeds)
+    files = save_document(report, options.output, "reproduction")
     seconds = time.perf_counter() - start
     if options.json:
         print(to_json({"schema_version": 1, "items": [item.as_dict() for item in items],
@@ -216,25 +56,19 @@ def main(argv=None):
                        "seeds": seeds, "seconds": seconds, "files": files}))
         return 0
     print("\n".join(summary(items)))
-    print(f"{document.verdict}\n{len(ERRATA)} errata, each proved; report in {files[0]} "
+    print(f"{report.verdict}\n{len(ERRATA)} errata, each proved; report in {files[0]} "
           f"({seconds:.0f} s)")
     return 0
 
 
-def summary(items):
-    """Yield one line per item.
-
-    Parameters
-    ----------
-    items : list of Item
-        See `collect`.
-
-    """
+def summary(items: Sequence[Item]) -> Iterator[str]:
+    """Two lines per item."""
     for item in items:
         if item.printed:
             yield f"{item.verdict:40} {item.place}: {item.name}"
-            yield (f"{'':40}   printed {_numbers(item.printed)}; ours {_numbers(item.ours)}"
-                   f"{_spread(item)} [{item.reading}]")
+            yield (f"{'':40}   printed {join_numbers(item.printed)}; ours "
+                   f"{join_numbers(item.ours)}"
+                   f"{spread_of(item)} [{item.reading}]")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
 """What the paper prints and what follows instead, with the proof of each difference.
 
-Every entry is proved in ``tests/analysis/test_errata.py``, by algebra or by number.
+Every entry is proved in ``tests/analysis/reproduction/test_errata.py``, by algebra or by number.
 """
 
 from dataclasses import dataclass
+
+from clie_blocks.analysis.report.document import Section, Table
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,7 @@ class Erratum:
     where : str
         Place in the paper.
     printed, follows : str
-        What stands there and what follows.
+        What is printed there and what follows.
     why : str
         The difference in one sentence.
     proof : str
@@ -64,7 +66,7 @@ ERRATA = (
         "algebra: (12) and (21) inserted"),
     Erratum(
         "k_1", "section 5.1", "k_1 = 11.19", "k_1 = 6.189",
-        "The -I of K_bar was forgotten in the number.", "number: both computed from Table 2"),
+        "The -I of K_bar was left out of the value.", "number: both computed from Table 2"),
     Erratum(
         "k_3", "Theorem 4", "k_3 = max{min{...}, alpha}", "k_3 = min{..., alpha}",
         "With the maximum the estimate of dV/dt is false, and with the minimum (46) fails in "
@@ -86,7 +88,7 @@ ERRATA = (
     Erratum(
         "theorem_4_epsilons", "proof of Theorem 4", "d(epsilon)/dt and epsilon drive e",
         "the modelling error eps drives e",
-        "Two errors of one letter, that of the model and that of identification, are mixed up.",
+        "Two errors with the same letter, of the model and of the identification, are confused.",
         "algebra: the chain rule along (29) has no derivative of either"),
     Erratum(
         "output_of_a6", "(A.6)", "y = Phi^T Theta_err", "y = Phi_p^T Theta_err",
@@ -105,7 +107,7 @@ ERRATA = (
         "filtered_model", "section 5.1, after (48)", "dq_f = -A dq_f + B u_f - D",
         "y_f = -A dq_f + B u_f - (1 - exp(-300 t)) D",
         "The left side is the filtered acceleration, and a filtered constant starts at zero.",
-        "algebra: the filter's answer to a constant"),
+        "algebra: the response of the filter to a constant"),
     Erratum(
         "filter_on_one_side", "(36), section 5.1", "G1 and G2 on the velocity, G2 on the input",
         "eps_f is not zero even without noise",
@@ -124,7 +126,7 @@ ERRATA = (
         "number: the columns computed again"),
     Erratum(
         "case_1_column", "Table 2, CASE 1", "B_2 0.19, D_1 0.05", "B_2 0.15, D_1 0.19",
-        "The entries do not belong to the estimates beside them.", "number: computed again"),
+        "The entries do not belong to the estimates in the same rows.", "number: computed again"),
     Erratum(
         "real_b_2", "Table 2", "B_2 = 0.4998 with A_2 = 1.9952", "B_2 = 0.4988",
         "A/B is the friction R r = 4 of both joints; two digits are swapped, and mu_0 was "
@@ -153,10 +155,19 @@ ERRATA = (
     Erratum(
         "gain_and_duration", "Table 1, section 5.1", "Gamma = 20 and 100 s",
         "an effective gain three to four times as large",
-        "The slow mode of Gamma = 20 has 45 s, so that 100 s leave a tenth of the error.",
+        "The slow mode of Gamma = 20 has a time constant of 45 s, so that a tenth of the error "
+        "remains after 100 s.",
         "number: Floquet exponents of the linearised loop"),
     Erratum(
         "composite_convergence", "section 5.1", "CASE 2 improves convergence",
         "no measurable effect", "The time constant of the gradient term is 2e4 to 2e5 s.",
         "number: Floquet exponents with and without alpha"),
 )
+
+
+def errata_section() -> Section:
+    """The errata as a section of a report."""
+    rows = tuple((one.where, one.printed, one.follows, one.why, one.proof) for one in ERRATA)
+    table = Table(("where", "printed", "follows", "why", "proof"), rows)
+    return Section("Errata", ("Each is proved in tests/analysis/reproduction/test_errata.py.",),
+                   tables=(table,))

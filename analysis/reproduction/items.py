@@ -1,8 +1,11 @@
-"""The paper's numbers beside ours, each with a verdict that follows from the difference alone."""
+"""The paper's values against ours, each with a verdict that follows from the difference alone."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks import paper
 from clie_blocks.analysis.reproduction.runs import (
@@ -31,7 +34,7 @@ ROW_TOLERANCE = 4e-4  # all six entries of a row of Table 2
 
 @dataclass(frozen=True)
 class Item:
-    """One printed number, or row of numbers, beside ours.
+    """One printed value, or row of values, and ours.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ class Item:
     ours : tuple of float
         As computed; the mean over seeds.
     tolerance : float
-        Half a unit of the last printed digit, or what is said in `reading`.
+        Half a unit of the last printed digit, or what `reading` states.
     reading : str
         What was assumed.
     literal : bool
@@ -56,21 +59,21 @@ class Item:
 
     place: str
     name: str
-    printed: tuple
-    ours: tuple
+    printed: tuple[float, ...]
+    ours: tuple[float, ...]
     tolerance: float
     reading: str = "as defined"
     literal: bool = True
     erratum: str = ""
-    spread: tuple = ()
+    spread: tuple[float, ...] = ()
 
     @property
-    def difference(self):
+    def difference(self) -> tuple[float, ...]:
         """Ours minus printed, entry by entry."""
         return tuple(o - p for o, p in zip(self.ours, self.printed))
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         """One of the five verdicts, from the difference."""
         if not self.printed:
             return PICTURE
@@ -78,12 +81,12 @@ class Item:
             return REPRODUCED if self.literal else UNSTATED
         return ERRATUM if self.erratum else MISSED
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Return the item for JSON."""
         return {**self.__dict__, "difference": self.difference, "verdict": self.verdict}
 
 
-def bound_items():
+def bound_items() -> list[Item]:
     """mu_0, the norm of eta and the constants of Theorems 2 and 4."""
     joints = ControlledJoints.from_theta(paper.THETA, paper.KP, paper.KD)
     items = [_item("section 5.1", "||eta||", paper.ETA_NORM,
@@ -108,21 +111,11 @@ def bound_items():
     return items
 
 
-def table_2_items(seeds, advance=lambda runs: None):
-    """The rows of Table 2 under every reading.
+def table_2_items(seeds: Sequence[int], advance: Callable[[float], None] = lambda runs: None,
+                  ) -> list[Item]:
+    """The rows of Table 2, one per case and reading, over seeds where a reading has noise.
 
-    Parameters
-    ----------
-    seeds : sequence of int
-        Seeds for the readings with noise.
-    advance : callable
-        Told after each reading how many runs are done.
-
-    Returns
-    -------
-    list of Item
-        One per case and reading.
-
+    `advance` is called after each reading with the number of runs done.
     """
     items = []
     for case, printed in paper.THETA_HAT.items():
@@ -137,7 +130,7 @@ def table_2_items(seeds, advance=lambda runs: None):
     return items
 
 
-def table_3_items():
+def table_3_items() -> list[Item]:
     """Tracking errors and mean estimation errors of Table 3, joint by joint."""
     items = []
     for case, follows in paper.TRACKING_MSE.items():
@@ -158,7 +151,7 @@ def table_3_items():
     return items
 
 
-def figure_3_items():
+def figure_3_items() -> list[Item]:
     """The peaks of Fig. 3, and the smallest eigenvalue that it does not show."""
     with_pe, without = excitation_levels()[0], excitation_levels(0.0)[0]
     return [Item("Fig. 3", f"(49) and smallest eigenvalue of (28), {start:g}-{end:g} s", (),
@@ -167,7 +160,8 @@ def figure_3_items():
             for (start, end), one, other in zip(paper.WINDOWS, with_pe, without)]
 
 
-def _item(place, name, printed, ours, tolerance, spread=(), **options):
+def _item(place: str, name: str, printed: ArrayLike, ours: ArrayLike, tolerance: float,
+          spread: ArrayLike = (), **options: Any) -> Item:
     printed, ours, spread = (tuple(map(float, np.atleast_1d(value)))
                              for value in (printed, ours, spread))
     return Item(place, name, printed, ours, tolerance, spread=spread, **options)

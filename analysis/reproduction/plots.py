@@ -4,17 +4,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from clie_blocks import paper
+from clie_blocks.analysis.reproduction.runs import Levels
 
 
-def figure_3(with_excitation, without):
-    """Weighted integral (49) over its windows, and the smallest eigenvalue of (28) beside it.
-
-    Parameters
-    ----------
-    with_excitation, without : tuple
-        Levels and curves of `clie_blocks.analysis.reproduction.runs.excitation_levels`.
-
-    """
+def figure_3(with_excitation: Levels, without: Levels) -> Figure:
+    """Weighted integral (49) over its windows, and the smallest eigenvalue of (28) beside it."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     for (levels, curves), colour, label in ((with_excitation, "C0", "excitation (48)"),
@@ -33,14 +27,10 @@ def figure_3(with_excitation, without):
     return figure
 
 
-def figure_4(runs):
+def figure_4(runs: dict[int, tuple[np.ndarray, np.ndarray]]) -> Figure:
     """Estimates of the three cases over time, with real and printed values, Fig. 4.
 
-    Parameters
-    ----------
-    runs : dict
-        Case to (time [s], theta_hat of shape (6, samples)).
-
+    `runs` holds time [s] and theta_hat, shape (6, samples), by case.
     """
     figure = Figure(figsize=(9, 7), layout="constrained")
     axes = figure.subplots(3, 2, sharex=True)
@@ -60,17 +50,8 @@ def figure_4(runs):
     return figure
 
 
-def figure_6(time, wanted, reached):
-    """Tracking with (50), Fig. 6, and its error.
-
-    Parameters
-    ----------
-    time : ndarray, shape (samples,)
-        Time [s].
-    wanted, reached : ndarray, shape (2, samples)
-        Positions [rad].
-
-    """
+def figure_6(time: np.ndarray, wanted: np.ndarray, reached: np.ndarray) -> Figure:
+    """Tracking with (50), Fig. 6, and its error; positions of shape (2, samples) [rad]."""
     figure = Figure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots(2, 2, sharex="col", width_ratios=(3, 2))
     for k, (whole, start) in enumerate(axes):

@@ -1,17 +1,23 @@
 """The runs behind the paper's tables and figures, each a function of the reading that is taken."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
+import control as ct
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks import paper
 from clie_blocks.analysis.theory.excitation_level import (
+    Excitation,
     excitation,
     model_regressor,
     weighted_integral,
 )
 from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled.program import Program
 from clie_blocks.diagrams.clie_loop import CASES, clie_loop
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate
@@ -22,17 +28,20 @@ from clie_blocks.signals import signal
 FROZEN = 1e-12  # an adaptation gain that leaves the estimates where they are
 LOG_EVERY = 100  # steps of 0.1 ms
 
+Curve = tuple[np.ndarray, np.ndarray]  # time [s] and the integral (49)
+Levels = tuple[list[Excitation], list[Curve]]
+
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read what the paper leaves open.
+    """One interpretation of what the paper leaves open.
 
     Parameters
     ----------
     name : str
         In words.
-    settings : tuple of (str, object)
-        What differs from the defaults of `Experiment`.
+    settings : tuple of (str, value)
+        Differences from the defaults of `Experiment`.
     literal : bool
         Whether the paper states it so.
     noisy : bool
@@ -41,11 +50,11 @@ class Reading:
     """
 
     name: str
-    settings: tuple
+    settings: tuple[tuple[str, Any], ...]
     literal: bool = False
     noisy: bool = False
 
-    def experiment(self, case, seed=0):
+    def experiment(self, case: int, seed: int = 0) -> Experiment:
         """Return the experiment of a case of Table 1."""
         return Experiment(CASES, case=case, seed=seed, **dict(self.settings))
 
@@ -66,35 +75,13 @@ READINGS = (
 )
 
 
-def estimates(reading, case, seeds):
-    """Mean estimates of the last 20 s, one row per seed, shape (seeds, 6).
-
-    Parameters
-    ----------
-    reading : Reading
-        The reading.
-    case : int
-        CASE of Table 1.
-    seeds : sequence of int
-        Seeds of the noise.
-
-    """
+def estimates(reading: Reading, case: int, seeds: Sequence[int]) -> np.ndarray:
+    """Mean estimates of the last 20 s in a case of Table 1, shape (seeds, 6)."""
     return np.array([mean_estimate(identification(reading, case, seed)) for seed in seeds])
 
 
-def identification(reading, case, seed=0):
-    """Run the identification of a case under a reading; the response holds theta_hat.
-
-    Parameters
-    ----------
-    reading : Reading
-        The reading.
-    case : int
-        CASE of Table 1.
-    seed : int
-        Seed of the noise.
-
-    """
+def identification(reading: Reading, case: int, seed: int = 0) -> ct.TimeResponseData:
+    """Run the identification of a case under a reading; the response holds theta_hat."""
     experiment = reading.experiment(case, seed)
     program = _program(case, experiment.velocity)
     diagram = experiment.diagram()
@@ -103,7 +90,8 @@ def identification(reading, case, seed=0):
                        params={"update.gamma": experiment.gamma})
 
 
-def excitation_levels(pe=paper_excitation):
+def excitation_levels(pe: Callable[[float], ArrayLike] | float = paper_excitation,
+                      ) -> Levels:
     """Regressor of CASE 1 over the windows of Fig. 3.
 
     Parameters
@@ -127,7 +115,8 @@ def excitation_levels(pe=paper_excitation):
             weighted_integral(phi, run.time))
 
 
-def tracking(case, printed_sign=False, duration=100.0):
+def tracking(case: int, printed_sign: bool = False, duration: float = 100.0,
+             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Run the validation (50) with the printed estimates, from rest at zero.
 
     Parameters
@@ -155,13 +144,13 @@ def tracking(case, printed_sign=False, duration=100.0):
     return run.time, paper.tracking_reference(run.time), signal(run, "q")
 
 
-def tracking_mse(case, printed_sign=False):
+def tracking_mse(case: int, printed_sign: bool = False) -> np.ndarray:
     """Mean squared tracking error of both joints over 100 s, Table 3 [rad^2]."""
     _, wanted, reached = tracking(case, printed_sign)
     return np.mean((wanted - reached) ** 2, axis=1)
 
 
-def signed_mean_error(case):
+def signed_mean_error(case: int) -> np.ndarray:
     """The mean of eps that Table 3 prints, with the estimates of Table 2 frozen [rad/s^2]."""
     loop = clie_loop(decoupled_joints(*paper.THETA.reshape(3, 2)), paper.KP, paper.KD, FROZEN)
     run = compile_diagram(loop).run(
@@ -173,5 +162,5 @@ def signed_mean_error(case):
 
 
 @lru_cache
-def _program(case, velocity):
+def _program(case: int, velocity: str) -> Program:
     return compile_diagram(Experiment(CASES, case=case, velocity=velocity).diagram())

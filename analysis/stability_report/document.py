@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Section
-from clie_blocks.analysis.reproduction.command import errata_section
+from clie_blocks.analysis.reproduction.errata import errata_section
 from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
 from clie_blocks.analysis.stability_report.quantities import Quantities
 from clie_blocks.analysis.stability_report.sections import (
