@@ -27,7 +27,7 @@ UNPOLISHED = dataclasses.replace(SCORED, refine_to_prior=lambda fit, residuals: 
                                  explain_backlash=lambda *_: None)
 NO_STEPS = METHOD.with_values(**{
     "search.first_steps": 0, "search.finalist_steps": 0, "search.leader_steps": 0,
-    "search.fair_share": 0.0})  # no fit explains so much that its onsets are sought again
+    "search.event_rounds": 0})
 
 
 def diagnose_with(problem: Problem, method: Method = METHOD, stages: Stages = SCORED,

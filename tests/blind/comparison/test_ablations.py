@@ -57,6 +57,9 @@ def test_without_polish_parameters_stay_as_the_regression_left_them(own_robot):
     steps = dataclasses.replace(STAGES.steps, search=dataclasses.replace(
         STAGES.steps.search, race=recorded_race))
     stages = dataclasses.replace(ablations.UNPOLISHED, steps=steps)
+    changed = {one.name for one, other in zip(METHOD.thresholds(), ablations.NO_STEPS.thresholds())
+               if one.value != other.value}
+    assert all(name.endswith(("_steps", "_rounds")) for name in changed)
     answer = ablations.diagnose_with(problem, ablations.NO_STEPS, stages)
     assert fits and all(fit.iterations == 0 for fit in fits)
     assert Answer(answer).decision == "coulomb"
