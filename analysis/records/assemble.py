@@ -23,11 +23,11 @@ def assemble(table: Table, robot: Robot | None = None, columns: Mapping[str, str
     The user's map from signal to column pattern overrides that of the robot, and the user's unit
     of the clock overrides what the log states.
     """
-    given = {**(robot.columns if robot else {}), **(columns or {})}
-    layout = find_columns(table.names, table.source, given, robot.joints if robot else ())
+    user_map = {**(robot.columns if robot else {}), **(columns or {})}
+    layout = find_columns(table.names, table.source, user_map, robot.joints if robot else ())
     factors, units, notes = _scales(table, layout, robot)
     packed = pack(table.blocks(layout.order()), factors,
-                  sum(len(found) for signal, found in layout.columns.items()
+                  sum(len(indices) for signal, indices in layout.columns.items()
                       if signal in MASKED_BY))
     if packed.stamps.size == 0:
         raise RecordError(f"{table.source} has a header but no samples with a time stamp; without "
@@ -56,15 +56,15 @@ def _scales(table: Table, layout: Layout,
         if signal == "time":
             continue
         fallback = robot.units.get(signal) if robot else None
-        found = [to_si(unit or fallback or DEFAULT_UNITS[signal], signal,
-                       f"{table.source}: column {table.names[index]!r}")
-                 for unit, index in zip(stated, layout.columns[signal])]
-        factors += [factor for factor, _ in found]
-        units[signal] = tuple(unit for _, unit in found)
-        given = next((unit for unit in stated if unit), fallback)
-        if given and any(factor != 1 for factor, _ in found):
-            notes.append(f"Converted {signal} from {given} to {found[0][1]}.")
-        elif not given and any(note.startswith(f"Read {signal} ") for note in layout.decisions):
+        scales = [to_si(unit or fallback or DEFAULT_UNITS[signal], signal,
+                        f"{table.source}: column {table.names[index]!r}")
+                  for unit, index in zip(stated, layout.columns[signal])]
+        factors += [factor for factor, _ in scales]
+        units[signal] = tuple(unit for _, unit in scales)
+        written = next((unit for unit in stated if unit), fallback)
+        if written and any(factor != 1 for factor, _ in scales):
+            notes.append(f"Converted {signal} from {written} to {scales[0][1]}.")
+        elif not written and any(note.startswith(f"Read {signal} ") for note in layout.decisions):
             notes.append(f"No unit is stated for {signal}; took {DEFAULT_UNITS[signal]}.")
     if layout.mask is not None:
         factors.append(1.0)
@@ -77,8 +77,8 @@ def _signals(layout: Layout,
     signals: dict[str, np.ndarray] = {}
     empty: list[str] = []
     start = 0
-    for signal, found in layout.columns.items():
-        stop = start + len(found)
+    for signal, indices in layout.columns.items():
+        stop = start + len(indices)
         if signal == "q" or packed.filled[start:stop].all():
             signals[signal] = packed.values[:, start:stop]
         else:

@@ -17,7 +17,7 @@ from clie_blocks.errors import RecordError, nearest
 
 @dataclasses.dataclass(frozen=True)
 class Layout:
-    """Columns found: per signal one column index per joint, and what had to be guessed."""
+    """Columns matches: per signal one column index per joint, and what had to be guessed."""
 
     time: int
     columns: dict[str, list[int]]
@@ -28,11 +28,11 @@ class Layout:
 
     def order(self) -> list[int]:
         """Indices to read: the time, then each signal's columns side by side, then the mask."""
-        wanted = [self.time, *(index for found in self.columns.values() for index in found)]
+        wanted = [self.time, *(index for matches in self.columns.values() for index in matches)]
         return wanted if self.mask is None else [*wanted, self.mask]
 
 
-def find_columns(names: Sequence[str], source: str, given: Mapping[str, str] | None = None,
+def find_columns(names: Sequence[str], source: str, user_map: Mapping[str, str] | None = None,
                  joints: Sequence[str] = ()) -> Layout:
     """Find the signals in the header of a log.
 
@@ -42,7 +42,7 @@ def find_columns(names: Sequence[str], source: str, given: Mapping[str, str] | N
         The header.
     source : str
         Beginning of messages.
-    given : mapping, optional
+    user_map : mapping, optional
         The user's map from signal to pattern, such as ``{"q": "actual_pos_{joint}"}``.
     joints : sequence of str, optional
         Joint names of the robot, in its order; they order the columns where the log names joints.
@@ -54,17 +54,17 @@ def find_columns(names: Sequence[str], source: str, given: Mapping[str, str] | N
 
     """
     _refuse_twins(names, source)
-    given = _checked(given, source)
-    found = _assign([split_unit(name) for name in names], given)
-    time = _needed(found, "time", names, source, given).columns[""]
-    q = _needed(found, "q", names, source, given)
+    user_map = _checked(user_map, source)
+    matches = _assign([split_unit(name) for name in names], user_map)
+    time = _needed(matches, "time", names, source, user_map).columns[""]
+    q = _needed(matches, "q", names, source, user_map)
     tokens = _ordered(q, joints, source)
     chosen, notes = {"q": q}, []
     for signal in SIGNALS:
-        if signal != "q" and (signal in found or signal in given):
-            group = _whole(found, signal, names, source, given, tokens)
+        if signal != "q" and (signal in matches or signal in user_map):
+            group = _whole(matches, signal, names, source, user_map, tokens)
             if group is None:
-                notes.append(_partial(signal, found[signal], names, tokens))
+                notes.append(_partial(signal, matches[signal], names, tokens))
             else:
                 chosen[signal] = group
     columns = {signal: [group.columns[token] for token in tokens]
@@ -78,17 +78,17 @@ def find_columns(names: Sequence[str], source: str, given: Mapping[str, str] | N
                   list(names).index("valid") if "valid" in names else None)
 
 
-def _checked(given: Mapping[str, str] | None, source: str) -> dict[str, str]:
+def _checked(user_map: Mapping[str, str] | None, source: str) -> dict[str, str]:
     """The user's map, if it maps signals and gives the clock one column."""
-    given = dict(given or {})
-    for name in given:
+    user_map = dict(user_map or {})
+    for name in user_map:
         if name not in (*SIGNALS, "time"):
             raise RecordError(f"{source}: --map {name}=... is not a signal; "
                               f"{nearest(name, ('time', *SIGNALS))}")
-    if "{" in given.get("time", ""):
-        raise RecordError(f"{source}: --map time={given['time']} must name one column: there is "
-                          "one clock")
-    return given
+    if "{" in user_map.get("time", ""):
+        raise RecordError(f"{source}: --map time={user_map['time']} must name one column: there "
+                          "is one clock")
+    return user_map
 
 
 @dataclasses.dataclass
@@ -110,29 +110,29 @@ def _refuse_twins(names: Sequence[str], source: str) -> None:
         seen.add(name)
 
 
-def _assign(headers: Sequence[tuple[str, str | None]], given: Mapping[str, str]) -> _Groups:
+def _assign(headers: Sequence[tuple[str, str | None]], user_map: Mapping[str, str]) -> _Groups:
     """Give each column to the user's pattern, else to the most literal alias that fits.
 
     A column that fits letter by letter comes before one that fits in other letters, so that ``T``
     is no clock beside ``t``.
     """
     patterns: list[tuple[str | None, str, bool]] = [
-        (signal, pattern, True) for signal, pattern in given.items()]
-    aliases = [(signal, pattern, False) for signal, group in ALIASES.items() if signal not in given
-               for pattern in group]
+        (signal, pattern, True) for signal, pattern in user_map.items()]
+    aliases = [(signal, pattern, False) for signal, group in ALIASES.items()
+               if signal not in user_map for pattern in group]
     patterns += sorted(aliases, key=lambda entry: -len(re.sub(r"\{\w+\}", "", entry[1])))
     regexes = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
-    found: _Groups = {}
+    matches: _Groups = {}
     left = list(enumerate(headers))
     for flags in (0, re.IGNORECASE):
         compiled = [(signal, pattern, re.compile(text, flags))
                     for signal, pattern, text in regexes]
-        taken = [index for index, header in left if _take(found, index, header, compiled)]
+        taken = [index for index, header in left if _take(matches, index, header, compiled)]
         left = [(index, header) for index, header in left if index not in taken]
-    return found
+    return matches
 
 
-def _take(found: _Groups, index: int, header: tuple[str, str | None],
+def _take(matches: _Groups, index: int, header: tuple[str, str | None],
           compiled: Sequence[tuple[str | None, str, re.Pattern[str]]]) -> bool:
     """Put one column where it belongs; whether it belongs anywhere."""
     name, unit = header
@@ -140,7 +140,7 @@ def _take(found: _Groups, index: int, header: tuple[str, str | None],
         match = regex.fullmatch(name) or (unit is not None and regex.fullmatch(f"{name}[{unit}]"))
         if match:
             token = (match.groups() or ("",))[0]
-            group = found.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
+            group = matches.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
             return group.columns.setdefault(token, index) == index
     return False
 
@@ -152,27 +152,27 @@ def _regex(pattern: str, own: bool) -> str:
                    for part in parts)
 
 
-def _needed(found: _Groups, signal: str, names: Sequence[str], source: str,
-            given: Mapping[str, str]) -> _Found:
+def _needed(matches: _Groups, signal: str, names: Sequence[str], source: str,
+            user_map: Mapping[str, str]) -> _Found:
     """The one pattern of a signal that every log must have."""
-    groups = list(found.get(signal, {}).values())
+    groups = list(matches.get(signal, {}).values())
     if not groups:
-        raise RecordError(_missing(signal, names, source, given))
+        raise RecordError(_missing(signal, names, source, user_map))
     return _only(groups, signal, names, source)
 
 
-def _whole(found: _Groups, signal: str, names: Sequence[str], source: str,
-           given: Mapping[str, str], tokens: Sequence[str]) -> _Found | None:
+def _whole(matches: _Groups, signal: str, names: Sequence[str], source: str,
+           user_map: Mapping[str, str], tokens: Sequence[str]) -> _Found | None:
     """The one pattern of a signal that has all joints."""
-    groups = list(found.get(signal, {}).values())
+    groups = list(matches.get(signal, {}).values())
     whole = [group for group in groups if set(group.columns) >= set(tokens)]
     if whole:
         return _only(whole, signal, names, source)
-    if signal not in given:
+    if signal not in user_map:
         return None
     if len(groups) == 1 and _counts(groups[0].columns, tokens):
         return _numbered(groups[0], tokens)
-    raise RecordError(f"{source}: {given[signal]!r} is missing for at least one joint of "
+    raise RecordError(f"{source}: {user_map[signal]!r} is missing for at least one joint of "
                       f"{', '.join(tokens)}; correct --map {signal}=...")
 
 
@@ -213,10 +213,11 @@ def _unused(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]
     return [f"Not used: {shown}."] if left else []
 
 
-def _missing(signal: str, names: Sequence[str], source: str, given: Mapping[str, str]) -> str:
+def _missing(signal: str, names: Sequence[str], source: str, user_map: Mapping[str, str]) -> str:
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
-    if signal in given:
-        return (f"{source}: no column fits --map {signal}={given[signal]}; the log has {listed}")
+    if signal in user_map:
+        return (f"{source}: no column fits --map {signal}={user_map[signal]}; the log has "
+                f"{listed}")
     what = "a clock" if signal == "time" else "measured joint positions"
     example = "time=stamp" if signal == "time" else "q=actual_pos_{joint}"
     return (f"{source}: no column is recognised as {signal}, and without {what} nothing can be "
@@ -231,9 +232,9 @@ def _ordered(q: _Found, joints: Sequence[str], source: str) -> list[str]:
     if all(token.isdigit() for token in tokens):
         tokens.sort(key=int)
     elif joints and not _are_default(joints):
-        strange = [token for token in tokens if token not in joints] or tokens
-        raise RecordError(f"{source}: joint {strange[0]!r} of the log is not one of the robot; "
-                          f"{nearest(strange[0], joints)}")
+        unknown = [token for token in tokens if token not in joints] or tokens
+        raise RecordError(f"{source}: joint {unknown[0]!r} of the log is not one of the robot; "
+                          f"{nearest(unknown[0], joints)}")
     if joints and len(tokens) != len(joints):
         raise RecordError(f"{source}: the log has {len(tokens)} joints ({', '.join(tokens)}), the "
                           f"robot has {len(joints)}; check that this robot.toml belongs to the "

@@ -7,6 +7,7 @@ form.
 """
 
 import dataclasses
+from typing import Self
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class ControlLaw:
         return settling(self.variant, self.period, self.corners)
 
     def with_filter(self, k: slice, variant: str,
-                    corners: tuple[float, float] | None) -> "ControlLaw":
+                    corners: tuple[float, float] | None) -> Self:
         """Return the law with another velocity filter at the joints k, a slice of them."""
         b, a = velocity_filter(variant, self.period, corners)
         numerator, denominator = self.numerator.copy(), self.denominator.copy()

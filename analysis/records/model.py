@@ -164,7 +164,7 @@ class Record:
                             **changes)
 
     def joint(self, which: str | int) -> int:
-        """Return the index of a joint given by name or by number from 0."""
+        """Return the index of a joint by its name or its number from 0."""
         if which in self.joints:
             return self.joints.index(which)
         if isinstance(which, int) and 0 <= which < self.n:
@@ -178,9 +178,9 @@ class Record:
         if not named or self.joints == robot.joints:
             return self.replace(robot=robot)
         if set(self.joints) != set(robot.joints):
-            strange = sorted(set(self.joints) - set(robot.joints)) or self.joints
-            self._fail(f"has a joint {strange[0]!r} that its robot has not; "
-                       f"{nearest(strange[0], robot.joints)}")
+            unknown = sorted(set(self.joints) - set(robot.joints)) or self.joints
+            self._fail(f"has a joint {unknown[0]!r} that its robot does not have; "
+                       f"{nearest(unknown[0], robot.joints)}")
         order = [self.joints.index(name) for name in robot.joints]
         changes = {name: getattr(self, name)[:, order] for name in self.signals}
         units = {name: tuple(self.units[name][k] for k in order) for name in SIGNALS}
@@ -226,11 +226,11 @@ class Record:
         return names
 
     def _all_units(self) -> FixedDict:
-        given = dict(self.units)
-        unknown = [name for name in given if name not in DEFAULT_UNITS]
+        stated = dict(self.units)
+        unknown = [name for name in stated if name not in DEFAULT_UNITS]
         if unknown:
             self._fail(f"gives a unit of {unknown[0]!r}; {nearest(unknown[0], DEFAULT_UNITS)}")
-        return FixedDict({name: self._unit(name, given.get(name, unit))
+        return FixedDict({name: self._unit(name, stated.get(name, unit))
                           for name, unit in DEFAULT_UNITS.items()})
 
     def _unit(self, name: str, unit: str | Sequence[str]) -> str | Sequence[str]:

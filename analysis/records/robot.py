@@ -218,7 +218,7 @@ class Experiment(_Section):
     Parameters
     ----------
     excitation, signal : str
-        Kind of motion, and its description in words.
+        Kind of motion, and its description as text.
     start, set_point : array_like, shape (n,)
         Position at rest at time 0, and centre of the motion [rad].
     duration : float

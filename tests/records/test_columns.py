@@ -51,11 +51,11 @@ def test_our_own_names_are_no_guess_and_others_are():
     ("time,foo,bar", {}, "no column is recognised as q.*the log has time, foo, bar"),
     ("q1,u1", {}, "no column is recognised as time"),
     ("time,q1,q1", {}, "two columns are called 'q1'"),
-    ("time,a,b", {"given": {"p": "a"}}, "--map p=.*known: time, q"),
-    ("t_a,q_a", {"given": {"time": "t_{joint}"}}, "must name one column"),
-    ("time,a,b", {"given": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
-    ("time,q1,q2,u1", {"given": {"u": "u{k}"}}, "is missing for at least one joint"),
-    ("time,q1,q2", {"given": {"u": "u{k}"}}, "is missing for at least one joint"),
+    ("time,a,b", {"user_map": {"p": "a"}}, "--map p=.*known: time, q"),
+    ("t_a,q_a", {"user_map": {"time": "t_{joint}"}}, "must name one column"),
+    ("time,a,b", {"user_map": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
+    ("time,q1,q2,u1", {"user_map": {"u": "u{k}"}}, "is missing for at least one joint"),
+    ("time,q1,q2", {"user_map": {"u": "u{k}"}}, "is missing for at least one joint"),
     ("time,q_a,q_c", {"joints": ("a", "b")}, "joint 'c' of the log is not one of the robot"),
     ("time,q1,q2,q3", {"joints": ("joint1", "joint2")}, "has 3 joints.*robot has 2"),
 ])
@@ -67,7 +67,7 @@ def test_what_is_not_unambiguous_is_asked(header, said, message):
 def test_numbered_columns_of_the_map_follow_the_joints():
     header = "time,hip_pos,knee_pos,motor2_ctrl,motor1_ctrl"
     assert "u" not in layout(header).columns
-    assert layout(header, given={"u": "motor{k}_ctrl"}).columns["u"] == [4, 3]
+    assert layout(header, user_map={"u": "motor{k}_ctrl"}).columns["u"] == [4, 3]
 
 
 def test_letters_that_differ_only_in_case_are_told_apart():
@@ -84,7 +84,7 @@ def test_a_signal_that_is_not_there_for_all_joints_is_not_taken():
 
 
 def test_the_users_map_comes_first():
-    found = layout("stamp2,ang_b,ang_a,q_a,q_b", given={"time": "stamp2", "q": "ang_{joint}"})
+    found = layout("stamp2,ang_b,ang_a,q_a,q_b", user_map={"time": "stamp2", "q": "ang_{joint}"})
     assert found.columns == {"q": [1, 2]}
     assert found.joints == ("b", "a")
     assert layout("time,q_b,q_a", joints=("a", "b")).columns["q"] == [2, 1]

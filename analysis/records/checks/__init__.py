@@ -37,8 +37,8 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
 
     """
     robot = robot or record.robot
-    found = [*check_clock(record, robot), *check_missing(record, robot)]
-    if not any(finding.check in FATAL for finding in found):
+    findings = [*check_clock(record, robot), *check_missing(record, robot)]
+    if not any(finding.check in FATAL for finding in findings):
         steady = even_clock(record)
-        found += [finding for check in CHECKS for finding in check(steady, robot)]
-    return sorted(found, key=lambda finding: SEVERITIES.index(finding.severity))
+        findings += [finding for check in CHECKS for finding in check(steady, robot)]
+    return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

@@ -25,10 +25,10 @@ def check_saturation(record: Record, robot: Robot | None) -> list[Finding]:
     if record.u is None:
         return []
     u = record.u
-    found = [Finding("warning", "command.dead", "Its command never changes.",
-                     "What moves the joint is then not in the log.",
-                     "Name the right column: --map u=COLUMN.", joint=record.joints[k])
-             for k in range(record.n) if not moves(u[record.valid, k])]
+    findings = [Finding("warning", "command.dead", "Its command never changes.",
+                        "What moves the joint is then not in the log.",
+                        "Name the right column: --map u=COLUMN.", joint=record.joints[k])
+                for k in range(record.n) if not moves(u[record.valid, k])]
     for k in range(record.n):
         at_limit, limit = samples_at_limit(record, robot, k)
         share = at_limit[record.valid].mean() if record.valid.any() else 0.0
@@ -37,11 +37,11 @@ def check_saturation(record: Record, robot: Robot | None) -> list[Finding]:
         severity = "error" if share > TOO_MUCH else "repair"
         fix = ("Repeat it with a smaller motion or lower gains." if severity == "error" else
                "Those samples get no weight where the command is taken as the torque.")
-        found.append(Finding(severity, "command.saturated", f"Its command is at its limit of "
-                             f"{limit:.4g} for {share:.1%} of the samples.",
-                             "At the limit the law's command does not reach the robot.", fix,
-                             joint=record.joints[k], samples=ranges(at_limit)[:MOST_RANGES]))
-    return found + _above_peak(record, robot)
+        findings.append(Finding(severity, "command.saturated", f"Its command is at its limit of "
+                                f"{limit:.4g} for {share:.1%} of the samples.",
+                                "At the limit the law's command does not reach the robot.", fix,
+                                joint=record.joints[k], samples=ranges(at_limit)[:MOST_RANGES]))
+    return findings + _above_peak(record, robot)
 
 
 def samples_at_limit(record: Record, robot: Robot | None, k: int) -> tuple[np.ndarray, float]:

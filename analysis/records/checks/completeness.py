@@ -23,7 +23,7 @@ COARSE = 0.1  # share of the rms velocity that one step of the position per samp
 
 def check_missing(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on masked samples, on absurd values, and on signals with NaN or infinite values."""
-    found = [*_too_short(record), *_absurd(record)]
+    findings = [*_too_short(record), *_absurd(record)]
     share = 1 - record.valid.mean()
     if share > 0:
         where = ranges(~record.valid)
@@ -31,21 +31,21 @@ def check_missing(record: Record, robot: Robot | None) -> list[Finding]:
         what = (f"{share:.2%} of the samples cannot be used, in {len(where)} runs, the longest "
                 f"of {longest} samples.")
         if share > MOST_MASKED:
-            found.append(Finding("error", "missing.share", what, "Too much is missing to trust "
-                                 "what is left.", "Repair the logger; nothing is filled in.",
-                                 samples=where[:MOST_RANGES]))
+            findings.append(Finding("error", "missing.share", what, "Too much is missing to trust "
+                                    "what is left.", "Repair the logger; nothing is filled in.",
+                                    samples=where[:MOST_RANGES]))
         else:
             severity = "repair" if longest <= SHORT_RUN else "warning"
-            found.append(Finding(severity, "missing.samples", what, "Nothing is interpolated "
-                                 "across them.", "They are masked; nothing to do.",
-                                 samples=where[:MOST_RANGES]))
+            findings.append(Finding(severity, "missing.samples", what, "Nothing is interpolated "
+                                    "across them.", "They are masked; nothing to do.",
+                                    samples=where[:MOST_RANGES]))
     for name in ("qd", "pe", "dq", "tau"):
         for k, lost in _holes(getattr(record, name), record.valid):
-            found.append(Finding("warning", f"missing.{name}", f"{name} is NaN or infinite in "
-                                 f"{lost} of {record.valid.sum()} usable samples.",
-                                 f"What needs {name} is left out there.",
-                                 "Log it at every sample.", joint=record.joints[k]))
-    return found
+            findings.append(Finding("warning", f"missing.{name}", f"{name} is NaN or infinite in "
+                                    f"{lost} of {record.valid.sum()} usable samples.",
+                                    f"What needs {name} is left out there.",
+                                    "Log it at every sample.", joint=record.joints[k]))
+    return findings
 
 
 def check_alive(record: Record, robot: Robot | None) -> list[Finding]:

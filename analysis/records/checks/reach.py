@@ -15,21 +15,27 @@ PER_PERIOD = 20  # samples per period of the loop, to simulate its controller fr
 
 def check_reach(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on logs that are short, or slow against the loop."""
-    found = []
-    if record.duration < SHORT:
-        found.append(Finding("warning", "reach.short", f"The log is {record.duration:.3g} s long.",
-                             "Drift, slow disturbances and faults are out of reach, and intervals "
-                             "rest on few independent samples.",
-                             "Take 20 s or more, or several logs."))
+    return [*_short(record), *_slow(record, robot)]
+
+
+def _short(record: Record) -> list[Finding]:
+    if record.duration >= SHORT:
+        return []
+    return [Finding("warning", "reach.short", f"The log is {record.duration:.3g} s long.",
+                    "Drift, slow disturbances and faults are out of reach, and intervals rest on "
+                    "few independent samples.", "Take 20 s or more, or several logs.")]
+
+
+def _slow(record: Record, robot: Robot | None) -> list[Finding]:
     rate = 1 / record.sample_time
     needed = PER_PERIOD * _loop_frequency(robot)
-    if rate < max(SLOW, needed):
-        loop = f"; the loop itself needs {needed:.3g} Hz" if rate < needed else ""
-        found.append(Finding("warning", "reach.slow", f"The log has {rate:.4g} Hz{loop}.",
-                             f"Effects faster than {rate / 2:.3g} Hz are out of reach: delays "
-                             f"below {1e3 / rate:.3g} ms, lags, elasticity, ripple at speed.",
-                             "Log every cycle of the controller."))
-    return found
+    if rate >= max(SLOW, needed):
+        return []
+    loop = f"; the loop itself needs {needed:.3g} Hz" if rate < needed else ""
+    return [Finding("warning", "reach.slow", f"The log has {rate:.4g} Hz{loop}.",
+                    f"Effects faster than {rate / 2:.3g} Hz are out of reach: delays below "
+                    f"{1e3 / rate:.3g} ms, lags, elasticity, ripple at speed.",
+                    "Log every cycle of the controller.")]
 
 
 def _loop_frequency(robot: Robot | None) -> float:

@@ -29,9 +29,9 @@ def read(path: Path, options: Options) -> list[Record]:
 
     """
     need("rosbags.highlevel", "reading ROS 2 bags", "ros", "rosbags")
-    arrays, found = sandbox.run("bag.load", path, {
+    arrays, info = sandbox.run("bag.load", path, {
         "topic": options.topic, "command_topic": options.command_topic})
-    return [_record(arrays, found, str(path))]
+    return [_record(arrays, info, str(path))]
 
 
 def load(path: str, topic: str | None,
@@ -47,14 +47,14 @@ def load(path: str, topic: str | None,
         kinds = {connection.topic: connection.msgtype for connection in bag.connections}
         topic = _one(topic, [name for name, kind in kinds.items()
                              if kind == STATES and name != command_topic], path, "topic", kinds)
-        arrays, found = _states(bag, topic, path)
+        arrays, info = _states(bag, topic, path)
         if command_topic is not None:
             _known(command_topic, kinds, path)
-            commands, kind = _commands(bag, command_topic, kinds[command_topic], found["names"])
+            commands, kind = _commands(bag, command_topic, kinds[command_topic], info["names"])
             arrays.update(commands)
-            found["command"] = kind
-            found["unnamed"] = kinds[command_topic] == "std_msgs/msg/Float64MultiArray"
-    return arrays, {**found, "topic": topic, "command_topic": command_topic,
+            info["command"] = kind
+            info["unnamed"] = kinds[command_topic] == "std_msgs/msg/Float64MultiArray"
+    return arrays, {**info, "topic": topic, "command_topic": command_topic,
                     "others": sorted(name for name, kind in kinds.items()
                                      if kind in COMMANDS and name != topic)}
 
@@ -93,12 +93,12 @@ def _states(bag: Any, topic: str, path: str) -> tuple[dict[str, np.ndarray], dic
     names: list[str] = []
     stamps: list[int] = []
     arrivals: list[int] = []
-    strange = 0
+    skipped = 0
     rows = array.array("d")  # a tenth of the memory of lists
     for arrival, message in _messages(bag, topic):
         names = names or list(message.name)
         if not names or set(message.name) != set(names) or len(message.position) != len(names):
-            strange += 1
+            skipped += 1
             continue
         order = [message.name.index(name) for name in names]
         for part in ("position", "velocity", "effort"):
@@ -113,7 +113,7 @@ def _states(bag: Any, topic: str, path: str) -> tuple[dict[str, np.ndarray], dic
     late = (np.array(arrivals) - np.array(stamps)) * 1e-9
     return ({"time": (np.array(stamps) - origin) * 1e-9, "q": table[:, 0], "dq": table[:, 1],
              "tau": table[:, 2]},
-            {"names": names, "strange": strange, "origin": origin,
+            {"names": names, "skipped": skipped, "origin": origin,
              "late": float(np.median(np.abs(late)))})
 
 
@@ -126,9 +126,9 @@ def _commands(bag: Any, topic: str, kind: str,
     """Times and values of commands, and whether they are u or qd."""
     stamps, rows, signal = [], [], "u"
     for arrival, message in _messages(bag, topic):
-        found = _command(message, kind, names)
-        if found is not None:
-            signal, values = found
+        info = _command(message, kind, names)
+        if info is not None:
+            signal, values = info
             stamps.append(_stamp(message, arrival))
             rows.append(values)
     if not rows:
@@ -151,7 +151,7 @@ def _command(message: Any, kind: str, names: Sequence[str]) -> tuple[str, list[f
     return None
 
 
-def _record(arrays: Mapping[str, np.ndarray], found: Mapping[str, Any], path: str) -> Record:
+def _record(arrays: Mapping[str, np.ndarray], info: Mapping[str, Any], path: str) -> Record:
     time = arrays["time"]
     ranges, notes = segments(time)
     twins, twin_notes = repeated_stamps(time)
@@ -159,29 +159,29 @@ def _record(arrays: Mapping[str, np.ndarray], found: Mapping[str, Any], path: st
                                if np.isfinite(arrays[name]).any()}
     valid = np.isfinite(arrays["q"]).all(axis=1) & ~twins
     if "command" in arrays:
-        stamps = (arrays["command_stamps"] - found["origin"]) * 1e-9
+        stamps = (arrays["command_stamps"] - info["origin"]) * 1e-9
         value, early = hold_last(stamps, arrays["command"], time)
-        signals[found["command"]] = read_only(value)
+        signals[info["command"]] = read_only(value)
         valid &= np.isfinite(value).all(axis=1)
-        notes.append(f"{found['command']} is the command on {found['command_topic']}, held from "
+        notes.append(f"{info['command']} is the command on {info['command_topic']}, held from "
                      f"its time to the next; {early} states come before the first command.")
-    return Record(time=time, q=arrays["q"], **signals, valid=valid, joints=found["names"],
-                  source=f"{path} {found['topic']}", segments=ranges,
-                  decisions=(*_remarks(found), *notes, *twin_notes))
+    return Record(time=time, q=arrays["q"], **signals, valid=valid, joints=info["names"],
+                  source=f"{path} {info['topic']}", segments=ranges,
+                  decisions=(*_remarks(info), *notes, *twin_notes))
 
 
-def _remarks(found: Mapping[str, Any]) -> list[str]:
+def _remarks(info: Mapping[str, Any]) -> list[str]:
     notes = ["Stamps are those in the message headers; the first one became 0 s."]
-    if found.get("unnamed"):
+    if info.get("unnamed"):
         notes.append("The commands carry no joint names; took their order from the states: "
-                     f"{', '.join(found['names'])}.")
-    if found["late"] > LATE:
-        notes.append(f"Messages arrived {found['late']:.3g} s from their stamp (median); two "
+                     f"{', '.join(info['names'])}.")
+    if info["late"] > LATE:
+        notes.append(f"Messages arrived {info['late']:.3g} s from their stamp (median); two "
                      "clocks may be involved.")
-    if found["strange"]:
-        notes.append(f"{found['strange']} messages name other joints and were left out; there may "
+    if info["skipped"]:
+        notes.append(f"{info['skipped']} messages name other joints and were left out; there may "
                      "be several publishers.")
-    if found["command_topic"] is None and found["others"]:
+    if info["command_topic"] is None and info["others"]:
         notes.append("No command topic was given; candidates are "
-                     f"{', '.join(found['others'])} (--command-topic).")
+                     f"{', '.join(info['others'])} (--command-topic).")
     return notes

@@ -114,9 +114,9 @@ def _numeric(fields: Sequence[str]) -> bool:
 
 
 def _are_units(fields: Sequence[str], count: int) -> bool:
-    words = [field.strip() for field in fields]
-    return len(words) == count and any(words) and all(
-        word in TO_SI or word in SPELLINGS for word in words) and not _numeric(fields)
+    units = [field.strip() for field in fields]
+    return len(units) == count and any(units) and all(
+        unit in TO_SI or unit in SPELLINGS for unit in units) and not _numeric(fields)
 
 
 def _header_in_comment(lines: Sequence[str], delimiter: str | None,

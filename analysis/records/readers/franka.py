@@ -26,7 +26,7 @@ def read(path: Path, options: Options) -> list[Record]:
 
 
 def with_commands_in_step(record: Record) -> Record:
-    """Return a record whose commands stand beside the state they were computed for."""
+    """Return a record whose commands stand in the row of the state they were computed for."""
     later = {}
     for signal in COMMANDED:
         value = getattr(record, signal)
@@ -35,5 +35,5 @@ def with_commands_in_step(record: Record) -> Record:
     valid = record.valid.copy()
     valid[-1] = False
     return record.replace(**later, valid=valid).noted(
-        "libfranka writes the command of sample n beside the state of sample n + 1; commands were "
-        "moved by one row, and the last sample, which has none, is masked.")
+        "libfranka writes the command of sample n in the row of the state of sample n + 1; "
+        "commands were moved by one row, and the last sample, which has none, is masked.")

@@ -15,10 +15,10 @@ from clie_blocks.errors import RecordError
 def read_columns(path: Path) -> dict[str, np.ndarray]:
     """Return the numeric variables of the most common length by name, read in a child process."""
     need("pymatreader", "reading MATLAB files", "mat")
-    arrays, found = sandbox.run("mat_variables.load", path)
+    arrays, info = sandbox.run("mat_variables.load", path)
     if not arrays:
         raise RecordError(f"{path} has no numeric variable; save the signals as arrays")
-    return of_one_length(dict(zip(found["names"], arrays.values())), path)
+    return of_one_length(dict(zip(info["names"], arrays.values())), path)
 
 
 def load(path: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

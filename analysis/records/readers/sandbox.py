@@ -58,11 +58,11 @@ def run(job: str, path: str | os.PathLike[str], arguments: Mapping[str, Any] | N
         answer = Path(folder) / "answer.json"
         if not answer.exists():
             raise RecordError(_death(path, child))
-        found = json.loads(answer.read_text())
-        if "error" in found:
-            raise RecordError(found["error"])
+        info = json.loads(answer.read_text())
+        if "error" in info:
+            raise RecordError(info["error"])
         with np.load(Path(folder) / "arrays.npz", allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}, found
+            return {name: arrays[name] for name in arrays.files}, info
 
 
 def _size(path: Path) -> int:
@@ -74,8 +74,8 @@ def _death(path: str | os.PathLike[str], child: subprocess.CompletedProcess[byte
     if child.returncode < 0:
         return (f"{path} crashed its reader (signal {-child.returncode}), which runs apart so "
                 "that nothing else is hurt; the file is damaged or hostile, export it again")
-    words = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
-    return f"{path} could not be read: {words[-1][:200]}; the file is damaged, export it again"
+    lines = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+    return f"{path} could not be read: {lines[-1][:200]}; the file is damaged, export it again"
 
 
 def serve() -> None:
@@ -89,11 +89,11 @@ def serve() -> None:
     try:
         module = importlib.import_module(f"clie_blocks.analysis.records.readers.{module}")
         with library_errors(order["path"], f"a log by {order['job']}"):
-            arrays, found = getattr(module, function)(order["path"], **order["arguments"])
+            arrays, info = getattr(module, function)(order["path"], **order["arguments"])
             np.savez(folder / "arrays.npz", **arrays)
     except RecordError as error:
-        found = {"error": str(error)}
-    (folder / "answer.json").write_text(json.dumps(found))
+        info = {"error": str(error)}
+    (folder / "answer.json").write_text(json.dumps(info))
 
 
 def _limit(memory: int, seconds: int) -> None:
