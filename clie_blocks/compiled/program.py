@@ -70,7 +70,7 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
         diagram = ct.ss(diagram, name=diagram.name)
     program = Program(diagram, engine, opaque)
     check(program, diagram, QUICK_POINTS if program.cached else POINTS)
-    warn_of_callbacks(program)
+    warn_of_callbacks(program.name, program.callbacks)
     return program
 
 
@@ -240,7 +240,7 @@ class Program(Studies):
         a parameter that no block has is refused.
         """
         from clie_blocks.compiled.runtime.flat_system import flat_system
-        return flat_system(self, self._default,
+        return flat_system(self, self.params, self._default,
                            [self._layout.slots[name] for name in self.outputs],
                            lambda params: self._parameters.vector(params, self.name))
 

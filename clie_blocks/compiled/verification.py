@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.errors import ClieError
 
 if TYPE_CHECKING:
     import control as ct
-
-    from clie_blocks.compiled.program import Program
 
 POINTS = 32
 TOLERANCE = 1e-9
@@ -23,7 +22,26 @@ class CompiledDifferenceError(ClieError, AssertionError):
     """A compiled program does not compute what its diagram computes."""
 
 
-def check(program: Program, diagram: ct.NonlinearIOSystem, points: int = POINTS) -> None:
+class Comparable(Protocol):
+    """What is compared of a compiled program."""
+
+    states: list[tuple[str, str]]
+    outputs: list[str]
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """Default value by key."""
+
+    def dynamics(self, t: float, x: ArrayLike, u: ArrayLike,
+                 params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
+        """Derivatives of the states."""
+
+    def output(self, t: float, x: ArrayLike, u: ArrayLike,
+               params: Mapping[str, ArrayLike] | None = None) -> np.ndarray:
+        """Outputs."""
+
+
+def check(program: Comparable, diagram: ct.NonlinearIOSystem, points: int = POINTS) -> None:
     """Compare dynamics and outputs of a program and its diagram.
 
     Half of the points have other parameters than the default ones.
@@ -55,7 +73,7 @@ def check(program: Program, diagram: ct.NonlinearIOSystem, points: int = POINTS)
             "diagram.output(0, x, u) to see its answer")
 
 
-def vary_parameters(program: Program, diagram: ct.NonlinearIOSystem,
+def vary_parameters(program: Comparable, diagram: ct.NonlinearIOSystem,
            generator: np.random.Generator) -> dict[str, np.ndarray]:
     """Return the parameters of a diagram, each changed by up to a tenth."""
     return {key: np.asarray(value) * (1 + 0.1 * generator.uniform(-1, 1))

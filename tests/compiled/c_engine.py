@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled.codegen import c
-from clie_blocks.compiled.frontend.parameters import Parameters
+from clie_blocks.compiled.ir.parameters import Parameters
 
 STRICT = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off"]
 

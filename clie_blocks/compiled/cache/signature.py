@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.compiled.frontend.parameters import Parameters
+from clie_blocks.compiled.ir.parameters import Parameters
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,9 @@ import re
 from collections.abc import Sequence
 
 from clie_blocks.compiled.codegen.methods import Method
-from clie_blocks.compiled.frontend.parameters import Parameters
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import operation_named
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 _FILE = """\

@@ -1,22 +1,17 @@
 """Block functions that are called back: their nodes in a program, and what they cost."""
 
-from __future__ import annotations
-
 import dis
 import time
 import types
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.compiled.frontend.symbol_arrays import flat_scalars
 from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.symbols import Expression, Graph
-
-if TYPE_CHECKING:
-    from clie_blocks.compiled.program import Program
 
 CALLS = 20
 
@@ -44,15 +39,14 @@ def call_nodes(graph: Graph, callbacks: list[Callback], callback: Callback,
     return [graph.make("pick", (call, float(k))) for k in range(callback.size)]
 
 
-def warn_of_callbacks(program: Program) -> None:
+def warn_of_callbacks(owner: str, callbacks: list[Callback]) -> None:
     """Warn of what the opaque blocks of a program cost, if it has any."""
-    callbacks = program.callbacks
     if not callbacks:
         return
     times = [1e6 * _seconds(callback) for callback in callbacks]
     parts = [f"{callback.name} ({time:.0f} us)" for callback, time in zip(callbacks, times)]
     warnings.warn(
-        f"{program.name}: the program calls back {' and '.join(parts)} at every evaluation: about "
+        f"{owner}: the program calls back {' and '.join(parts)} at every evaluation: about "
         f"{6 * sum(times):.0f} us per step of ode5, where a traced block takes less than 1 us",
         OpaqueBlockWarning, stacklevel=3)
 

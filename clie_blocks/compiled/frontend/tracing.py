@@ -1,7 +1,6 @@
 """From a diagram to one straight-line program: each block's own functions run once, on symbols."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import control as ct
@@ -9,10 +8,11 @@ import numpy as np
 
 from clie_blocks.compiled.frontend.callbacks import call_nodes, reads_inputs
 from clie_blocks.compiled.frontend.flatten import Flat, Leaf, Wire, flatten, schedule
-from clie_blocks.compiled.frontend.parameters import Parameters, is_numeric
 from clie_blocks.compiled.frontend.symbol_arrays import flat_scalars, has_symbols, symbol_array
 from clie_blocks.compiled.frontend.symbolic_numpy import twin
 from clie_blocks.compiled.ir.callback import Callback
+from clie_blocks.compiled.ir.layout import Trace
+from clie_blocks.compiled.ir.parameters import Parameters, is_numeric
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import (
     Expression,
@@ -27,65 +27,6 @@ from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import DiagramError
 
 BlockFunction = Callable[..., Any]  # of (t, x, u, params)
-
-
-@dataclass
-class Trace:
-    """A diagram as expressions of the variables t, x, u and p.
-
-    Parameters
-    ----------
-    graph : Graph
-        Where the expressions live.
-    derivatives : list
-        One expression per state.
-    signals : dict
-        One expression per signal, by ``'block.port'`` and by the name of a diagram output.
-    outputs : list of str
-        The names of the diagram outputs.
-    inputs : list of str
-        The labels of the diagram inputs.
-    states : list of (str, str)
-        Block and label of every state.
-    parameters : Parameters
-        The run-time arguments of the program.
-    maps : list of dict
-        Of every sampled part, what it stores at its ticks: an expression by state.
-    opaque : list of Callback
-        Functions that are called back.
-
-    """
-
-    graph: Graph
-    derivatives: list[Expression]
-    signals: dict[str, Expression]
-    outputs: list[str]
-    inputs: list[str]
-    states: list[tuple[str, str]]
-    parameters: Parameters
-    maps: list[dict[int, Expression]] = field(default_factory=list)
-    opaque: list[Callback] = field(default_factory=list)
-
-    def names(self) -> dict[Expression, str]:
-        """Return the signal names by expression, for the comments of a listing."""
-        names: dict[Expression, str] = {}
-        for name, expression in self.signals.items():
-            names[expression] = f"{names[expression]}, {name}" if expression in names else name
-        return names
-
-    def ports(self) -> list[str]:
-        """Return lines that name the entries of x, u and y."""
-        return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
-                *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
-                *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
-
-    def legend(self, name: str) -> str:
-        """Return the docstring of a listing of the diagram `name`: ports and parameters."""
-        parameters = self.parameters
-        lines = [f'"""Diagram {name}: derivative and record.', "", *self.ports()]
-        lines += [f"p[{start}]  {key}{list(parameters.shape[key])}"
-                  for key, start in parameters.offset.items()]
-        return "\n".join([*lines, '"""'])
 
 
 def trace(diagram: ct.NonlinearIOSystem, held: Iterable[int] = (),
@@ -215,8 +156,15 @@ class _Tracer:
             name = key if key in (self.diagram.params or {}) else f"{leaf.name}.{key}"
             if is_numeric(value) and name not in self.parameters.frozen:
                 self.parameters.add(name, value)
-                seen[key] = self.parameters.symbols(self.graph, name)
+                seen[key] = self._symbols(name)
         return seen
+
+    def _symbols(self, key: str) -> Any:
+        """A parameter as a block sees it: a symbol or an array of symbols."""
+        shape, slots = self.parameters.shape[key], self.parameters.slots(key, self.diagram.name)
+        symbols = symbol_array([self.graph.variable("p", k)
+                                for k in range(slots.start, slots.stop)])
+        return symbols[0] if shape == () else symbols.reshape(shape)
 
     def _order(self, outputs: list[Expression]) -> list[int]:
         names, needs = {}, {}

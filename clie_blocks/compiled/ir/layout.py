@@ -1,17 +1,71 @@
 """What a program computes: derivatives, and the record of every signal that can be logged."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from clie_blocks.compiled.ir.callback import Callback
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
+from clie_blocks.compiled.ir.symbols import Expression, Graph, Symbol, topological
 
-if TYPE_CHECKING:
-    from clie_blocks.compiled.frontend.tracing import Trace
+
+@dataclass
+class Trace:
+    """A diagram as expressions of the variables t, x, u and p.
+
+    Parameters
+    ----------
+    graph : Graph
+        Where the expressions live.
+    derivatives : list
+        One expression per state.
+    signals : dict
+        One expression per signal, by ``'block.port'`` and by the name of a diagram output.
+    outputs : list of str
+        The names of the diagram outputs.
+    inputs : list of str
+        The labels of the diagram inputs.
+    states : list of (str, str)
+        Block and label of every state.
+    parameters : Parameters
+        The run-time arguments of the program.
+    maps : list of dict
+        Of every sampled part, what it stores at its ticks: an expression by state.
+    opaque : list of Callback
+        Functions that are called back.
+
+    """
+
+    graph: Graph
+    derivatives: list[Expression]
+    signals: dict[str, Expression]
+    outputs: list[str]
+    inputs: list[str]
+    states: list[tuple[str, str]]
+    parameters: Parameters
+    maps: list[dict[int, Expression]] = field(default_factory=list)
+    opaque: list[Callback] = field(default_factory=list)
+
+    def names(self) -> dict[Expression, str]:
+        """Return the signal names by expression, for the comments of a listing."""
+        names: dict[Expression, str] = {}
+        for name, expression in self.signals.items():
+            names[expression] = f"{names[expression]}, {name}" if expression in names else name
+        return names
+
+    def ports(self) -> list[str]:
+        """Return lines that name the entries of x, u and y."""
+        return [*(f"x[{k}]  {block}.{label}" for k, (block, label) in enumerate(self.states)),
+                *(f"u[{k}]  {label}" for k, label in enumerate(self.inputs)),
+                *(f"y[{k}]  {label}" for k, label in enumerate(self.outputs))]
+
+    def legend(self, name: str) -> str:
+        """Return the docstring of a listing of the diagram `name`: ports and parameters."""
+        parameters = self.parameters
+        lines = [f'"""Diagram {name}: derivative and record.', "", *self.ports()]
+        lines += [f"p[{start}]  {key}{list(parameters.shape[key])}"
+                  for key, start in parameters.offset.items()]
+        return "\n".join([*lines, '"""'])
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from clie_blocks.compiled.codegen.engine import Engine
 from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
-from clie_blocks.compiled.frontend.parameters import Parameters
-from clie_blocks.compiled.ir.layout import Layout
+from clie_blocks.compiled.ir.layout import Layout, Trace
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.runtime.inputs import Inputs, Rows
 from clie_blocks.compiled.runtime.simulate import DivergedRunError, Divergence, Log, Plan, simulate
@@ -21,7 +21,6 @@ from clie_blocks.errors import ClieError
 if TYPE_CHECKING:
     import control as ct
 
-    from clie_blocks.compiled.frontend.tracing import Trace
     from clie_blocks.compiled.reduce import Reduction
     from clie_blocks.compiled.runtime.batch import Batch
     from clie_blocks.compiled.runtime.sensitivities import Derivatives, Place

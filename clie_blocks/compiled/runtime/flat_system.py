@@ -1,23 +1,18 @@
 """A compiled diagram handed back to python-control as one flat block."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import control as ct
 import numpy as np
 
 from clie_blocks.compiled.codegen.engine import Engine
-
-if TYPE_CHECKING:
-    from clie_blocks.compiled.program import Program
-
+from clie_blocks.compiled.runtime.api import Batches
 
 Vector = Callable[[Mapping[str, Any] | None], np.ndarray]  # all parameter slots
 
 
-def flat_system(program: Program, engine: Engine, shown: list[int],
+def flat_system(program: Batches, params: dict[str, Any], engine: Engine, shown: list[int],
                 vector: Vector) -> ct.NonlinearIOSystem:
     """Return a program as one `control.NonlinearIOSystem`."""
     values = _LastValues(vector)
@@ -29,7 +24,7 @@ def flat_system(program: Program, engine: Engine, shown: list[int],
         return engine.observe(t, x, u, values.of(params))[shown]
 
     return ct.nlsys(
-        update, output, name=program.name, params=program.params, dt=program.period or 0,
+        update, output, name=program.name, params=params, dt=program.period or 0,
         inputs=program.inputs or 0, outputs=program.outputs,
         states=[f"{block}_{label}" for block, label in program.states] or 0)
 

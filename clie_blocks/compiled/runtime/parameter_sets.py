@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.compiled.frontend.parameters import Parameters
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.runtime.arguments import block_states
 from clie_blocks.labels import DiagramError
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from clie_blocks.compiled.codegen.lane_layout import Memory
-from clie_blocks.compiled.frontend.parameters import Parameters
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import Expression, Graph, Symbol, topological
 from clie_blocks.compiled.runtime.arguments import select

@@ -86,7 +86,7 @@ def sampled(plant: ct.NonlinearIOSystem,
     joined, parts = join(plant, controllers, period, wires, inputs, tuple(jitter), name)
     program = SampledProgram(joined, parts, engine)
     check_sampled(program, joined)
-    warn_of_callbacks(program)
+    warn_of_callbacks(program.name, program.callbacks)
     return program
 
 

@@ -13,8 +13,8 @@ what the part puts out now, and its states at the next tick.
 
 from dataclasses import dataclass, replace
 
-from clie_blocks.compiled.frontend.tracing import Trace, trace
-from clie_blocks.compiled.ir.layout import substitute
+from clie_blocks.compiled.frontend.tracing import trace
+from clie_blocks.compiled.ir.layout import Trace, substitute
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, variables
 from clie_blocks.compiled.sampling.parts import Part
 from clie_blocks.signals import Diagram

@@ -1,18 +1,14 @@
 """A sampled loop is compared with the functions of its plant and parts at random points."""
 
-from __future__ import annotations
-
 import warnings
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from clie_blocks.compiled.verification import compare, reference, vary_parameters
+from clie_blocks.compiled.verification import Comparable, compare, reference, vary_parameters
 from clie_blocks.signals import Diagram
-
-if TYPE_CHECKING:
-    from clie_blocks.compiled.sampling.loop import SampledProgram
 
 POINTS = 8
 NOTHING = np.zeros(0, np.int64)
@@ -20,7 +16,15 @@ NOTHING = np.zeros(0, np.int64)
 Answer = tuple[list[np.ndarray], list[np.ndarray]]  # states at the next tick, outputs
 
 
-def check_sampled(program: SampledProgram, joined: Diagram) -> None:
+class Ticking(Comparable, Protocol):
+    """What is compared of a compiled loop with sampled parts."""
+
+    def tick(self, t: float, states: Sequence[ArrayLike], held: Sequence[ArrayLike], u: ArrayLike,
+             params: Mapping[str, ArrayLike] | None = None) -> Answer:
+        """States and outputs after one tick of all parts."""
+
+
+def check_sampled(program: Ticking, joined: Diagram) -> None:
     """Compare the plant's motion and every part's tick with python-control's own functions.
 
     Raises
@@ -42,7 +46,7 @@ def check_sampled(program: SampledProgram, joined: Diagram) -> None:
                 _compare(program, joined, expected, program.tick(t, states, held, u, params), t)
 
 
-def _compare(program: SampledProgram, joined: Diagram, expected: Answer, got: Answer,
+def _compare(program: Ticking, joined: Diagram, expected: Answer, got: Answer,
              t: float) -> None:
     for block, *pairs in zip(joined.syslist, *map(zip, expected, got)):
         for kind, labels, (theirs, ours) in zip(

@@ -2,13 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.compiled.frontend.symbol_arrays import symbol_array
-from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.errors import nearest
 from clie_blocks.labels import DiagramError
 
@@ -38,13 +35,6 @@ class Parameters:
         if key not in self.offset:
             self.offset[key], self.shape[key] = self.defaults.size, np.shape(value)
             self.defaults = np.append(self.defaults, np.ravel(value).astype(float))
-
-    def symbols(self, graph: Graph, key: str) -> Any:
-        """Return the parameter as a block sees it: a symbol or an array of symbols."""
-        shape = self.shape[key]
-        slots = range(self.offset[key], self.offset[key] + int(np.prod(shape)))
-        symbols = symbol_array([graph.variable("p", k) for k in slots])
-        return symbols[0] if shape == () else symbols.reshape(shape)
 
     def key_of(self, slot: int) -> str:
         """Return the key of the parameter that owns a slot."""
