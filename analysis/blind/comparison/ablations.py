@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.diagnosis import STAGES, Stages, diagnose
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, decimation, sensor_noise_model
+from clie_blocks.analysis.gap.residual.whitening import NoiseModel
 from clie_blocks.output import to_json
 
 CORNER = 8.0  # Hz of the parallel filter of textbook identification
@@ -38,19 +39,19 @@ def diagnose_with(problem: Problem, method: Method = METHOD, stages: Stages = SC
         return json.loads(to_json(found.to_dict()))
 
 
-def with_noise_model(noise_model: Callable[[Problem, int, Sequence[np.ndarray]], Noise]) -> Stages:
+def with_noise_model(noise_model: NoiseModel) -> Stages:
     """Stages with another model of the noise, and with it another whitening."""
     return dataclasses.replace(SCORED, steps=dataclasses.replace(
         SCORED.steps, noise_model=noise_model))
 
 
-def unwhitened(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
+def noise_without_whitening(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
     """Noise of joint k with errors weighed by their size alone, whatever their frequency."""
     noise = sensor_noise_model(problem, k, responses)
     return _with_whitener(noise, problem, np.ones(1), responses[k])
 
 
-def as_torques(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
+def noise_without_sensitivity(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
     """Noise of joint k with errors turned back into torques and low-passed: no sensitivity.
 
     The error of the closed loop is S times the error of the equation of motion.  Its inverse,
@@ -90,10 +91,13 @@ def without_priors(problem: Problem) -> Problem:
     return Problem.from_logs(dataclasses.replace(robot, motor=motor), records, held_out)
 
 
+def _with_noise(noise_model: NoiseModel) -> Callable[[Problem], dict[str, Any]]:
+    return functools.partial(diagnose_with, stages=with_noise_model(noise_model))
+
+
 ABLATIONS: dict[str, Callable[[Problem], dict[str, Any]]] = {
-    "no sensitivity filter": functools.partial(diagnose_with,
-                                               stages=with_noise_model(as_torques)),
-    "no whitening": functools.partial(diagnose_with, stages=with_noise_model(unwhitened)),
+    "no sensitivity filter": _with_noise(noise_without_sensitivity),
+    "no whitening": _with_noise(noise_without_whitening),
     "no polish": functools.partial(diagnose_with, method=NO_STEPS, stages=UNPOLISHED),
     "no priors": lambda problem: diagnose_with(without_priors(problem)),
 }

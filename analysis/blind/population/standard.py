@@ -84,23 +84,23 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     ref = reference(robot, truth, experiments, noises)
     hidden = [draw_effect(rng, name, Site(robot, truth, ref.runs[:len(FITTED)],
                                           int(rng.integers(robot.n)))) for name in names]
-    _accept_healthy(experiments, ref.runs, hidden)
+    _check_healthy(experiments, ref.runs, hidden)
     sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, severity, index)
              for one in hidden] if severity else []
-    afflicted = _with_effects(truth, hidden, [size for size, _ in sizes])
-    soft = afflicted["half_gap"] + afflicted["twist_stiffness"] > 0
-    if np.any((afflicted["late"] > 0) & soft):
+    affected = _with_effects(truth, hidden, [size for size, _ in sizes])
+    soft = affected["half_gap"] + affected["twist_stiffness"] > 0
+    if np.any((affected["late"] > 0) & soft):
         raise RejectedError("a delayed encoder behind a soft or loose gear")
-    runs = run(robot, [afflicted] * len(experiments), experiments, noises, seed=index)
-    _accept_afflicted(experiments, runs, afflicted)
+    runs = run(robot, [affected] * len(experiments), experiments, noises, seed=index)
+    _check_with_effects(experiments, runs, affected)
     label = _label(kind, hidden, sizes, severity, robot, experiments,
                    relative_prediction_error(robot, ref, runs))
     if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
-    return Trial(restate_links(robot, afflicted), experiments, runs, label)
+    return Trial(restate_links(robot, affected), experiments, runs, label)
 
 
-def _accept_healthy(experiments: list[Experiment], runs: list[Run],
+def _check_healthy(experiments: list[Experiment], runs: list[Run],
                     hidden: list[HiddenEffect]) -> None:
     if leaves_set_point(experiments, runs):
         raise RejectedError("the healthy robot is unstable")
@@ -110,7 +110,7 @@ def _accept_healthy(experiments: list[Experiment], runs: list[Run],
                 raise RejectedError(f"joint {joint} stands still")
 
 
-def _accept_afflicted(experiments: list[Experiment], runs: list[Run],
+def _check_with_effects(experiments: list[Experiment], runs: list[Run],
                       truth: dict[str, np.ndarray]) -> None:
     if leaves_set_point(experiments, runs):
         raise RejectedError("unstable or stuck with its effects")

@@ -46,7 +46,7 @@ def _controllers(board: dict[str, Any]) -> Section:
         "missing period of delay between measurement and command. An answer is right if it "
         "points to the controller; a diagnosis that attributes the gap to the robot would send "
         "somebody to the wrong part.",),
-        tables=(_outcomes(population), Table(("described wrong", "outcome"), by_wrong)))
+        tables=(_outcome_table(population), Table(("described wrong", "outcome"), by_wrong)))
 
 
 def _spatial(board: dict[str, Any]) -> Section:
@@ -59,10 +59,10 @@ def _spatial(board: dict[str, Any]) -> Section:
         "model. Every other arm is healthy: then \"unknown\" is right, or \"none\" where the "
         "coupling is below the noise. The others also have an effect, which may be named; "
         "\"unknown\" is a valid answer there as well, another effect is not.",),
-        tables=(_outcomes(population), Table(("hidden", "decision, probability"), rows)))
+        tables=(_outcome_table(population), Table(("hidden", "decision, probability"), rows)))
 
 
-def _outcomes(population: dict[str, Any]) -> Table:
+def _outcome_table(population: dict[str, Any]) -> Table:
     return Table(("figure", *SHARE), tuple(
         (text, *rate_cells(population[key])) for key, text in OUTCOMES.items()
         if population[key]["hits"] or key.startswith("accused")))
@@ -81,18 +81,19 @@ def _engines(board: dict[str, Any]) -> Section:
                        "calibration error"), rows),))
 
 
-def _compared(board: dict[str, Any]) -> Section:
+def _comparison(board: dict[str, Any]) -> Section:
     rows = board["compared"]
     kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(rows[0]["kinds"].items()))
     tables = (
-        _methods(rows, ("ranked first %", "among three %", "right joint %"), lambda row: (
+        _method_table(rows, ("ranked first %", "among three %", "right joint %"), lambda row: (
             short_rate(row["top_1"]), short_rate(row["top_3"]), short_rate(row["joint"]))),
-        _methods(rows, ("both of a pair first %", "false alarm %", "unknown found %"),
-                 lambda row: (short_rate(row["pair_all_in_top_2"]), short_rate(row["false_alarm"]),
-                              short_rate(row["unknown_detected"]))),
-        _methods(rows, ("90 % set contains the truth %", "calibration error"), lambda row: (
+        _method_table(
+            rows, ("both of a pair first %", "false alarm %", "unknown found %"), lambda row: (
+                short_rate(row["pair_all_in_top_2"]), short_rate(row["false_alarm"]),
+                short_rate(row["unknown_detected"]))),
+        _method_table(rows, ("90 % set contains the truth %", "calibration error"), lambda row: (
             short_rate(row["set_coverage"]), value_with_interval(row["ece"]))),
-        _methods(rows, ("gap relative to the true model", "time [s]"), lambda row: (
+        _method_table(rows, ("gap relative to the true model", "time [s]"), lambda row: (
             value_with_interval(row["against_true_model"]),
             format_number(row["seconds"]["median"]))))
     picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),
@@ -110,10 +111,10 @@ def _compared(board: dict[str, Any]) -> Section:
         "these trials do not distinguish the two. Then: how often the cause is found; what "
         "happens with two causes, none, and one outside the library; how well the probabilities "
         "are calibrated; the gap after right diagnoses, and the median time.",),
-        tables=(*_paired(rows[1:]), *tables), pictures=(picture,))
+        tables=(*_paired_tables(rows[1:]), *tables), pictures=(picture,))
 
 
-def _paired(rows: list[dict[str, Any]]) -> tuple[Table, Table]:
+def _paired_tables(rows: list[dict[str, Any]]) -> tuple[Table, Table]:
     paired = [(row["method"], row["paired"]) for row in rows]
     return (Table(("against it", "only diagnosis", "only the other", "lost, points"), tuple(
         (method, str(held["only_first"]), str(held["only_second"]), _points(held["lost"]))
@@ -128,11 +129,11 @@ def _points(share: dict[str, Any]) -> str:
     return f"{100 * share['value']:.0f} ({100 * low:.0f} to {100 * high:.0f})"
 
 
-def _methods(rows: list[dict[str, Any]], head: tuple[str, ...],
-             figures: Callable[[dict[str, Any]], tuple[str, ...]]) -> Table:
+def _method_table(rows: list[dict[str, Any]], head: tuple[str, ...],
+                  figures: Callable[[dict[str, Any]], tuple[str, ...]]) -> Table:
     return Table(("method", *head), tuple((row["method"], *figures(row)) for row in rows))
 
 
 SECTIONS: dict[str, Callable[[dict[str, Any]], Section]] = {
     "left_out": _left_out, "controllers": _controllers, "spatial": _spatial,
-    "engines": _engines, "compared": _compared}
+    "engines": _engines, "compared": _comparison}

@@ -14,7 +14,7 @@ from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import decimated, whiten
 from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 
-NOISE_MODELS = ablations.unwhitened, ablations.as_torques
+NOISE_MODELS = ablations.noise_without_whitening, ablations.noise_without_sensitivity
 
 
 @pytest.mark.parametrize("noise_model", NOISE_MODELS)

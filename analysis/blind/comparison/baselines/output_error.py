@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from clie_blocks.analysis.blind.comparison.ablations import unwhitened
+from clie_blocks.analysis.blind.comparison.ablations import noise_without_whitening
 from clie_blocks.analysis.blind.comparison.baselines.model_selection import Model, answer, bic
 from clie_blocks.analysis.gap.causes import drive, friction
 from clie_blocks.analysis.gap.causes.cause import Cause, Scene
@@ -34,7 +34,7 @@ def simulator_fit(problem: Problem) -> dict[str, Any]:
 
 def fit_menu(problem: Problem, menu: Sequence[tuple[Cause, ...]]) -> list[Model]:
     """Fit the nominal model, then each set of causes of a menu at all joints."""
-    residuals, nominal = fit_nominal(problem, METHOD, unwhitened)
+    residuals, nominal = fit_nominal(problem, METHOD, noise_without_whitening)
     sizes = scene(residuals.problem, nominal.hypothesis, base_motion(nominal.hypothesis))
     models = [_model(nominal, nominal)]
     for causes in menu:
