@@ -75,7 +75,7 @@ def _by_frequency(errors: Sequence[np.ndarray], noises: Sequence[Noise]) -> list
     for error in errors:
         frequency = np.fft.rfftfreq(len(error), 1.0 / RATE)
         spectrum = np.sum(np.abs(np.fft.rfft(error, axis=0)) ** 2, axis=1) / len(error) ** 2
-        noise = sum(_noise_spectrum(one, frequency) for one in noises) / len(error)
+        noise = np.sum([_noise_spectrum(one, frequency) for one in noises], axis=0) / len(error)
         for i, (low, high) in enumerate(BANDS):
             inside = (frequency >= low) & (frequency < high)
             power[i] += spectrum[inside].sum()

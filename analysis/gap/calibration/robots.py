@@ -225,8 +225,8 @@ def as_robot(joints: Sequence[Joint]) -> Robot:
     links = Links()
     if n == 1:  # a point mass on a rod that weighs and resists as the lane says
         length = 9.81 * link / column("weight")
-        links = Links(length=length, com=length, mass=link * ratio / length**2, inertia=np.zeros(1),
-                      joint_viscous_friction=np.zeros(1))
+        links = Links(length=length, com=length, mass=link * ratio / length**2,
+                      inertia=np.zeros(1), joint_viscous_friction=np.zeros(1))
     else:
         link = 0.0 * link
     return Robot(
