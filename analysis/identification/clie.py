@@ -81,7 +81,7 @@ def clie(runs: Sequence[Run], loads: Sequence[np.ndarray]) -> tuple[list[Estimat
     runs : sequence of Run
         Experiments, passed over in turn.
     loads : sequence of ndarray, shape (N, n)
-        Torque that the model shall know beside the paper's three terms; it is taken from the
+        Torque that the model contains in addition to the paper's three terms; it is taken from the
         command and from the excitation alike, so that the input error stays what it is.
 
     Raises

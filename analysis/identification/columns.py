@@ -1,7 +1,7 @@
 """Terms of the joint's equation ``J ddq + F dq + c + ... + known = u``, one column each.
 
 Inertia J, viscous friction F and offset c are the paper's model, eq. (8) on the motor side and in
-the unit of the command; further terms can be given by hand.
+the unit of the command; further terms can be added by name.
 """
 
 from collections.abc import Sequence

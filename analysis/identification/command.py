@@ -102,7 +102,7 @@ def _show_joint(result: Identification, k: int) -> None:
 
 def _cell(estimate: Estimate, term: str, scale: float) -> str:
     if term not in estimate.names:
-        return "given"
+        return "known"
     value, interval = (x * scale for x in estimate.get(term))
     return f"{value:.5g} +- {interval:.2g}" if np.isfinite(interval) else f"{value:.5g}"
 

@@ -213,7 +213,7 @@ def _biases(runs: list[Run], loads: list[np.ndarray], by_joint: list[list[Estima
 
 def _add_paper(by_joint: list[list[Estimate]], runs: list[Run], loads: list[np.ndarray],
                warnings: list[str]) -> LastPass | None:
-    """Put CLIE and composite first; terms beyond their model are given to them as known.
+    """Put CLIE and composite first; terms beyond their model count as known to them.
 
     Returns the last pass of CLIE.
     """
@@ -240,7 +240,7 @@ def _beyond(run: Run, runs: list[Run], k: int, estimate: Estimate) -> np.ndarray
 
 
 def _predictions(by_joint: list[list[Estimate]], held_out: Sequence[Record]) -> list[Prediction]:
-    """Predictions of every log held out: by CLIE with what it was given, and by the reference."""
+    """Predictions of every log held out: by CLIE with its known terms, and by the reference."""
     predictions = []
     for record in held_out:
         run = whole(record, rough_inertia(record))
@@ -254,7 +254,7 @@ def _predictions(by_joint: list[list[Estimate]], held_out: Sequence[Record]) -> 
 
 
 def _complete(joint: list[Estimate], method: str) -> Estimate | None:
-    """Estimate of a method, with the terms that were given to it."""
+    """Estimate of a method, with the terms that were known to it."""
     own = next((e for e in joint if e.method == method), None)
     reference = next((e for e in joint if e.method == REFERENCE), None)
     if own is None or reference is None:

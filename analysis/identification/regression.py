@@ -94,7 +94,7 @@ def solve(columns: np.ndarray, target: np.ndarray, joint: str, names: Sequence[s
         tied = [n for n, part in zip(names, directions[-1], strict=True) if abs(part) > 0.3]
     else:
         tied = [n for n, part in zip(names, size, strict=True) if part == 0]
-    raise NotIdentifiableError(f"{joint}: {' and '.join(tied)} cannot be told apart in this "
+    raise NotIdentifiableError(f"{joint}: {' and '.join(tied)} cannot be distinguished in this "
                                "motion; excite it more richly ('clie check' says how)")
 
 

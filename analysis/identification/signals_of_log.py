@@ -26,8 +26,8 @@ def robot_of(record: Record) -> Robot:
     """The robot that made the log."""
     if record.robot is None:
         raise NotIdentifiableError(f"{record.source}: it comes without a robot.toml, and without "
-                                   "one no parameter can be identified; put one beside the log, "
-                                   "or name it with --robot")
+                                   "one no parameter can be identified; put one into the folder "
+                                   "of the log, or name it with --robot")
     return record.robot
 
 

@@ -146,7 +146,7 @@ ERRATA = (
         "number: the mean along a run is a hundredth of the largest value"),
     Erratum(
         "two_inertias", "(4), section 5", "J_k for the motor and for the link", "two symbols",
-        "They enter with r and with 1/r; the values of the links are not given.",
+        "They enter with r and with 1/r; the values of the links are not stated.",
         "algebra: derivatives of the inertia in (6)"),
     Erratum(
         "noise_variance", "section 5", "variance 1e-3", "variance 1e-6",

@@ -8,7 +8,7 @@ from clie_blocks.analysis.reproduction.runs import Levels
 
 
 def figure_3(with_excitation: Levels, without: Levels) -> Figure:
-    """Weighted integral (49) over its windows, and the smallest eigenvalue of (28) beside it."""
+    """Weighted integral (49) over its windows, and the smallest eigenvalue of (28)."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(3, 2))
     for (levels, curves), colour, label in ((with_excitation, "C0", "excitation (48)"),

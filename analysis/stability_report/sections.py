@@ -174,48 +174,49 @@ def _poles(values: np.ndarray) -> str:
                      for p in values)
 
 
-def convergence_section(study: Study, found: Convergence) -> Section:
+def convergence_section(study: Study, sweep: Convergence) -> Section:
     """Predicted rates over Gamma and alpha."""
-    best_gamma, best = found.best
-    wanted = found.gain_for(study.time)
+    best_gamma, best = sweep.best
+    wanted = sweep.gain_for(study.time)
     reach = (f"the smallest gain tried that leaves 1 % after {study.time:g} s is {wanted:.3g}"
              if wanted else f"no gain leaves 1 % after {study.time:g} s")
-    plain = found.over_alpha[0.0].slowest
+    plain = sweep.over_alpha[0.0].slowest
     alphas = tuple((f"{alpha:g}", *(number(rate) for rate in rates.per_joint),
                     f"{100 * (rates.slowest / plain - 1):+.2g} %")
-                   for alpha, rates in found.over_alpha.items())
-    slower = "; more is slower again" if best_gamma < found.gammas[-1] else ""
+                   for alpha, rates in sweep.over_alpha.items())
+    slower = "; more is slower again" if best_gamma < sweep.gammas[-1] else ""
     rows = tuple((f"{gamma:.4g}", number(rates.slowest), f"{rates.time_constant:.4g}",
                   f"{rates.time_to(0.01):.4g}", number(float(np.min(averaged))))
-                 for gamma, rates, averaged in list(zip(found.gammas, found.rates,
-                                                        found.averaged))[::2])
+                 for gamma, rates, averaged in list(zip(sweep.gammas, sweep.rates,
+                                                        sweep.averaged))[::2])
     return Section("How fast the estimates converge", (
-        f"Gamma = {study.gamma:g}: the slowest error has {found.here.time_constant:.3g} s and is "
-        f"down to 1 % after {found.here.time_to(0.01):.3g} s. The fastest of the gains tried is "
+        f"Gamma = {study.gamma:g}: the slowest error has a time constant of "
+        f"{sweep.here.time_constant:.3g} s and is down to 1 % after "
+        f"{sweep.here.time_to(0.01):.3g} s. The fastest of the gains tried is "
         f"{best_gamma:.3g} with {best.time_constant:.3g} s{slower}; {reach}. "
         "Averaging is right for small gains only.",),
         (), (Table(("Gamma", "slowest rate [1/s]", "time constant [s]", "to 1 % [s]",
                     "averaged rate [1/s]"), rows),
              Table(("alpha", *(f"joint {k + 1} [1/s]" for k in range(study.joints.n)), "change"),
                    alphas, f"Composite law (40) at Gamma = {study.gamma:g}")), (
-            Picture("rates", plots.rates_plot(found, study.gamma),
+            Picture("rates", plots.rates_plot(sweep, study.gamma),
                     "Predicted rate over the adaptation gain: Floquet exponents of the "
                     "linearised periodic loop, and averaging."),))
 
 
-def excitation_section(found: ExcitationReport | None) -> Section:
+def excitation_section(report: ExcitationReport | None) -> Section:
     """Excitation per window, and a multisine that does better."""
-    if found is None:
+    if report is None:
         return Section("Excitation", (DIVERGED,))
     rows = tuple((f"{one.window[0]:g}-{one.window[1]:g} s", number(one.weighted),
                   number(one.smallest), number(one.largest), number(one.condition_number),
                   one.weakest_in_words, number(other.smallest), number(other.condition_number))
-                 for one, other in zip(found.model, found.filtered))
+                 for one, other in zip(report.model, report.filtered))
     designs = tuple(
         (f"joint {k + 1}", ", ".join(f"{f:.3g}" for f in design.frequency),
-         ", ".join(f"{a:.3g}" for a in design.amplitude), number(found.per_second[k]),
-         number(design.smallest), f"{design.smallest / max(found.per_second[k], 1e-300):.2f}")
-        for k, design in enumerate(found.designs))
+         ", ".join(f"{a:.3g}" for a in design.amplitude), number(report.per_second[k]),
+         number(design.smallest), f"{design.smallest / max(report.per_second[k], 1e-300):.2f}")
+        for k, design in enumerate(report.designs))
     return Section("Excitation", (
         "The scalar (49) may be positive without any excitation; the smallest eigenvalue of the "
         "matrix in (28) and (42) decides.",), (), (

@@ -61,7 +61,7 @@ class Study:
     remarks : tuple of str
         Assumptions.
     is_paper : bool
-        Whether this is the paper's robot, so that its printed values stand beside.
+        Whether this is the paper's robot, so that printed values can be compared.
 
     """
 
@@ -131,7 +131,7 @@ def paper_study() -> Study:
         remarks=("A, B, D are the approximate real values of Table 2; the simulated plant is the "
                  "coupled arm, and the box covers all its poses.",
                  "The bounds on eta and on the modelling error are the paper's; what follows from "
-                 "Table 2 and from the simulation stands beside."),
+                 "Table 2 and from the simulation is reported, too."),
         is_paper=True)
 
 

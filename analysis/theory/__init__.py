@@ -1,1 +1,1 @@
-"""Questions asked of a diagram: bounds, Bode plots, excitation, convergence."""
+"""Questions about a loop: bounds, Bode plots, excitation, convergence, sampled sensitivities."""

@@ -20,7 +20,7 @@ LARGEST_GAIN = 1e9  # a gain margin beyond it is round-off of an infinite one
 
 @dataclass(frozen=True)
 class FilterResponse:
-    """What a filter does beside an ideal one.
+    """A filter compared with an ideal one.
 
     Parameters
     ----------
