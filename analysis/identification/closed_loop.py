@@ -15,7 +15,6 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import lfilter
 
 from clie_blocks.analysis.identification.columns import terms
 from clie_blocks.analysis.identification.motion import Run
@@ -31,6 +30,7 @@ from clie_blocks.analysis.records.replay import velocity
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.theory.sampled_loop import held_plant, loop_polynomials
 from clie_blocks.errors import DivergedError
+from clie_blocks.linear_filters import lfilter
 
 PASSES = 40
 CONVERGED = 1e-7
@@ -54,7 +54,7 @@ class Loop:
 
     def respond(self, torque: np.ndarray) -> np.ndarray:
         """Position of the loop at rest under a held torque."""
-        return lfilter(self.torque, self.denominator, torque, axis=0)
+        return lfilter(self.torque, self.denominator, torque)
 
     def noise_gain(self, samples: int = 20_000) -> float:
         """Ratio of the measured position's noise to that of the sensor, both rms, white sensor."""
