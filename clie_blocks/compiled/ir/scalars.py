@@ -162,7 +162,7 @@ def floor_divide(a: Expression, b: Expression) -> Any:
 
 
 def _operator(name: str, reverse: bool = False) -> Callable[[Symbol, Any], Any]:
-    def method(self, other: Any) -> Any:
+    def method(self: Symbol, other: Any) -> Any:
         if isinstance(other, np.ndarray):
             return NotImplemented
         if not isinstance(other, (Symbol, int, float, np.number, np.bool_)):
