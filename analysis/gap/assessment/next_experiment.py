@@ -144,21 +144,21 @@ def _search_multisines(problem: Problem, limits: Limits, method: AssessmentMetho
     settings = [(band, rng.uniform(0, 2 * np.pi, shape), share)
                 for band, share in itertools.product(method.experiment_bands,
                                                      method.experiment_reference_shares)]
-    found = []
+    experiments = []
     for setting in settings:
         one = tried(multisine_motion(problem, limits, *setting, method))
         if one is not None:
-            found.append((one, setting))
+            experiments.append((one, setting))
     for _ in range(method.experiment_tries):
-        if not found:
+        if not experiments:
             break
-        band, phases, share = min(found, key=lambda pair: pair[0].cost)[1]
+        band, phases, share = min(experiments, key=lambda pair: pair[0].cost)[1]
         setting = (band, phases + rng.normal(0, 1.0, phases.shape),
                    float(np.clip(share + rng.normal(0, 0.2), 0.0, 1.0)))
         one = tried(multisine_motion(problem, limits, *setting, method))
         if one is not None:
-            found.append((one, setting))
-    return [one for one, _ in found]
+            experiments.append((one, setting))
+    return [one for one, _ in experiments]
 
 
 def _simulated(residuals: ResidualModel, remaining: Sequence[tuple[RankedCause, Fit]],

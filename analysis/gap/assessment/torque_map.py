@@ -82,7 +82,7 @@ class TorqueMap:
         Share of the reducible gap of the model without them that they remove [%].
     interval : tuple of float or None
         Its 95 % interval.
-    beside : tuple of str
+    causes : tuple of str
         Causes that the model holds; none of them for the refitted nominal model.
 
     """
@@ -91,12 +91,12 @@ class TorqueMap:
     gap: float
     percent: float
     interval: tuple[float, float] | None
-    beside: tuple[str, ...]
+    causes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Plain types for the JSON answer; torques count as positive against the motion."""
         return {"percent": self.percent, "interval": self.interval, "gap": self.gap,
-                "beside": list(self.beside),
+                "beside": list(self.causes),
                 "unit": {"position": "rad", "speed": "rad/s", "torque": "N m"},
                 "joints": [{"joint": joint.joint + 1,
                             "over_position": _curves(joint.positions, joint.over_position,

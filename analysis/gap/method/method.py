@@ -39,7 +39,7 @@ class Method:
     verdict : VerdictMethod
         What counts as evidence.
     assessment : AssessmentMethod
-        What is said of the corrected model.
+        What is reported of the corrected model.
 
     """
 

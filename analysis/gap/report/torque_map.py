@@ -33,7 +33,7 @@ def torque_map_section(result: Result, units: Units) -> Section | None:
         return None
     interval = "" if table.interval is None else (
         f" ({number(table.interval[0])} .. {number(table.interval[1])})")
-    causes = join_words(map(effect_title, table.beside)) or "the refitted nominal model"
+    causes = join_words(map(effect_title, table.causes)) or "the refitted nominal model"
     text = (f"A torque map over position and velocity, one for each direction of motion, added to "
             f"{causes}, removes {number(table.percent)} %{interval} of the remaining reducible "
             f"gap on unseen data, down to {with_prefix(table.gap, units['q'])}: the residual "

@@ -17,7 +17,7 @@ from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem import position_path, torque_path
-from clie_blocks.analysis.gap.problem.position_path import GoalPath
+from clie_blocks.analysis.gap.problem.position_path import PositionPath
 from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
@@ -128,7 +128,7 @@ def findings_of_torque_path(record: Record) -> bool:
 
 
 def _has_no_law(record: Record) -> bool:
-    """Whether a law was put in the position of an unknown one."""
+    """Whether the stated law stands in for an unknown one."""
     law = record.robot and record.robot.controller
     return bool(law and law.velocity_filter == "difference" and law.kd is not None
                 and not np.any(law.kd))
@@ -162,7 +162,7 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
     return (SignalFinding("time_delay", joints, probability, times, _share(excess), left),)
 
 
-def _validation_rms(records: Sequence[Record], k: int, path: GoalPath) -> float:
+def _validation_rms(records: Sequence[Record], k: int, path: PositionPath) -> float:
     """RMS error of a fitted path of joint k over some logs [rad]."""
     return float(np.sqrt(np.mean([position_path.validation_error(path, record, k)**2
                                   for record in records])))
@@ -196,7 +196,7 @@ def _share(excess: Mapping[str, float]) -> float:
     return float(np.clip(np.mean(gains) / excess["lag"], 0.0, 1.0))
 
 
-def _delays(paths: Sequence[GoalPath]) -> Entry:
+def _delays(paths: Sequence[PositionPath]) -> Entry:
     value, half = np.transpose([(path.delay, path.half_widths["delay"]) for path in paths])
     return _entry(value, "s", np.maximum(value - half, 0.0), value + half)
 
@@ -235,18 +235,18 @@ def _drive_findings(records: Sequence[Record], method: VerdictMethod, left_out: 
                     ) -> Iterator[SignalFinding]:
     """Lag or delay, and gain, of the drives whose torque is measured."""
     timing = [name for name in ("actuator_lag", "time_delay") if name not in left_out]
-    found: dict[str, list[tuple[int, float, float]]] = {
+    by_effect: dict[str, list[tuple[int, float, float]]] = {
         "actuator_lag": [], "time_delay": [], "torque_gain_error": []}
     for k in range(records[0].n):
         path = torque_path.pooled_torque_path(records, k)
         if path is None:
             continue
-        if timing and path.late - path.half_widths["late"] > records[0].sample_time:
-            found[timing[0] if path.lag > path.delay else timing[-1]].append(
-                (k, path.late, path.half_widths["late"]))
+        if timing and path.total_delay - path.half_widths["total_delay"] > records[0].sample_time:
+            by_effect[timing[0] if path.lag > path.delay else timing[-1]].append(
+                (k, path.total_delay, path.half_widths["total_delay"]))
         if abs(path.gain - 1.0) > max(path.half_widths["gain"], method.gain_error):
-            found["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))
-    for effect, rows in found.items():
+            by_effect["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))
+    for effect, rows in by_effect.items():
         if rows:
             joints, value, half = map(np.array, zip(*rows))
             name, unit = ("error", "1") if effect == "torque_gain_error" else ("time", "s")

@@ -8,7 +8,7 @@ from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.problem.position_path import (
     dead_times,
     error_by_hypothesis,
-    goal_path,
+    fit_position_path,
     servo_response,
 )
 from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
@@ -64,7 +64,7 @@ def test_emps_is_dry_friction_without_delay(shared):
     assert simulated == pytest.approx(measured, rel=2e-3)  # 0.58 mm behind the reference
     table = found.torque_map
     print("  table of torque:", table.percent, table.interval, table.gap)
-    assert table.beside == ("coulomb",) and table.gap < 1.6e-6 and table.interval[0] > 10.0
+    assert table.causes == ("coulomb",) and table.gap < 1.6e-6 and table.interval[0] > 10.0
     with_table = np.std(log.q_d - log.q + corrected_error(found.model.hypothesis, table.joints, 1))
     assert with_table == pytest.approx(measured, rel=2e-3)
     values, force = found.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
@@ -154,7 +154,7 @@ def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
     assert cause_names(found)[:2] == ["coulomb", "asymmetric_coulomb"]  # what is left beside it
     assert said["families"]["friction"] > 0.8
     level = found.model.hypothesis.values["coulomb.level"][0]
-    assert level == pytest.approx(goal_path(ready[0], 0, ("delay", "level")).level, rel=0.1)
+    assert level == pytest.approx(fit_position_path(ready[0], 0, ("delay", "level")).level, rel=0.1)
     assert said["gap_after"] < 0.4 * said["gap_before"]
 
 
