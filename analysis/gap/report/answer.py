@@ -176,7 +176,7 @@ def _of_member(member: Member, fit: Fit) -> dict[str, Any]:
             np.clip(value + side * half[..., at], number.lower, number.upper) for side in (-1, 1)]
         if number.scope == "robot":
             value = value[0]
-            low_high = None if half is None else [bound[0] for bound in low_high]
+            low_high = low_high and [bound[0] for bound in low_high]
         parameters[number.name] = {"value": value, "unit": number.unit, "interval": low_high}
     return {"joint": [k + 1 for k in at], "parameters": parameters}
 

@@ -81,16 +81,17 @@ def map_section(where: Mapping[str, Any], joints: Sequence[str], units: Units) -
         tuple((row["name"], percent(row["share"]), with_prefix(row["rms"], units["q"]),
                with_prefix(row["floor"], units["q"]), number(row["chi2_per_sample"]))
               for row in where["joint"]),
-        "By joint, over all logs, for the refitted nominal model.")
+        "By joint, over all logs.")
     ranked = Table(("share", "where"), tuple(
         (percent(share), name) for name, share in ranked_shares(where, joints, units)[:RANKED]),
-        "Where most of the squared error lies; each kind of range adds up to 100 %.")
+        "Where most of it lies; each kind of range adds up to 100 %.")
     picture = Picture("where", where_map(where, joints, units),
-                      "Share of the squared error by joint, by time in each log, by frequency, "
-                      "and by quarter of position, velocity, speed and torque (an even spread "
-                      f"gives {percent(EVEN)} to each quarter).")
-    return Section("Where by joint, time, frequency and operating range", (),
-                   tables=(per_joint, ranked), pictures=(picture,))
+                      "Shares by joint, by time in each log, by frequency, and by quarter of "
+                      "position, velocity, speed and torque (an even spread gives "
+                      f"{percent(EVEN)} to each quarter).")
+    return Section("Where by joint, time, frequency and operating range", (
+        "Shares of the squared prediction error of the refitted nominal model, less what sensor "
+        "noise alone leaves.",), tables=(per_joint, ranked), pictures=(picture,))
 
 
 def ranked_shares(where: Mapping[str, Any], joints: Sequence[str], units: Units
