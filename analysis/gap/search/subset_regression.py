@@ -2,10 +2,15 @@
 
 import dataclasses
 import itertools
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
-RIDGE = 1e-6
+from clie_blocks.analysis.gap.search.screening import Column
+
+_RIDGE = 1e-6  # on columns of norm one: two that are the same share what they explain
+_FREE = np.nan  # in the place of a bound
 
 
 @dataclasses.dataclass(frozen=True)
@@ -13,7 +18,7 @@ class Gain:
     """What columns explain: the drop of chi^2, and the coefficients of each set that reach it."""
 
     drop: float
-    theta: tuple
+    theta: tuple[tuple[float, ...], ...]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -31,83 +36,80 @@ class Regression:
 
     """
 
-    columns: list
+    columns: list[Column]
     gram: np.ndarray
     right: np.ndarray
-    slices: list
+    slices: list[slice]
 
-    def gain(self, *sets):
-        """Return the gain of some sets together, by position in `columns`."""
+    def gain(self, *sets: int) -> Gain:
+        """Return the gain of some sets together, by position in `columns`.
+
+        A set without amplitudes is one column with coefficient one.
+        """
         pinned = [self.slices[i].start for i in sets if not self.columns[i].amplitudes]
         scaled = [i for i in sets if self.columns[i].amplitudes]
         drop = float(2 * self.right[pinned].sum() - self.gram[np.ix_(pinned, pinned)].sum())
-        at = np.concatenate([np.arange(self.slices[i].start, self.slices[i].stop)
-                             for i in scaled]).astype(int) if scaled else np.zeros(0, int)
         theta = np.zeros(0)
         if scaled:
-            right = self.right[at] - self.gram[np.ix_(at, pinned)].sum(axis=1)
-            limits = np.concatenate([self.columns[i].limits for i in scaled], axis=1)
-            more, theta = bounded_drop(self.gram[np.ix_(at, at)], right, *limits)
+            used = np.concatenate([np.arange(self.slices[i].start, self.slices[i].stop)
+                                   for i in scaled])
+            right = self.right[used] - self.gram[np.ix_(used, pinned)].sum(axis=1)
+            lower, upper = np.concatenate([self.columns[i].limits for i in scaled], axis=1)
+            more, theta = bounded_drop(self.gram[np.ix_(used, used)], right, lower, upper)
             drop += more
-        parts, taken = [], 0
-        for i in sets:
-            width = len(self.columns[i].amplitudes)
-            parts.append(tuple(theta[taken:taken + width]))
-            taken += width
-        return Gain(drop, tuple(parts))
+        coefficients = iter(theta)
+        return Gain(drop, tuple(tuple(itertools.islice(coefficients,
+                                                       len(self.columns[i].amplitudes)))
+                                for i in sets))
 
 
-def regression(columns, target):
+def regression(columns: Sequence[Column], target: np.ndarray) -> Regression:
     """Return the `Regression` of a target on column sets of one joint, or stacked ones."""
     data = np.concatenate([column.data for column in columns], axis=1)
     ends = np.cumsum([0] + [column.data.shape[1] for column in columns])
     return Regression(list(columns), data.T @ data, data.T @ target,
-                      [slice(a, b) for a, b in zip(ends, ends[1:])])
+                      [slice(first, last) for first, last in itertools.pairwise(ends)])
 
 
-def bounded_drop(gram, right, lower, upper):
-    """Least squares with signs and bounds: the best of all active sets, drawn in to its bounds.
+def bounded_drop(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, upper: np.ndarray,
+                 ) -> tuple[float, np.ndarray]:
+    """Least squares within bounds: the drop of the sum of squares, and the coefficients.
+
+    Each coefficient is free or at one of its bounds.  The best of all such choices whose free
+    coefficients are inside their bounds is the optimum; four columns have few of them.
 
     Parameters
     ----------
     gram, right : ndarray
         Normal equations.
     lower, upper : ndarray
-        Bounds of the coefficients; a lower bound of zero is a sign, the others are drawn in to.
-
-    Returns
-    -------
-    drop : float
-        Drop of the sum of squares.
-    theta : ndarray
-        Coefficients.
+        Bounds of the coefficients, infinite where there are none; zero is within them.
 
     """
     norm = np.sqrt(np.diag(gram)) + 1e-30
     gram, right = gram / np.outer(norm, norm), right / norm
-    best, theta = 0.0, np.zeros(len(norm))
-    signed = np.flatnonzero(lower == 0.0)
-    for count in range(len(signed) + 1):
-        for out in itertools.combinations(signed, count):
-            used = np.array([i for i in range(len(norm)) if i not in out], int)
-            if not used.size:
-                continue
-            part = gram[np.ix_(used, used)]
-            found = np.linalg.solve(part + RIDGE * np.eye(len(used)), right[used])
-            if (found[lower[used] == 0.0] < 0.0).any():
-                continue
-            found = found * _within(found / norm[used], lower[used], upper[used])
-            drop = float(2 * found @ right[used] - found @ part @ found)
-            if drop > best:
-                best, theta = drop, np.zeros(len(norm))
-                theta[used] = found / norm[used]
-        if best > 0.0 and count == 0:
-            break
-    return best, theta
+    lower, upper = lower * norm, upper * norm
+    curved = gram + _RIDGE * np.eye(len(norm))
+    theta = np.linalg.solve(curved, right)
+    if (theta < lower).any() or (theta > upper).any():
+        theta = _best_at_bounds(curved, right, lower, upper)
+    return float(2 * theta @ right - theta @ gram @ theta), theta / norm
 
 
-def _within(theta, lower, upper):
-    """Factor that brings coefficients inside their bounds."""
-    bound = np.where(theta > 0, upper, -lower)
-    over = np.abs(theta) / np.maximum(bound, 1e-300)
-    return 1.0 / max(over[np.isfinite(bound)].max(initial=0.0), 1.0)
+def _best_at_bounds(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, upper: np.ndarray,
+                    ) -> np.ndarray:
+    """Best coefficients inside bounds, some of which must be active."""
+    best, theta = 0.0, np.zeros(len(right))
+    options = [[_FREE, *filter(math.isfinite, bounds)] for bounds in zip(lower, upper)]
+    for held in itertools.product(*options):
+        tried = np.array(held)
+        free = np.isnan(tried)
+        tried[free] = 0.0
+        if free.any():
+            tried[free] = np.linalg.solve(gram[free][:, free], right[free] - gram[free] @ tried)
+            if (tried < lower).any() or (tried > upper).any():
+                continue
+        drop = float(tried @ (2 * right - gram @ tried))
+        if drop > best:
+            best, theta = drop, tried
+    return theta
