@@ -108,8 +108,9 @@ def fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.nd
         if cause in causes and (problem.chain.known or not cause.needs_links)]
     coarse = [scanner.best([onsets] * problem.n) for scanner in scanners]
     best = max((drop.sum() for _, drop in coarse), default=0.0)
-    return [scanner.refined(*found) if found[1].sum() >= method.leading_fault_share * best
-            else found for scanner, found in zip(scanners, coarse)]
+    return [scanner.refined(member, drop)
+            if drop.sum() >= method.leading_fault_share * best else (member, drop)
+            for scanner, (member, drop) in zip(scanners, coarse)]
 
 
 def first_onsets(duration: float, margin: float, spacing: float) -> np.ndarray:

@@ -66,6 +66,8 @@ class _Search:
         screen = self.steps.screen(self.residuals, self.nominal, self.causes)
         alone = self.steps.singles(screen, self.residuals, self.nominal, self.causes)
         alone = alone[:method.leaders]
+        if not alone:  # all of the causes need links that are not stated
+            return []
         fits = self.with_raced([], alone, method.single_finalists)
         if self.is_explained(fits) or len(self.causes) == 1:
             return fits

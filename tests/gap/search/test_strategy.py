@@ -79,3 +79,9 @@ def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_is_predicted_
     fits = searched(pair, third)
     assert any(len(fit.members) == 2 for fit in fits)
     assert any(len(fit.members) == 3 for fit in fits) == sought
+
+
+def test_where_no_cause_can_act_nothing_is_fitted():
+    steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [])
+    residuals = SimpleNamespace(method=METHOD)
+    assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps) == []
