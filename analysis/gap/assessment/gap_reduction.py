@@ -127,14 +127,7 @@ def _validation(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualM
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MaskedResidual(ResidualModel):
-    """A residual model that does not see some rows of each log.
-
-    Parameters
-    ----------
-    seen : list of ndarray
-        For each log, which of its whitened rows count.
-
-    """
+    """A residual model of which only some whitened rows count: `seen` marks them for each log."""
 
     seen: Sequence[np.ndarray] = ()
 
