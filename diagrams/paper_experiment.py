@@ -17,7 +17,7 @@ from clie_blocks.diagrams.twin_loop import READINGS
 from clie_blocks.errors import ClieError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
-from clie_blocks.output import to_json
+from clie_blocks.output import command_parser, to_json
 from clie_blocks.signals import Diagram, signal
 
 if TYPE_CHECKING:
@@ -143,9 +143,10 @@ def remarks(experiment: Experiment) -> list[str]:
 
 def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
-    options = argparse.ArgumentParser(
-        prog="clie_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-        description="Identify the paper's two-link arm by closed-loop input error (Fig. 2).")
+    options = command_parser(
+        "clie_loop.py",
+        "Identify the paper's two-link arm by closed-loop input error (Fig. 2).",
+        output="out/clie_loop", output_help="folder for the plots")
     add = options.add_argument
     add("--case", type=int, choices=cases, default=cases[0],
         help="1: update law (27); 2, 3: composite law (40)")
@@ -162,8 +163,6 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     add("--noise-period", type=float, default=None,
         help="time for which a noise sample is held [s]; default one step")
     add("--seed", type=int, default=0, help="seed of the noise")
-    add("--json", action="store_true", help="print one JSON object instead of the table")
-    add("-o", "--output", default="out/clie_loop", metavar="DIR", help="folder for the plots")
     return options
 
 

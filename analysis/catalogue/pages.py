@@ -1,6 +1,5 @@
 """The catalogue of effects: ``clie effects``, and one effect's page: ``clie effects backlash``."""
 
-import argparse
 import sys
 import textwrap
 from collections.abc import Sequence
@@ -9,19 +8,18 @@ from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.analysis.catalogue.text_curve import text_curve
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES, Effect
-from clie_blocks.output import run_main, save_figure, to_json
+from clie_blocks.output import command_parser, print_table, run_main, save_figure, to_json
 
 WIDTH, HEAD = 98, 30
 
 
-def catalogue() -> str:
-    """Return one line per effect, by family."""
-    lines = []
-    for family in FAMILIES:
-        lines.append(family)
-        lines += [f"  {name:28}{LIBRARY[name].port:14}{_short(LIBRARY[name].equation, 54)}"
-                  for name in LIBRARY if LIBRARY[name].family == family]
-    return "\n".join([*lines, "", f"{len(LIBRARY)} effects; 'clie effects NAME' shows one"])
+HEADS = ("effect", "family", "port", "equation")
+
+
+def catalogue() -> list[tuple[str, ...]]:
+    """Return one row per effect, by family: name, family, port, equation."""
+    return [(name, family, LIBRARY[name].port, _short(LIBRARY[name].equation, 48))
+            for family in FAMILIES for name in LIBRARY if LIBRARY[name].family == family]
 
 
 def page(name: str) -> str:
@@ -88,19 +86,22 @@ def _short(text: str, width: int) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the catalogue or one effect."""
-    parser = argparse.ArgumentParser(prog="clie effects", description=__doc__)
+    parser = command_parser(
+        "clie effects", "The catalogue of effects, or the page of one.",
+        output_help="folder for the picture of the effect: characteristic and response")
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect")
-    parser.add_argument("--json", action="store_true", help="a list of effects as JSON")
-    parser.add_argument("-o", "--output", metavar="DIR",
-                        help="write the picture of the effect: characteristic and response")
     options = parser.parse_args(argv)
     if options.output and not options.name:
         parser.error("-o needs the NAME of an effect; all of them are in docs/effects.md")
     if options.json:
         names = [options.name] if options.name else LIBRARY
-        print(to_json([LIBRARY[name].as_dict() for name in names]))
+        print(to_json({"schema_version": 1,
+                       "effects": [LIBRARY[name].as_dict() for name in names]}))
+    elif options.name:
+        print(page(options.name))
     else:
-        print(page(options.name) if options.name else catalogue())
+        print_table(HEADS, catalogue(), "<<<<")
+        print(f"\n{len(LIBRARY)} effects; 'clie effects NAME' shows one")
     if options.output:
         _save(options.name, options.output)
     return 0

@@ -27,7 +27,7 @@ from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_records
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.output import run_main, to_json
+from clie_blocks.output import command_parser, run_main, to_json
 
 SCHEMA_VERSION = 1
 NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
@@ -206,8 +206,9 @@ def _pair(text: str) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="clie check", description="Report whether a log is sound, and what it can show.",
+    parser = command_parser(
+        "clie check", "Report whether a log is sound, and what it can show.",
+        output_help="folder for a page with the signals",
         epilog="Exit: 0 usable, 1 errors found, 2 usage, 3 cannot be read, 4 not identifiable.")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one next to the log")
@@ -216,8 +217,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--time-unit", choices=("s", "ms", "us", "ns"))
     parser.add_argument("--fix-units", action="store_true",
                         help="apply the unit factors that the checks propose, and report them")
-    parser.add_argument("--json", action="store_true", help="print JSON with schema_version")
-    parser.add_argument("-o", dest="output", metavar="DIR", help="write a page with the signals")
     return parser
 
 
