@@ -69,7 +69,6 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks import (
     clie_composite,
     clie_loop,
@@ -975,7 +974,7 @@ print("fingerprint of the envelope:", fingerprint)
 # used for fitting. Then we write down what an engineer would know of the robot, and ask.
 
 # %%
-from clie_blocks.analysis.gap import answer, diagnose
+from clie_blocks.analysis.gap import Problem, diagnose
 from clie_blocks.analysis.gap.fitting.prediction_error import gap
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Controller, Motor, Robot
@@ -1003,7 +1002,7 @@ known = Robot(
 
 # %%
 diagnosis = diagnose(Problem.from_logs(known, records))
-found = answer(diagnosis)
+found = diagnosis.to_dict()
 print("verdict:", found["verdict"], f"   ({found['seconds']:.1f} s)")
 
 # %% [markdown]
@@ -1080,12 +1079,12 @@ picture(joint_loop(suspect, [10], [5]), expand=True, value_label="probability [1
 # ---
 # ## Part 12. Put it in: the gap before and after, on data not used
 #
-# **Question.** The third log judged only. How far does the prediction error shrink there, and what is
+# **Question.** The third log is held out for validation. How far does the prediction error shrink there, and what is
 # the least it could be?
 
 # %%
 unseen = 2
-before = diagnosis.base.hypothesis.error(unseen)[:, 0]
+before = diagnosis.nominal.hypothesis.error(unseen)[:, 0]
 after = diagnosis.model.hypothesis.error(unseen)[:, 0]
 
 fig, ax = plt.subplots(layout="constrained")
@@ -1159,7 +1158,6 @@ assert abs(level - 0.15) < 0.005
 import os
 from pathlib import Path
 
-from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.records import read_records
 from clie_blocks.analysis.records.repeatability import noise_floor
 
@@ -1168,23 +1166,23 @@ real = None
 if folder.is_dir():
     logs = read_records(folder)
     real = diagnose(Problem.from_logs(logs[0].robot, logs))
-    said = answer(real)
-    print("verdict:", said["verdict"], "  90 % set:", said["set_90"])
-    for row in said["effects"][:4]:
+    found_on_emps = real.to_dict()
+    print("verdict:", found_on_emps["verdict"], "  90 % set:", found_on_emps["set_90"])
+    for row in found_on_emps["effects"][:4]:
         print(f"  {row['effect']:24} {row['probability']:.2f}")
 
 # %%
 if real:
     fig, (left, right) = plt.subplots(1, 2, layout="constrained", width_ratios=[2, 1])
     time_axis = np.arange(len(logs[1])) * real.problem.period
-    for fit_of, name in ((real.base, "refitted nominal model"), (real.model, "corrected model")):
+    for fit_of, name in ((real.nominal, "refitted nominal model"), (real.model, "corrected model")):
         error = fit_of.hypothesis.error(1, dithered=False)[:, 0]
         left.plot(time_axis, 1e6 * error, lw=0.6, label=name)
     left.set(xlabel="time [s]", ylabel="axis - prediction [um]", ylim=(-25, 25),
              title="run with pulses, unseen")
     left.legend()
-    sizes = {"nominal": said["gap_before"], "corrected": said["gap_after"],
-             "lap to lap": noise_floor(logs[0]).std[0], "encoder": said["gap_floor"]}
+    sizes = {"nominal": found_on_emps["gap_before"], "corrected": found_on_emps["gap_after"],
+             "lap to lap": noise_floor(logs[0]).std[0], "encoder": found_on_emps["gap_floor"]}
     right.barh(list(sizes)[::-1], [1e6 * size for size in sizes.values()][::-1])
     right.set(xscale="log", xlim=(0.1, 10), xlabel="rms of the error [um]")
 
@@ -1199,10 +1197,10 @@ if real:
 
 # %%
 if real:
-    named = [row["effect"] for row in said["effects"] if row["effect"] not in ("unknown", "none")]
-    assert named[0] == "coulomb" and "coulomb" in said["set_90"]
-    assert said["gap_after"] < 0.35 * said["gap_before"]
-    assert said["gap_after"] > 5 * noise_floor(logs[0]).std[0], "more than noise is left"
+    named = [row["effect"] for row in found_on_emps["effects"] if row["effect"] not in ("unknown", "none")]
+    assert named[0] == "coulomb" and "coulomb" in found_on_emps["set_90"]
+    assert found_on_emps["gap_after"] < 0.35 * found_on_emps["gap_before"]
+    assert found_on_emps["gap_after"] > 5 * noise_floor(logs[0]).std[0], "more than noise is left"
 
 # %% [markdown]
 # ---
