@@ -187,11 +187,11 @@ def simulated(at, log, values):
     """Return the positions (n, N) that python-control's own runner gives for a log."""
     import control as ct
 
-    block, n = at.simulator.block, at.problem.n
+    block, n = at.simulator.block.system, at.problem.n
     time = at.problem.period * np.arange(len(log))
     still = np.zeros((n, len(log)))
     start = np.zeros(block.nstates)
-    start[at.simulator.layout["q"][0]] = log.start
+    start[at.simulator.block.layout.slices["q"]] = log.start
     return ct.input_output_response(
         block, time, np.vstack([log.q_d.T, log.pe.T, still]), start,
         params={**at.of_log(0), **values, "start": log.start, "first": still[:, 0]}).outputs[:n]

@@ -1,4 +1,4 @@
-"""The diagnosis of one robot: one stage per line, in the order in which they run."""
+"""The diagnosis of one robot: its stages, in the order in which they run."""
 
 import dataclasses
 import time
@@ -70,7 +70,7 @@ STAGES = Stages()
 
 
 class Diagnosis(Result):
-    """What a diagnosis found, and how to look at it: printed, as JSON, as a report, as plots."""
+    """The result of a diagnosis: printed, as JSON, as a report, as plots."""
 
     def __str__(self) -> str:
         from clie_blocks.analysis.gap.report.summary import summary_lines
@@ -91,9 +91,9 @@ class Diagnosis(Result):
         Parameters
         ----------
         folder : path-like
-            Where.
+            Folder to write to.
         name : str
-            Name of the files.
+            Name of the files, without ending.
 
         Returns
         -------
@@ -129,7 +129,7 @@ class Diagnosis(Result):
         Parameters
         ----------
         plant : control.InputOutputSystem
-            Ports of eq. (8).
+            With the ports of eq. (8).
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Diagnosis(Result):
 
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),
              exclude: Sequence[str] = (), stages: Stages = STAGES) -> Diagnosis:
-    """Say which effect makes a robot differ from its model, where, and how far the gap shrinks.
+    """Find the effects that make a robot differ from its model, where they act, and their share.
 
     Parameters
     ----------
@@ -160,44 +160,44 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         The functions that run.
 
     """
-    began = time.perf_counter()
+    start = time.perf_counter()
     causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
     simulator_of(problem, ()).check(problem.logs[0])
-    ran = controller.corrected(problem)
+    corrected = controller.corrected(problem)
     if problem.simulated:
-        ran, decisions = stages.against_simulator(ran, causes, method, stages.steps)
+        corrected, decisions = stages.against_simulator(corrected, causes, method, stages.steps)
         controller = controller.with_decisions(decisions)
-    causes = causes_missing_in(causes, ran)
-    first = stages.explain(with_observer(ran, method), causes, method, stages.steps)
+    causes = causes_missing_in(causes, corrected)
+    first = stages.explain(with_observer(corrected, method), causes, method, stages.steps)
     second = stages.explain_backlash(first, causes, method, stages.steps)
     ranking, model = _ranking(second or first, controller, method, stages)
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
     nominal = _stated_nominal(first, controller, problem, method, stages)
     findings = _signal_findings(problem, first, controller, method, excluded)
-    word = with_signal_findings(
-        verdict(ranking, bool(controller_findings(controller, method.verdict, excluded))), findings)
-    mapped = first.nominal if word == "unexplained" else model
+    established = bool(controller_findings(controller, method.verdict, excluded))
+    decision = with_signal_findings(verdict(ranking, established), findings)
+    mapped = first.nominal if decision == "unexplained" else model
     reduction = stages.gap_reduction(without_observer(nominal.hypothesis, problem),
                                      without_observer(model.hypothesis, problem), first.residuals)
     return Diagnosis(
         problem, method, controller, first.residuals, first.nominal, (second or first).evidence,
-        ranking, model, word, reduction,
+        ranking, model, decision, reduction,
         torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
-        findings=findings, excluded=excluded, seconds=time.perf_counter() - began)
+        findings=findings, excluded=excluded, seconds=time.perf_counter() - start)
 
 
 def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],
                   ) -> tuple[ControllerCheck, tuple[Cause, ...]]:
-    """Causes that can act in the loop; the names of all others are decisions of the check."""
+    """Causes that can act in the loop; the decisions of the check name all others."""
     reached = tuple(cause for cause in causes if law.reaches(cause))
-    out = sorted({cause.name for cause in causes} - {cause.name for cause in reached})
-    if out:
+    unreachable = sorted({cause.name for cause in causes} - {cause.name for cause in reached})
+    if unreachable:
         controller = controller.with_decisions(
-            (f"out of reach at the ports of a loop: {', '.join(out)}",))
+            (f"out of reach at the ports of a loop: {', '.join(unreachable)}",))
     return controller, reached
 
 
@@ -205,16 +205,16 @@ def _ranking(explanation: Explanation, controller: ControllerCheck, method: Meth
              stages: Stages) -> tuple[list[RankedCause], Fit]:
     """Hypotheses by probability, and the leading model, without idle joints and near its prior."""
     ranking = posterior(explanation.evidence, method.calibration)
-    if controller.gains or controller.integral:
+    if controller.other_gains or controller.integral:
         ranking = unknown_for_none(ranking)
     nominal, residuals = explanation.nominal, explanation.residuals
-    leading = next((one.fit for one in ranking if one.fit is not None), nominal)
+    leading = next((ranked.fit for ranked in ranking if ranked.fit is not None), nominal)
     if leading is nominal:
         return ranking, nominal
     model = stages.refine_to_prior(stages.prune_joints(leading, residuals, nominal.excess),
                                    residuals)
-    return [dataclasses.replace(one, fit=model) if one.fit is leading else one
-            for one in ranking], model
+    return [dataclasses.replace(ranked, fit=model) if ranked.fit is leading else ranked
+            for ranked in ranking], model
 
 
 def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Problem,
@@ -223,7 +223,8 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
     pooled = len(first.residuals.problem.fit) > len(problem.fit)
     if not (controller.misdescribed or pooled):
         return first.nominal
-    return stages.steps.fit_nominal(with_observer(problem, method), method, stages.steps.noise_model)[1]
+    stated = with_observer(problem, method)
+    return stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
 
 
 def _signal_findings(problem: Problem, first: Explanation, controller: ControllerCheck,

@@ -1,4 +1,4 @@
-"""Fit the nominal model, and all hypotheses that are worth it."""
+"""Explain a problem: fit the nominal model, and the hypotheses that are worth a fit."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -32,18 +32,7 @@ EXPLAIN_STEPS = ExplainSteps()
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Explanation:
-    """The refitted nominal model, and the evidence on all hypotheses that were fitted.
-
-    Parameters
-    ----------
-    residuals : ResidualModel
-        Noise and whitening.
-    nominal : Fit
-        The refitted nominal model.
-    evidence : Table
-        One row per hypothesis.
-
-    """
+    """The refitted nominal model, and the evidence on all hypotheses that were fitted."""
 
     residuals: ResidualModel
     nominal: Fit
@@ -52,9 +41,9 @@ class Explanation:
 
 def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method = METHOD,
             steps: ExplainSteps = EXPLAIN_STEPS, test_lack_of_fit: bool = True) -> Explanation:
-    """Fit the nominal model and all hypotheses worth it.
+    """Fit the nominal model and the hypotheses that are worth a fit.
 
-    Without the test of what is left, the evidence says nothing of an unknown effect.
+    Without the test of lack of fit, the evidence does not cover an unknown effect.
     """
     residuals, nominal = steps.fit_nominal(problem, method, steps.noise_model)
     pooled = pool_logs(problem, nominal, method)
@@ -67,25 +56,25 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     table = steps.evidence(nominal, fits, residuals)
     if not test_lack_of_fit:
         return Explanation(residuals, nominal, table)
-    free = _free_torque(nominal, [row.fit for row in table.rows if not row.confounder], residuals,
-                        steps)
+    candidates = [row.fit for row in table.rows if row.fit is not None and not row.confounder]
+    free = _excess_with_free_torque(nominal, candidates, residuals, steps)
     return Explanation(residuals, nominal, dataclasses.replace(table, free=free))
 
 
-def _free_torque(nominal: Fit, fits: list[Fit], residuals: ResidualModel, steps: ExplainSteps,
-                 ) -> tuple[float, ...]:
-    """What a free torque would leave of the nominal model, of the best fit and of the best single.
+def _excess_with_free_torque(nominal: Fit, fits: Sequence[Fit], residuals: ResidualModel,
+                             steps: ExplainSteps) -> tuple[float, ...]:
+    """Excess with a free torque: of the nominal model, of the best fit and of the best single.
 
-    Empty where the best hypothesis leaves nothing.
+    Empty where the best fit leaves nothing.
     """
     best = min(fits, key=_excess, default=None)
     if best is None or best.excess < residuals.method.search.healthy_excess:
         return ()
-    single = min((one for one in fits if len(one.hypothesis.members) == 1), key=_excess,
+    single = min((fit for fit in fits if len(fit.hypothesis.members) == 1), key=_excess,
                  default=best)
     of_best = steps.lack_of_fit(best, residuals)
-    return (steps.lack_of_fit(nominal, residuals), of_best,
-            of_best if single is best else steps.lack_of_fit(single, residuals))
+    of_single = of_best if single is best else steps.lack_of_fit(single, residuals)
+    return steps.lack_of_fit(nominal, residuals), of_best, of_single
 
 
 def _excess(fit: Fit) -> float:

@@ -1,4 +1,4 @@
-"""First question to a log: did the stated controller run."""
+"""First question to the logs: did the stated controller run."""
 
 import functools
 
@@ -10,7 +10,7 @@ from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 
 
 def check_controller(problem: Problem) -> ControllerCheck:
-    """Say whether the stated controller ran, as far as the logs show it without a model."""
+    """Check whether the stated controller ran, as far as the logs show it without a model."""
     return _check(problem.law, problem)
 
 

@@ -1,4 +1,4 @@
-"""What a law leaves of the commands of a log, from where its velocity filter is known.
+"""Residual of a law in the commands of a log, from where its velocity filter is known.
 
 A filter that begins at rest with the log is known from the first sample on.  In a log that was cut
 out of a longer run it is known once it has forgotten how that run began.
@@ -6,8 +6,8 @@ out of a longer run it is known once it has forgotten how that run began.
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.problem import Log
-from clie_blocks.analysis.records import law_residual as records
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.records import law_residual as of_signals
 from clie_blocks.analysis.records.control_law import ControlLaw
 
 
@@ -16,7 +16,7 @@ def first_known_sample(log: Log, law: ControlLaw) -> int:
     return 0 if log.at_rest else min(law.settling, len(log) // 2)
 
 
-def law_residual(law: ControlLaw, log: Log, late: int = 0) -> np.ndarray:
-    """Logged command less that of the law some rows before it, shape (samples, n)."""
-    residual = records.law_residual(law, log.u, log.q_d - log.q, law.rate(log.q), log.pe, late)
+def law_residual(law: ControlLaw, log: Log, delay: int = 0) -> np.ndarray:
+    """Logged command less that of the law `delay` samples before it, shape (samples, n)."""
+    residual = of_signals.law_residual(law, log.u, log.q_d - log.q, law.rate(log.q), log.pe, delay)
     return residual[first_known_sample(log, law):]

@@ -1,8 +1,8 @@
-"""What ran in the place of the stated law, read from the log alone: gains, integral part, delay.
+"""What ran instead of the stated law, read from the log alone: gains, integral part, delay.
 
 With position, reference and command logged, the law is linear in its gains: least squares finds
 them without any model of the robot.  A finding counts only where it explains the command down to
-its rounding, so that no fault of the robot can be taken for the controller's.
+its rounding, so that no fault of the robot is attributed to the controller.
 """
 
 import dataclasses
@@ -15,8 +15,8 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 
 DELAYED_COMMANDS = (
-    "every command follows from the row before it: the controller sends it one period after "
-    "it has measured; the file is wrong, and the model has this delay from here on")
+    "every command follows from the sample before it: the controller sends it one period after "
+    "it has measured; the robot file is wrong, and the model has this delay from here on")
 
 
 def with_fitted_gains(problem: Problem, law: StatedLaw, k: int) -> StatedLaw:
@@ -26,45 +26,46 @@ def with_fitted_gains(problem: Problem, law: StatedLaw, k: int) -> StatedLaw:
     """
     columns, commands = [], []
     for log in problem.logs:
-        free = _within_limits(log, law, k)
-        free[:first_known_sample(log, law)] = False
-        columns.append(np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], 1)[free])
-        commands.append((log.u - log.pe)[free, k])
+        usable = _within_limits(log, law, k)
+        usable[:first_known_sample(log, law)] = False
+        terms = np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], axis=1)
+        columns.append(terms[usable])
+        commands.append((log.u - log.pe)[usable, k])
     gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(commands), rcond=None)[0]
     kp, kd = law.kp.copy(), law.kd.copy()
     kp[k], kd[k] = gains
     return dataclasses.replace(law, kp=kp, kd=kd)
 
 
-def describe_gains(name: str, stated: StatedLaw, ran: StatedLaw, k: int) -> str:
+def describe_gains(name: str, stated: StatedLaw, fitted: StatedLaw, k: int) -> str:
     """Gains that ran at joint k, and the stated ones, as a sentence."""
-    parts = [f"{key} {getattr(ran, key)[k]:.4g}, stated {getattr(stated, key)[k]:.4g}"
+    parts = [f"{key} {getattr(fitted, key)[k]:.4g}, stated {getattr(stated, key)[k]:.4g}"
              for key in ("kp", "kd")]
-    return (f"{name}: the gains that ran are not the stated ones ({'; '.join(parts)}); the file "
-            "is wrong, or somebody changed the controller")
+    return (f"{name}: the gains that ran are not the stated ones ({'; '.join(parts)}); the robot "
+            "file is wrong, or somebody changed the controller")
 
 
 def integral_gains(problem: Problem, law: StatedLaw) -> np.ndarray:
-    """Integral gain of each joint that explains best what the law leaves [N m/(rad s)], (n,).
+    """Integral gain of each joint that best explains the residual of the law, (n,) [N m/(rad s)].
 
     u = u_law + k_i T sum (q_d - q),   the sum begins with the log
     """
     gains = np.zeros(problem.n)
     for k in range(problem.n):
-        integrals, left = [], []
+        integrals, residuals = [], []
         for log in problem.logs:
-            free = _within_limits(log, law, k)
-            integrals.append(_error_integral(log, problem.period)[free, k])
-            left.append((log.u - law.replay(log.q, log.q_d, log.pe))[free, k])
-        column, residual = np.concatenate(integrals), np.concatenate(left)
+            usable = _within_limits(log, law, k)
+            integrals.append(_error_integral(log, problem.period)[usable, k])
+            residuals.append((log.u - law.replay(log.q, log.q_d, log.pe))[usable, k])
+        column, residual = np.concatenate(integrals), np.concatenate(residuals)
         gains[k] = column @ residual / max(column @ column, np.finfo(float).tiny)
     return gains
 
 
 def with_integral(problem: Problem, gains: np.ndarray) -> Problem:
-    """Problem whose excitation holds an integral part with gains [N m/(rad s)], shape (n,).
+    """Problem whose excitation contains an integral part with gains [N m/(rad s)], shape (n,).
 
-    It is worked out from the measured positions: the models that follow differ from these by the
+    It is computed from the measured positions, from which the motion of a model differs by the
     gap alone.
     """
     return problem.with_logs(lambda log: dataclasses.replace(
@@ -73,21 +74,21 @@ def with_integral(problem: Problem, gains: np.ndarray) -> Problem:
 
 def describe_integral(name: str, gain: float) -> str:
     """Integral part that ran at a joint, as a sentence."""
-    return (f"{name}: the command holds an integral part of {gain:.4g} N m/(rad s) that the file "
-            "does not name; the file is wrong, or somebody changed the controller")
+    return (f"{name}: the command contains an integral part of {gain:.4g} N m/(rad s) that the "
+            "robot file does not state; the file is wrong, or somebody changed the controller")
 
 
 def delayed_replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
-    """RMS of the logged command less that of the law in the row before it [N m], shape (n,)."""
-    squares = [np.mean(law_residual(law, log, late=1) ** 2, axis=0) for log in problem.logs]
+    """RMS of the logged command less that of the law one sample before it [N m], shape (n,)."""
+    squares = [np.mean(law_residual(law, log, delay=1) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
 def with_command_delay(problem: Problem) -> Problem:
-    """Problem whose commands stand in the row in which they were worked out, and act later.
+    """Problem whose commands stand at the sample in which they were computed, and act later.
 
-    A command that is worked out in one period and sent in the next is a matter of the
-    controller's description, and no lag of the drive.
+    A command that is computed in one period and sent in the next is a matter of the controller's
+    description, and no lag of the drive.
     """
     earlier = problem.with_logs(lambda log: dataclasses.replace(
         log, u=np.concatenate([log.u[1:], log.u[-1:]])))

@@ -1,8 +1,8 @@
-"""First question to a log: did the stated controller run?  It is answered without any model.
+"""First question to the logs: did the stated controller run?  It needs no model of the robot.
 
 Replaying the law on the measured positions must give the logged command up to its rounding.  If
-not, its gains and its velocity estimate are fitted to the log; the rest of the diagnosis then goes
-on with the law that really ran, so that a wrong description never poses as a fault of the robot.
+not, its gains and its velocity estimate are fitted to the log.  The diagnosis then continues with
+the law that really ran, so that a wrong description is not mistaken for a fault of the robot.
 """
 
 import dataclasses
@@ -22,12 +22,17 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_integral,
 )
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
 from clie_blocks.linear_filters import lfilter
 
-SLOWER = 4  # times the settling of the stated filter: what a slower one that ran may take
+# The first samples of a cut log are left out of the fit of its filter, as the state of the filter
+# is unknown there: so many times the settling of the stated filter, for one that is slower.
+SLOWEST_FILTER = 4
+BETTER_FILTER = 0.5  # of the replay error, that other corners must leave less than
+COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -40,7 +45,7 @@ class ControllerCheck:
         RMS of logged less replayed command [N m].
     limit : ndarray, shape (n,)
         Largest RMS that rounding explains [N m].
-    wrong : tuple of int
+    other_filter : tuple of int
         Joints whose velocity estimate is not the stated one.
     corners : ndarray, shape (2, n)
         High-pass and low-pass corner that fit the log [rad/s]; the stated ones elsewhere.
@@ -48,35 +53,35 @@ class ControllerCheck:
         Joints whose encoder steps are larger than stated.
     step : ndarray, shape (n,)
         Step of the logged position [rad].
-    law : ControlLaw
-        The law that ran, as far as the log tells.
+    law : Law
+        The law that ran, as far as the logs show it.
     decisions : tuple of str
-        What was decided, in words.
-    gains : tuple of int
+        What was decided, one sentence each.
+    other_gains : tuple of int
         Joints whose gains are not the stated ones.
-    late : bool
-        Commands are sent one period after they were worked out.
+    delayed : bool
+        Commands are sent one period after they were computed.
     integral : tuple of float
-        Integral gain of each joint that the file does not name [N m/(rad s)]; empty without.
+        Integral gain of each joint that the file does not state [N m/(rad s)]; empty without.
 
     """
 
     replay_error: np.ndarray
     limit: np.ndarray
-    wrong: tuple[int, ...]
+    other_filter: tuple[int, ...]
     corners: np.ndarray
     coarse: tuple[int, ...]
     step: np.ndarray
     law: Law
     decisions: tuple[str, ...]
-    gains: tuple[int, ...] = ()
-    late: bool = False
+    other_gains: tuple[int, ...] = ()
+    delayed: bool = False
     integral: tuple[float, ...] = ()
 
     @property
     def misdescribed(self) -> bool:
-        """Whether the law that ran moves the robot in another way than the stated one."""
-        return bool(self.wrong or self.gains or self.late or self.integral)
+        """Whether the law that ran moves the robot differently from the stated one."""
+        return bool(self.other_filter or self.other_gains or self.delayed or self.integral)
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
         """The check with further decisions."""
@@ -84,61 +89,55 @@ class ControllerCheck:
 
     def corrected(self, problem: Problem) -> Problem:
         """Problem with the law that ran."""
-        ran = dataclasses.replace(problem, law=self.law)
-        ran = with_integral(ran, np.array(self.integral)) if self.integral else ran
-        return with_command_delay(ran) if self.late else ran
+        corrected = dataclasses.replace(problem, law=self.law)
+        if self.integral:
+            corrected = with_integral(corrected, np.array(self.integral))
+        return with_command_delay(corrected) if self.delayed else corrected
 
 
 def replay_controller(problem: Problem) -> ControllerCheck:
     """Replay the stated law on every log and correct what of it did not run."""
-    law: StatedLaw = problem.law
-    decisions: list[str] = []
-    limit = _limits(problem)
+    law, decisions = problem.stated_law, list[str]()
+    limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution)
     error = _replay_error(problem, law)
-    if law.corners and (error > limit).any():
+    if (error > limit).any():
         law, error = _other_discretisation(problem, law, error, limit, decisions)
-    in_row_before = delayed_replay_error(problem, law)
-    late = bool((error > limit).any() and (in_row_before <= limit).all())
-    if late:
-        error = in_row_before
+    delayed_error = delayed_replay_error(problem, law)
+    delayed = bool((error > limit).any() and (delayed_error <= limit).all())
+    if delayed:
+        error = delayed_error
         decisions.append(DELAYED_COMMANDS)
-    corners = np.tile(np.array(law.corners or (np.nan, np.nan))[:, None], problem.n)
-    wrong = []
     error, integral = _integral(problem, law, error, limit, decisions)
-    law, gains = _other_gains(problem, law, error, limit, decisions)
-    suspects = [int(k) for k in np.flatnonzero(error > limit) if k not in gains]
-    for k in suspects if law.corners else ():
-        corners[:, k] = _fitted_corners(problem, law, k)
-        candidate = law.with_filter(slice(k, k + 1), law.variant, corners[:, k])
-        after = _replay_error(problem, candidate)[k]
-        if after < 0.5 * error[k]:
-            law, wrong = candidate, [*wrong, k]
-            decisions.append(
-                f"{problem.joints[k]}: the velocity filter that ran has corners "
-                f"{corners[0, k]:.0f} and {corners[1, k]:.0f} rad/s, not the stated ones")
+    law, other_gains = _other_gains(problem, law, error, limit, decisions)
+    unexplained = [k for k in _joints(error > limit) if k not in other_gains]
+    law, corners, other_filter = _other_filters(problem, law, error, unexplained, decisions)
     step, coarse = _encoder_steps(problem)
-    return ControllerCheck(error, limit, tuple(wrong), corners, coarse, step, law,
-                           tuple(decisions), gains, late, integral)
+    return ControllerCheck(error, limit, other_filter, corners, coarse, step, law,
+                           tuple(decisions), other_gains, delayed, integral)
 
 
-def _limits(problem: Problem) -> np.ndarray:
-    return rounding_limit(np.concatenate([log.u for log in problem.logs]), problem.law.resolution)
+def _joints(mask: np.ndarray) -> tuple[int, ...]:
+    return tuple(int(k) for k in np.flatnonzero(mask))
 
 
 def _replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
+    """Largest RMS of the residual of all logs [N m], shape (n,)."""
     squares = [np.mean(law_residual(law, log) ** 2, axis=0) for log in problem.logs]
     return np.sqrt(np.max(squares, axis=0))
 
 
 def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
                           decisions: list[str]) -> tuple[StatedLaw, np.ndarray]:
+    """Law with the discretisation of its filter that ran, and its replay error."""
+    if law.corners is None:
+        return law, error
     for name in discretisations(law.period, law.corners):
-        other = law.with_filter(slice(None), name, law.corners)
-        found = _replay_error(problem, other)
-        if (found <= limit).all() and name != law.variant:
+        candidate = law.with_filter(slice(None), name, law.corners)
+        candidate_error = _replay_error(problem, candidate)
+        if (candidate_error <= limit).all() and name != law.variant:
             decisions.append(f"the velocity filter runs as '{name}', not '{law.variant}'; "
-                             "no fault of the robot, the file is wrong")
-            return other, found
+                             "no fault of the robot, the robot file is wrong")
+            return candidate, candidate_error
     return law, error
 
 
@@ -148,51 +147,78 @@ def _integral(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.nda
     if not (error > limit).any():
         return error, ()
     gains = integral_gains(problem, law)
-    left = _replay_error(with_integral(problem, gains), law)
-    found = (error > limit) & (left <= limit)
-    if not found.any():
+    error_with_integral = _replay_error(with_integral(problem, gains), law)
+    explained = (error > limit) & (error_with_integral <= limit)
+    if not explained.any():
         return error, ()
-    decisions += [describe_integral(problem.joints[k], gains[k]) for k in np.flatnonzero(found)]
-    return np.where(found, left, error), tuple(np.where(found, gains, 0.0).tolist())
+    decisions += [describe_integral(problem.joints[k], gains[k]) for k in _joints(explained)]
+    return (np.where(explained, error_with_integral, error),
+            tuple(np.where(explained, gains, 0.0).tolist()))
 
 
 def _other_gains(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
                  decisions: list[str]) -> tuple[StatedLaw, tuple[int, ...]]:
-    """Law with gains that explain the command to its rounding, and the joints that needed them."""
-    stated, found = law, []
-    for k in np.flatnonzero(error > limit):
+    """Law with gains that explain the command to its rounding, and the joints that have them."""
+    stated, joints = law, list[int]()
+    for k in _joints(error > limit):
         candidate = with_fitted_gains(problem, law, k)
         if _replay_error(problem, candidate)[k] <= limit[k]:
-            law, found = candidate, [*found, int(k)]
+            law = candidate
+            joints.append(k)
             decisions.append(describe_gains(problem.joints[k], stated, law, k))
-    return law, tuple(found)
+    return law, tuple(joints)
 
 
-def _fitted_corners(problem: Problem, law: StatedLaw, k: int) -> np.ndarray:
+def _other_filters(problem: Problem, law: StatedLaw, error: np.ndarray, unexplained: Sequence[int],
+                   decisions: list[str]) -> tuple[StatedLaw, np.ndarray, tuple[int, ...]]:
+    """Law with the corners that ran, the corners of each joint, and the joints with other ones."""
+    corners = np.full((2, problem.n), np.nan)
+    if law.corners is None:
+        return law, corners, ()
+    corners[:] = np.array(law.corners)[:, None]
+    joints: list[int] = []
+    for k in unexplained:
+        high_pass, low_pass = _fitted_corners(problem, law, law.corners, k)
+        corners[:, k] = high_pass, low_pass
+        candidate = law.with_filter(slice(k, k + 1), law.variant, (high_pass, low_pass))
+        if _replay_error(problem, candidate)[k] < BETTER_FILTER * error[k]:
+            law = candidate
+            joints.append(k)
+            decisions.append(
+                f"{problem.joints[k]}: the velocity filter that ran has corners "
+                f"{high_pass:.0f} and {low_pass:.0f} rad/s, not the stated ones")
+    return law, corners, tuple(joints)
+
+
+def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float], k: int,
+                    ) -> tuple[float, float]:
     """Corners of G1 whose replay is nearest to the logged command of joint k."""
     from scipy.optimize import least_squares
 
     log = problem.logs[0]
-    first = min(SLOWER * first_known_sample(log, law), len(log) // 2)
+    first = min(SLOWEST_FILTER * first_known_sample(log, law), len(log) // 2)
     moved = log.q[:, k] - log.q[0, k]
-    target = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
+    damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 
     def error(exponents: np.ndarray) -> np.ndarray:
         b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return (law.kd[k] * lfilter(b, a, moved) - target)[first:]
+        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[first:]
 
-    starts = np.log(np.array(law.corners)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
-    found = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
-    return np.sort(np.exp(min(found, key=lambda result: result.cost).x))
+    starts = np.log(np.array(stated)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
+    fits = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
+    high_pass, low_pass = np.sort(np.exp(min(fits, key=lambda fit: fit.cost).x))
+    return float(high_pass), float(low_pass)
 
 
 def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
     """Smallest step between logged positions, and the joints where it exceeds the stated one."""
-    step = np.zeros(problem.n)
-    for k in range(problem.n):
-        values = [np.diff(np.unique(np.round(log.q[:, k], 9))) for log in problem.logs]
-        values = np.concatenate([v[v > 1e-8] for v in values] or [np.zeros(0)])
-        step[k] = values.min() if values.size else 0.0
+    step = np.array([_smallest_step(problem.logs, k) for k in range(problem.n)])
     stated = problem.resolution
-    coarse = tuple(int(k) for k in np.flatnonzero((stated > 0) & (step > 1.5 * stated)))
-    return step, coarse
+    return step, _joints((stated > 0) & (step > COARSE_STEP * stated))
+
+
+def _smallest_step(logs: Sequence[Log], k: int) -> float:
+    """Smallest difference of two positions of joint k in one log [rad]; 0 where it never moves."""
+    steps = np.concatenate([np.diff(np.unique(np.round(log.q[:, k], 9))) for log in logs])
+    steps = steps[steps > 1e-8]  # smaller ones are rounding
+    return float(steps.min()) if steps.size else 0.0

@@ -1,7 +1,7 @@
-"""Logs that begin while the robot moves: how fast, and what the law already remembers.
+"""Logs that begin while the robot moves: its velocity at the first sample.
 
-The law tells: with the first command logged, its velocity at the first sample is known to the
-rounding of the command, and it is zero where controller and robot begin at rest.
+With the first command logged, the velocity that the law had formed at the first sample is known to
+the rounding of the command.  It is zero where controller and robot begin at rest.
 """
 
 import dataclasses
@@ -11,16 +11,17 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 
-GLANCE = 0.1  # s at the beginning of a log, over which a cubic reads its speed
-MOVING = 0.05  # of the largest speed of a log, from which it does not begin at rest
+FIRST_SECONDS = 0.1  # s at the beginning of a log, in which a cubic is fitted to the position
+LEAST_INITIAL_SPEED = 0.05  # of the largest speed of a log; slower logs begin at rest
 
 
 def with_initial_state(log: Log, law: StatedLaw) -> Log:
-    """Return the log as it is, or with the start that it was cut at."""
-    rows = max(4, round(GLANCE / law.period))
+    """Return the log with the start and velocity of its first sample, itself if it is at rest."""
+    rows = max(4, round(FIRST_SECONDS / law.period))
     if len(log) < 2 * rows:
         return log
-    least = MOVING * np.abs(log.q[rows:] - log.q[:-rows]).max(axis=0) / (rows * law.period)
+    largest = np.abs(log.q[rows:] - log.q[:-rows]).max(axis=0) / (rows * law.period)
+    least = LEAST_INITIAL_SPEED * largest
     speed = np.polyfit(law.period * np.arange(rows), log.q[:rows], 3)[-2]
     moving = (np.abs(speed) > least) & (np.abs(initial_filtered_velocity(log, law)) > least)
     if not moving.any():
@@ -31,6 +32,6 @@ def with_initial_state(log: Log, law: StatedLaw) -> Log:
 def initial_filtered_velocity(log: Log, law: StatedLaw) -> np.ndarray:
     """Velocity that the law had formed at the first sample [rad/s]; 0 where it needs none."""
     kd = np.where(law.kd > 0, law.kd, 1.0)
-    left = law.kp * (log.q_d[0] - log.q[0]) + log.pe[0] - log.u[0]
-    free = np.abs(log.u[0]) < law.saturation * (1 - 1e-9)
-    return np.where((law.kd > 0) & free, left / kd, 0.0)
+    damping_torque = law.kp * (log.q_d[0] - log.q[0]) + log.pe[0] - log.u[0]
+    within_limit = np.abs(log.u[0]) < law.saturation * (1 - 1e-9)
+    return np.where((law.kd > 0) & within_limit, damping_torque / kd, 0.0)

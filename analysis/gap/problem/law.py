@@ -1,41 +1,75 @@
-"""The control law of a problem: what the stages ask of it, and the law of a robot file."""
+"""The control law of a problem: what the stages need of it, and the law of a robot file."""
 
 import dataclasses
-from typing import Any, Protocol, Self
+from collections.abc import Sequence
+from typing import Protocol, Self
 
 import numpy as np
 
 from clie_blocks.analysis.records.control_law import ControlLaw
 from clie_blocks.analysis.theory.sampled_loop import held_plant, loop_polynomials
 
-Filter = tuple[np.ndarray, np.ndarray]  # numerator and denominator in powers of z^-1
+Filter = tuple[np.ndarray, np.ndarray]
+"""Numerator and denominator in powers of z^-1."""
+
+
+class ActingPiece(Protocol):
+    """What a law needs to know of a piece of a cause."""
+
+    @property
+    def port(self) -> str:
+        """Port of the joint at which it acts."""
+
+    @property
+    def states(self) -> int:
+        """Memory per joint."""
+
+
+class ReachableCause(Protocol):
+    """What a law needs to know of a cause to say whether it can act in the loop."""
+
+    @property
+    def needs_links(self) -> bool:
+        """Whether it acts through link data."""
+
+    @property
+    def pieces(self) -> Sequence[ActingPiece]:
+        """How it acts."""
 
 
 class Law(Protocol):
-    """What the stages ask of a law, be it stated in a file or part of a user's loop.
+    """What the stages need of a law, be it stated in a file or part of a user's loop.
 
     Gains, limits and filters have the shapes of `ControlLaw`; those of a user's loop are neutral.
     """
 
-    period: float
+    @property
+    def period(self) -> float:
+        """Sample time [s]."""
 
     @property
-    def kp(self) -> np.ndarray: ...  # noqa: D102
+    def kp(self) -> np.ndarray:
+        """Position gains [command/rad], shape (n,)."""
 
     @property
-    def kd(self) -> np.ndarray: ...  # noqa: D102
+    def kd(self) -> np.ndarray:
+        """Velocity gains [command s/rad], shape (n,)."""
 
     @property
-    def resolution(self) -> np.ndarray: ...  # noqa: D102
+    def resolution(self) -> np.ndarray:
+        """Rounding step of the command, shape (n,); 0 for none."""
 
     @property
-    def saturation(self) -> np.ndarray: ...  # noqa: D102
+    def saturation(self) -> np.ndarray:
+        """Limit of the command, shape (n,); infinite for none."""
 
     @property
-    def numerator(self) -> np.ndarray: ...  # noqa: D102
+    def numerator(self) -> np.ndarray:
+        """Numerators of the velocity filters, shape (3, n)."""
 
     @property
-    def denominator(self) -> np.ndarray: ...  # noqa: D102
+    def denominator(self) -> np.ndarray:
+        """Denominators of the velocity filters, shape (3, n)."""
 
     @property
     def holds_joints(self) -> bool:
@@ -55,17 +89,17 @@ class Law(Protocol):
     def sensor_sensitivity(self, k: int, inertia: float, damping: float) -> Filter:
         """S_0(z) of joint k, measured position per sensor error."""
 
-    def reaches(self, cause: Any) -> bool:
+    def reaches(self, cause: ReachableCause) -> bool:
         """Whether a cause can act in the loop."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StatedLaw(ControlLaw):
-    """The sampled law that a robot file states, or the one found to have run."""
+    """The sampled law that a robot file states, or the one that ran according to the logs."""
 
     @classmethod
     def of(cls, law: ControlLaw) -> Self:
-        """The law with what the stages ask of it."""
+        """The law with what the stages need of it."""
         return cls(**{field.name: getattr(law, field.name) for field in dataclasses.fields(law)})
 
     @property
@@ -93,7 +127,7 @@ class StatedLaw(ControlLaw):
         _, sensor, denominator = self._polynomials(k, inertia, damping)
         return sensor, denominator
 
-    def reaches(self, cause: Any) -> bool:
+    def reaches(self, cause: ReachableCause) -> bool:
         """Every cause of the library can act in a stated loop."""
         return True
 

@@ -9,8 +9,9 @@ from clie_blocks.errors import RecordError
 from clie_blocks.linear_filters import high_pass
 
 LEAST_SAMPLES = 400  # of a log that can be diagnosed
-ELSEWHERE = 0.1  # of the largest motion, between a stated start and the first sample
-DITHER = 30.0  # Hz, above which a measured position is noise
+# Of the range of motion, between the stated start and the first sample of one run.
+LARGEST_START_ERROR = 0.1
+NOISE_CORNER = 30.0  # Hz, above which a measured position is noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -28,8 +29,8 @@ class Log:
     at_rest : bool
         Whether the log begins with the controller at rest.
     dither : ndarray, shape (N, n)
-        Measured noise of the position, above all motion [rad]: in the model it goes round the
-        loop as it did in the robot, where it keeps dry friction from holding a joint for good.
+        Measured noise of the position, above all motion [rad]: the model feeds it through the
+        loop as the robot did, where it keeps dry friction from holding a joint for good.
     speed : ndarray, shape (n,), or float
         Velocity at the first sample, of logs that begin in motion [rad/s].
 
@@ -59,25 +60,27 @@ def as_log(record: Record, robot: Robot, k: int) -> Log:
 
     """
     if record.u is None:
-        raise RecordError(f"{record.source} has no command u; without it nothing can be said of "
-                          "the controller: log what it commands")
-    still = np.repeat(record.q[:1], len(record), axis=0)
+        raise RecordError(f"{record.source} has no command u; without it the controller cannot be "
+                          "checked: log what it commands")
+    at_rest = np.repeat(record.q[:1], len(record), axis=0)
     stem = f"log-{k + 1}"
     start = _plausible_start(getattr(robot.experiments.get(stem), "start", None), record.q)
     return Log(name=record.source or stem, q=record.q, u=record.u,
-               q_d=still if record.qd is None else record.qd,
+               q_d=at_rest if record.qd is None else record.qd,
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,
                dither=_dither(record.q, record.sample_time))
 
 
 def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | None:
-    """Return the stated start, unless the log begins elsewhere: then it is of another run."""
-    if start is None or np.abs(q[0] - start).max() > ELSEWHERE * np.ptp(q, axis=0).max():
+    """Return the stated start, or None where the log begins elsewhere: in another run."""
+    if start is None:
+        return None
+    if np.abs(q[0] - start).max() > LARGEST_START_ERROR * np.ptp(q, axis=0).max():
         return None
     return start
 
 
 def _dither(q: np.ndarray, period: float) -> np.ndarray:
     """Part of the measured positions above all motion [rad]."""
-    return high_pass(q, 2, min(DITHER, 0.2 / period), 1.0 / period)
+    return high_pass(q, 2, min(NOISE_CORNER, 0.2 / period), 1.0 / period)

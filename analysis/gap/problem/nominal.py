@@ -10,7 +10,7 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.records import Robot
 
-UNKNOWN_TOLERANCE = 10.0  # relative: a parameter that nobody stated may be anything
+UNKNOWN_TOLERANCE = 10.0  # relative, of a parameter that is not stated: it may be anything
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,23 +41,25 @@ def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
 
 def nominal_model(robot: Robot, chain: PlanarChain, ratio: np.ndarray, logs: Sequence[Log],
                   period: float) -> Nominal:
-    """Return the stated joint model; where no datasheet is, the one that fits the logs."""
+    """Return the stated joint model; without a datasheet, the one that fits the logs."""
     motor, n = robot.motor, robot.n
-    loose = UNKNOWN_TOLERANCE
     if motor.inertia is None:
         inertia, damping, load = inverse_dynamics_model(logs, period)
-        return Nominal(inertia, damping, load, loose * inertia, loose * (damping + inertia),
-                       loose * (np.abs(load) + inertia))
+        return Nominal(inertia, damping, load, UNKNOWN_TOLERANCE * inertia,
+                       UNKNOWN_TOLERANCE * (damping + inertia),
+                       UNKNOWN_TOLERANCE * (np.abs(load) + inertia))
     rotor = ratio * stated_or(motor.inertia, n, 0.0)
     inertia = rotor + chain.diagonal / ratio
     drag = ratio * stated_or(motor.viscous_friction, n, 0.0)
     damping = drag + chain.bearing_damping / ratio
-    tolerance = loose if motor.inertia_tolerance is None else motor.inertia_tolerance
-    drag_tolerance = (loose if motor.viscous_friction_tolerance is None
-                      else motor.viscous_friction_tolerance)
-    offset = motor.torque_offset_tolerance
+    tolerance = _stated_tolerance(motor.inertia_tolerance)
+    drag_tolerance = _stated_tolerance(motor.viscous_friction_tolerance)
     return Nominal(
         inertia=inertia, damping=damping, load=np.zeros(n),
         inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
         damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
-        load_tolerance=np.full(n, loose) if offset is None else np.array(offset, float))
+        load_tolerance=stated_or(motor.torque_offset_tolerance, n, UNKNOWN_TOLERANCE))
+
+
+def _stated_tolerance(tolerance: np.ndarray | float | None) -> np.ndarray | float:
+    return UNKNOWN_TOLERANCE if tolerance is None else tolerance

@@ -9,7 +9,7 @@ A joint turns all links behind it, so its row is the sum of theirs.
 """
 
 import dataclasses
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -40,13 +40,14 @@ class PlanarChain:
     com: np.ndarray
     inertia: np.ndarray
     bearing_damping: np.ndarray
-    g: float
+    g: float | np.ndarray
     has_gravity: bool
     has_coupling: bool
     diagonal: np.ndarray
     known: bool
 
-    numbers = ("length", "mass", "com", "inertia", "bearing_damping", "g", "diagonal")
+    parameters: ClassVar[tuple[str, ...]] = (
+        "length", "mass", "com", "inertia", "bearing_damping", "g", "diagonal")
 
     @property
     def n(self) -> int:
@@ -58,21 +59,22 @@ def planar_chain(robot: Robot, pose: np.ndarray) -> PlanarChain:
     """Return the chain that a robot file states, with its inertia at a pose."""
     links, n = robot.links, robot.n
     known = (links.mass is not None and links.length is not None
-             and np.all(links.mass > 0) and np.all(links.length > 0))
+             and bool(np.all(links.mass > 0) and np.all(links.length > 0)))
     zero = np.zeros(n)
-
-    def given(name: str) -> np.ndarray:
-        value = getattr(links, name)
-        return zero if value is None else np.array(value, float)
-
     chain = PlanarChain(
-        length=given("length"), mass=given("mass") if known else zero, com=given("com"),
-        inertia=given("inertia") if known else zero,
-        bearing_damping=given("joint_viscous_friction"), g=robot.nominal.g,
+        length=_stated_or_zero(links.length, n),
+        mass=_stated_or_zero(links.mass, n) if known else zero,
+        com=_stated_or_zero(links.com, n),
+        inertia=_stated_or_zero(links.inertia, n) if known else zero,
+        bearing_damping=_stated_or_zero(links.joint_viscous_friction, n), g=robot.nominal.g,
         has_gravity=known and robot.nominal.gravity,
         has_coupling=known and robot.nominal.coupling and n > 1, diagonal=zero, known=known)
     rows = mass_matrix(chain, np.asarray(pose, float))
     return dataclasses.replace(chain, diagonal=np.array([rows[k][k] for k in range(n)]))
+
+
+def _stated_or_zero(value: np.ndarray | None, n: int) -> np.ndarray:
+    return np.zeros(n) if value is None else np.array(value, float)
 
 
 def mass_matrix(chain: PlanarChain, q: np.ndarray) -> list[list[Any]]:
@@ -80,9 +82,9 @@ def mass_matrix(chain: PlanarChain, q: np.ndarray) -> list[list[Any]]:
     n, constant = chain.n, _constants(chain)
     pair = {(i, j): constant[i][j] * cosine for (i, j), (cosine, _) in _turns(q).items()}
     pair.update({(i, i): constant[i][i] for i in range(n)})
-    rows = [[0.0] * n for _ in range(n + 1)]
+    rows: list[list[Any]] = [[0.0] * n for _ in range(n + 1)]
     for a in reversed(range(n)):
-        tail = 0.0
+        tail: Any = 0.0
         for b in reversed(range(a, n)):
             tail = pair[a, b] + tail
             rows[a][b] = rows[b][a] = tail + rows[a + 1][b]
@@ -90,7 +92,7 @@ def mass_matrix(chain: PlanarChain, q: np.ndarray) -> list[list[Any]]:
 
 
 def gravity_torque(chain: PlanarChain, q: np.ndarray, shift: float = 0.0) -> np.ndarray:
-    """Weight of the links [N m]; `shift` = pi/2 turns gravity by a quarter; q is (..., n)."""
+    """Weight of the links [N m] for q (..., n); `shift` [rad] turns the direction of gravity."""
     own = chain.g * chain.mass * chain.com
     angle, torque = _absolute(q), []
     for i in range(chain.n):
@@ -104,7 +106,8 @@ def coriolis_torque(chain: PlanarChain, q: np.ndarray, dq: np.ndarray) -> np.nda
     n, constant, speed = chain.n, _constants(chain), _absolute(dq)
     if n == 1:
         return 0.0 * q
-    square, torque, turns = [w * w for w in speed], [[] for _ in range(n)], _turns(q)
+    square, turns = [w * w for w in speed], _turns(q)
+    torque: list[list[np.ndarray]] = [[] for _ in range(n)]
     for i in range(n):
         for j in range(i + 1, n):
             pull = constant[i][j] * turns[i, j][1]
@@ -144,15 +147,16 @@ def unit_tip_chain(chain: PlanarChain) -> PlanarChain:
 
 def _constants(chain: PlanarChain) -> list[list[Any]]:
     """Upper triangle of P: inertia of link i about its joint, and moments of links i < j."""
-    n, found = chain.n, [[None] * chain.n for _ in range(chain.n)]
+    n = chain.n
+    constant: list[list[Any]] = [[None] * n for _ in range(n)]
     for j in range(n):
         carried = _sum([chain.mass[k] for k in range(j + 1, n)])
         moment = chain.mass[j] * chain.com[j] + chain.length[j] * carried
         for i in range(j):
-            found[i][j] = chain.length[i] * moment
-        found[j][j] = (chain.inertia[j] + chain.mass[j] * chain.com[j] * chain.com[j]
-                       + chain.length[j] * chain.length[j] * carried)
-    return found
+            constant[i][j] = chain.length[i] * moment
+        constant[j][j] = (chain.inertia[j] + chain.mass[j] * chain.com[j] * chain.com[j]
+                          + chain.length[j] * chain.length[j] * carried)
+    return constant
 
 
 def _turns(q: np.ndarray) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]]:
@@ -160,29 +164,30 @@ def _turns(q: np.ndarray) -> dict[tuple[int, int], tuple[np.ndarray, np.ndarray]
 
     Angles add up along the chain, so that products take the place of most sines.
     """
-    found = {}
+    turns = {}
     for j in range(1, q.shape[-1]):
-        cosine, sine = found[j - 1, j] = np.cos(q[..., j]), np.sin(q[..., j])
+        cosine, sine = turns[j - 1, j] = np.cos(q[..., j]), np.sin(q[..., j])
         for i in range(j - 1):
-            before, aside = found[i, j - 1]
-            found[i, j] = before * cosine - aside * sine, aside * cosine + before * sine
-    return found
+            cosine_before, sine_before = turns[i, j - 1]
+            turns[i, j] = (cosine_before * cosine - sine_before * sine,
+                           sine_before * cosine + cosine_before * sine)
+    return turns
 
 
 def _absolute(q: np.ndarray) -> list[np.ndarray]:
     """Sums q_1 + ... + q_i, one per joint."""
-    found = [q[..., 0]]
+    angles = [q[..., 0]]
     for k in range(1, q.shape[-1]):
-        found.append(found[-1] + q[..., k])
-    return found
+        angles.append(angles[-1] + q[..., k])
+    return angles
 
 
 def _carried_by(torque: list[Any]) -> list[Any]:
     """Torque at every joint of torques that act on the links: those of all links behind it."""
-    found = [torque[-1]]
+    sums = [torque[-1]]
     for part in reversed(torque[:-1]):
-        found.append(part + found[-1])
-    return found[::-1]
+        sums.append(part + sums[-1])
+    return sums[::-1]
 
 
 def _sum(parts: list[Any]) -> Any:

@@ -1,10 +1,10 @@
-"""From goal to motion of a servo whose law is unknown: dead time, and how it divides.
+"""From set-point to motion of a servo whose law is unknown: its delay, and its dead time.
 
-A servo reaches 5 % of a step some time after the goal even without any delay, and dry friction
-makes it later still.  So lag, delay and friction are fitted together, and each is left out in
-turn: a late set-point shifts the whole motion, friction holds it back where it starts and turns.
+A servo needs some time to reach 5 % of a step even without any delay, and dry friction makes that
+longer.  So lag, delay and friction are fitted together, and each is left out in turn: a delay of
+the set-point shifts the whole motion, friction holds it back where it starts and turns.
 
-    ddq = w^2 (goal(t - T) + offset - q - f) - 2 D w dq,   |f| <= level, f against the motion
+    ddq = w^2 (q_d(t - T) + offset - q - f) - 2 D w dq,   |f| <= level, f against the motion
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clie_blocks.analysis.records import Record
+from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.linear_filters import zero_order_hold
 
@@ -25,23 +26,25 @@ if TYPE_CHECKING:
 
     from clie_blocks.compiled import Program
 
-REACHED = 0.05  # of a step
-FINE = 10  # steps of the fitted servo per sample of the log
-SETTLE = 50  # samples after the start that are not judged
-STARTS = (15.0, 40.0)  # rad/s
-BLOCK = 2.0  # s, in which errors hang together
-NUMBERS = ("frequency", "damping_ratio", "offset", "delay", "level")
-FIRST = {"damping_ratio": 1.0, "offset": 0.0, "level": 2e-3}
-SCALE = (5.0, 0.2, 0.01, 0.01, 2e-3)
-BOUNDS = {"frequency": (1.0, 300.0), "damping_ratio": (0.2, 5.0), "offset": (-1.0, 1.0),
-          "delay": (0.0, 0.3), "level": (0.0, 0.5)}
+STEP_SHARE = 0.05  # of a step of the set-point: a servo that has moved so far has answered it
+STEPS_PER_SAMPLE = 10  # of the simulated servo in one sample of the log
+UNSETTLED_SAMPLES = 50  # at the start of a log, whose errors do not count
+CORRELATION_TIME = 2.0  # s, within which errors of a fit are correlated
 EXPLAINED_BY = {"lag": (), "setpoint_delay": ("delay",), "coulomb": ("level",),
                 "both": ("delay", "level")}
 
+_LAG = ("frequency", "damping_ratio", "offset")
+_PARAMETERS = (*_LAG, "delay", "level")
+_START_FREQUENCIES = (15.0, 40.0)  # rad/s
+_START = {"damping_ratio": 1.0, "offset": 0.0, "level": 2e-3}
+_SCALE = {"frequency": 5.0, "damping_ratio": 0.2, "offset": 0.01, "delay": 0.01, "level": 2e-3}
+_BOUNDS = {"frequency": (1.0, 300.0), "damping_ratio": (0.2, 5.0), "offset": (-1.0, 1.0),
+           "delay": (0.0, 0.3), "level": (0.0, 0.5)}
+
 
 @dataclasses.dataclass(frozen=True)
-class GoalPath:
-    """How a servo follows its goal.
+class PositionPath:
+    """How a servo follows its set-point.
 
     Parameters
     ----------
@@ -52,13 +55,13 @@ class GoalPath:
     offset : float
         Constant error [rad].
     delay : float
-        Pure delay of goal and reading together [s].
+        Pure delay of set-point and reading together [s].
     level : float
         Dry friction, as the position error that just moves the servo [rad].
-    left : float
-        RMS of what this does not explain [rad].
+    rms_error : float
+        RMS of the motion that this does not explain [rad].
     half_widths : dict
-        Of the 95 % intervals of the fitted numbers, by name.
+        Of the 95 % intervals of the fitted parameters, by name.
 
     """
 
@@ -67,84 +70,89 @@ class GoalPath:
     offset: float
     delay: float
     level: float
-    left: float
+    rms_error: float
     half_widths: dict[str, float]
 
 
 def dead_times(record: Record, k: int, least: float = 0.05, rest: int = 5) -> np.ndarray:
-    """Times from each step of the goal to 5 % of the motion [s].
+    """Times from each step of the set-point of joint k to 5 % of the motion [s].
 
     Parameters
     ----------
     record : Record
-        With goals qd and positions q.
+        With set-points qd and positions q.
     k : int
         Joint.
     least : float
-        Smallest step of the goal that counts [rad].
+        Smallest step of the set-point that counts [rad].
     rest : int
-        Samples for which the goal must have stood still before.
+        Samples for which the set-point must have been constant before.
 
     """
-    goal, q = record.qd[:, k], record.q[:, k]
-    moved = np.diff(goal)
-    found = []
-    for i in np.flatnonzero(np.abs(moved) > least) + 1:
-        if i >= rest and not moved[i - rest:i - 1].any():
-            after = np.sign(moved[i - 1]) * (q[i:] - q[i])
-            late = np.flatnonzero(after > REACHED * abs(moved[i - 1]))
-            found += [record.time[i + late[0]] - record.time[i]] if late.size else []
-    return np.array(found)
+    set_point, q = _set_point(record, k), record.q[:, k]
+    steps = np.diff(set_point)
+    times = []
+    for i in np.flatnonzero(np.abs(steps) > least) + 1:
+        if i < rest or steps[i - rest:i - 1].any():
+            continue
+        step = steps[i - 1]
+        answered = np.flatnonzero(np.sign(step) * (q[i:] - q[i]) > STEP_SHARE * abs(step))
+        if answered.size:
+            times.append(record.time[i + answered[0]] - record.time[i])
+    return np.array(times)
 
 
-def goal_path(record: Record, k: int, causes: Sequence[str] = ("delay",)) -> GoalPath:
-    """Fit the path from goal to motion of one joint.
+def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",),
+                      ) -> PositionPath:
+    """Fit the path from set-point to motion of one joint.
 
     Parameters
     ----------
     record : Record
-        With goals qd and positions q on an even clock.
+        With set-points qd and positions q on an even clock.
     k : int
         Joint.
     causes : sequence of str
-        What there is beside the lag: ``delay``, ``level``.
+        What acts in addition to the lag: ``delay``, ``level``.
 
     Raises
     ------
     NotIdentifiableError
-        If the goal never moves.
+        If the set-point never moves.
 
     """
     from scipy.optimize import least_squares
 
-    goal, q, period = record.qd[:, k], record.q[:, k], record.sample_time
-    if np.ptp(goal) == 0.0:
-        raise NotIdentifiableError(f"{record.source}: the goal of {record.joints[k]} never moves, "
-                                   "so that its path cannot be told")
-    free = [name for name in NUMBERS if name in (*NUMBERS[:3], *causes)]
+    set_point, q, period = _set_point(record, k), record.q[:, k], record.sample_time
+    if np.ptp(set_point) == 0.0:
+        raise NotIdentifiableError(f"{record.source}: the set-point of {record.joints[k]} never "
+                                   "moves, so that its path cannot be identified")
+    free = [name for name in _PARAMETERS if name in (*_LAG, *causes)]
 
-    def numbers(p: np.ndarray) -> dict[str, float]:
-        return {"delay": 0.0, "level": 0.0, **dict(zip(free, map(float, p), strict=True))}
+    def parameters(vector: np.ndarray) -> dict[str, float]:
+        return {"delay": 0.0, "level": 0.0, **dict(zip(free, map(float, vector), strict=True))}
 
-    def error(p: np.ndarray) -> np.ndarray:
-        return (servo_response(goal, q[0], period, **numbers(p)) - q)[SETTLE:]
+    def error(vector: np.ndarray) -> np.ndarray:
+        response = servo_response(set_point, q[0], period, **parameters(vector))
+        return (response - q)[UNSETTLED_SAMPLES:]
 
-    low, high = np.transpose([BOUNDS[name] for name in free])
-    first = FIRST | {"delay": period}
-    fits = [least_squares(error, [(first | {"frequency": start})[name] for name in free],
-                          x_scale=[SCALE[NUMBERS.index(name)] for name in free],
-                          bounds=(low, high), max_nfev=60) for start in STARTS]
+    low, high = np.transpose([_BOUNDS[name] for name in free])
+    start = _START | {"delay": period}
+    fits = [least_squares(error, [(start | {"frequency": frequency})[name] for name in free],
+                          x_scale=[_SCALE[name] for name in free], bounds=(low, high),
+                          max_nfev=60) for frequency in _START_FREQUENCIES]
     best = min(fits, key=lambda fit: fit.cost)
-    half_widths = 1.96 * np.linalg.norm(block_influence(best, round(BLOCK / period)), axis=0)
-    return GoalPath(**numbers(best.x), left=float(np.sqrt(np.mean(best.fun**2))),
-                    half_widths=dict(zip(free, half_widths.tolist())))
+    influence = block_influence(best, round(CORRELATION_TIME / period))
+    half_widths = NORMAL_95 * np.linalg.norm(influence, axis=0)
+    return PositionPath(**parameters(best.x), rms_error=float(np.sqrt(np.mean(best.fun**2))),
+                        half_widths=dict(zip(free, half_widths.tolist())))
 
 
 def block_influence(fit: OptimizeResult, width: int) -> np.ndarray:
-    """How far each block of samples pulls the numbers of a least-squares fit, (blocks, numbers).
+    """Influence of each block of samples on a least-squares fit, shape (blocks, parameters).
 
-    Errors within a block hang together, blocks do not: the root of the sum of squares of a column
-    is the standard deviation of its number.
+    Errors are correlated within a block and independent between blocks: the root of the sum of
+    squares of a column is the standard deviation of its parameter.
     """
     blocks = range(width, len(fit.fun), width)
     gradients = np.array([rows.T @ error for rows, error in zip(
@@ -153,71 +161,67 @@ def block_influence(fit: OptimizeResult, width: int) -> np.ndarray:
 
 
 def describe(record: Record, k: int) -> str:
-    """Path of one joint in a sentence: what is delay, what is friction, and the dead time."""
-    path, late = goal_path(record, k, ("delay", "level")), dead_times(record, k)
-    delay, level = (_with_intervals(path, *number) for number in (("delay", 1e3), ("level", 1e3)))
-    said = (f"{record.joints[k]}: goals act {delay} ms late, and dry friction holds up to {level} "
-            "mrad of error.")
-    if not late.size:
-        return said
-    first, tick = 1e3 * np.median(late), 1e3 * record.sample_time
-    return (f"{said} With lag and friction the dead time is {first + tick:.0f} ms, from the last "
-            f"reading under an old goal to the first beyond {100 * REACHED:.0f} % of a step "
-            f"({first:.0f} ms from the tick of the new goal; median of {late.size}).")
+    """Path of one joint in a sentence: its delay, its dry friction, and its dead time."""
+    path, times = fit_position_path(record, k, ("delay", "level")), dead_times(record, k)
+    path_sentence = (
+        f"{record.joints[k]}: the delay of the set-points is {_with_interval(path, 'delay')} ms, "
+        f"and dry friction holds up to {_with_interval(path, 'level')} mrad of error.")
+    if not times.size:
+        return path_sentence
+    from_sample, sample = 1e3 * np.median(times), 1e3 * record.sample_time
+    return (f"{path_sentence} With lag and friction the dead time is {from_sample + sample:.0f} "
+            "ms, from the last reading under an old set-point to the first beyond "
+            f"{100 * STEP_SHARE:.0f} % of a step ({from_sample:.0f} ms from the sample of the new "
+            f"set-point; median of {times.size}).")
 
 
-def _with_intervals(path: GoalPath, name: str, scale: float) -> str:
-    return f"{scale * getattr(path, name):.3g} +- {scale * path.half_widths[name]:.2g}"
+def _with_interval(path: PositionPath, name: str) -> str:
+    """Parameter in thousandths, with the half width of its 95 % interval."""
+    return f"{1e3 * getattr(path, name):.3g} +- {1e3 * path.half_widths[name]:.2g}"
 
 
-def error_by_hypothesis(fitted: Record, judged: Record, k: int,
-                        ) -> dict[str, tuple[GoalPath, float]]:
-    """RMS error on a log that was not used, by what the servo is said to have beside its lag.
-
-    Parameters
-    ----------
-    fitted, judged : Record
-        Log to fit on, and log to judge on.
-    k : int
-        Joint.
-
-    Returns
-    -------
-    dict
-        ``lag``, ``setpoint_delay``, ``coulomb``, ``both`` -> (GoalPath, RMS on `judged` [rad]).
-
-    """
-    return {name: (path, validation_error(path, judged, k))
+def error_by_hypothesis(fitted: Record, unseen: Record, k: int,
+                        ) -> dict[str, tuple[PositionPath, float]]:
+    """Fitted path, and its RMS error on an unseen log [rad], by name of `EXPLAINED_BY`."""
+    return {name: (path, validation_error(path, unseen, k))
             for name, path in paths_by_hypothesis(fitted, k).items()}
 
 
-def paths_by_hypothesis(record: Record, k: int, ways: Sequence[str] = tuple(EXPLAINED_BY),
-                        ) -> dict[str, GoalPath]:
-    """Path of one joint by what the servo is said to have beside its lag, see `explained`."""
-    return {name: goal_path(record, k, EXPLAINED_BY[name]) for name in ways}
+def paths_by_hypothesis(record: Record, k: int, names: Sequence[str] = tuple(EXPLAINED_BY),
+                        ) -> dict[str, PositionPath]:
+    """Fitted path of one joint, by name of `EXPLAINED_BY`: what acts in addition to the lag."""
+    return {name: fit_position_path(record, k, EXPLAINED_BY[name]) for name in names}
 
 
-def validation_error(path: GoalPath, record: Record, k: int) -> float:
+def validation_error(path: PositionPath, record: Record, k: int) -> float:
     """RMS of what a path does not predict of a log, but for a constant [rad]."""
-    numbers = {number: getattr(path, number) for number in NUMBERS}
-    found = servo_response(record.qd[:, k], record.q[0, k], record.sample_time, **numbers)
-    return float(np.std((found - record.q[:, k])[SETTLE:]))
+    parameters = {name: getattr(path, name) for name in _PARAMETERS}
+    response = servo_response(_set_point(record, k), record.q[0, k], record.sample_time,
+                              **parameters)
+    return float(np.std((response - record.q[:, k])[UNSETTLED_SAMPLES:]))
 
 
-def servo_response(goal: np.ndarray, start: float, period: float, frequency: float,
+def _set_point(record: Record, k: int) -> np.ndarray:
+    if record.qd is None:
+        raise NotIdentifiableError(f"{record.source} has no set-point qd; without it the path "
+                                   "from set-point to motion is unknown: log it")
+    return record.qd[:, k]
+
+
+def servo_response(set_point: np.ndarray, start: float, period: float, frequency: float,
                    damping_ratio: float, offset: float, delay: float, level: float = 0.0,
                    ) -> np.ndarray:
-    """Position of a servo that holds each goal and is read late, shape (N,)."""
-    step = period / FINE
+    """Position of a servo that holds each set-point and is read with a delay, shape (N,)."""
+    step = period / STEPS_PER_SAMPLE
     rates = np.array([[0.0, 1.0], [-frequency**2, -2 * damping_ratio * frequency]])
     drive = np.array([[0.0], [frequency**2]])
     a, b = zero_order_hold(rates, drive, step)
-    pulled = np.repeat(goal, FINE) + offset - start
+    pull = np.repeat(set_point, STEPS_PER_SAMPLE) + offset - start
     fine = start + np.asarray(_servo().run(
-        pulled.size, inputs={"goal": pulled[:, None]}, initial_state=np.zeros(2),
-        params={"a": a, "b": b[:, 0], "level": np.array(level)}).outputs).ravel()[:pulled.size]
+        pull.size, inputs={"q_d": pull[:, None]}, initial_state=np.zeros(2),
+        params={"a": a, "b": b[:, 0], "level": np.array(level)}).outputs).ravel()[:pull.size]
     time = step * np.arange(fine.size)
-    return np.interp(period * np.arange(len(goal)) - delay, time, fine)
+    return np.interp(period * np.arange(len(set_point)) - delay, time, fine)
 
 
 @functools.cache
@@ -237,6 +241,6 @@ def _servo() -> Program:
         return np.array([a_qq * q + a_qv * dq + b_q * (u[0] - held), free - b_v * held])
 
     return compile_diagram(ct.nlsys(
-        update, lambda t, x, u, params: x[:1], name="servo", dt=1.0, inputs=["goal[0]"],
+        update, lambda t, x, u, params: x[:1], name="servo", dt=1.0, inputs=["q_d[0]"],
         outputs=["q[0]"], states=["q", "dq"],
         params={"a": np.eye(2), "b": np.ones(2), "level": np.array(0.1)}))

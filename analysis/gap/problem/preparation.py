@@ -1,8 +1,8 @@
 """Logs of machines whose command is no torque, in the form that the diagnosis reads.
 
 The diagnosis knows one law, ``u = Kp (q_d - q) - Kd v + pe``, with u in the unit of the joint
-model.  A servo's duty cycle becomes the torque of its stalled motor, a torque-driven machine has
-no gains and all of its command is excitation, and a servo whose law is unknown is driven by its
+model.  A servo's duty cycle becomes the torque of its stalled motor.  A torque-driven machine has
+no gains, and all of its command is excitation.  A servo whose law is unknown is driven by its
 position error.
 """
 
@@ -14,34 +14,24 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
 
-UNEVEN = 0.02  # spread of the sample time from which on a log is put on an even clock
-MOST = 0.5  # of the command, by its standard deviation
-COASTING = 0.1  # s, in which a rotor of unknown damping is taken to come to rest
-QUARTER = math.pi / 2  # from 'hanging down' to the horizontal arm of `links`
+UNEVEN_CLOCK = 0.02  # standard deviation of the sample time over its mean: a log is resampled
+# Share of the standard deviation of the command, above which an unlogged reference moved.
+MOVED_REFERENCE = 0.5
+COASTING_TIME = 0.1  # s, in which a rotor of unknown damping is assumed to come to rest
+QUARTER_TURN = math.pi / 2  # rad, from 'hanging down' to the horizontal arm of `planar_chain`
 
 
 def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
     """Return robot and records in the form of eq. (11).
 
-    Parameters
-    ----------
-    robot : Robot
-        What is known.
-    records : list of Record
-        Its logs.
-
-    Returns
-    -------
-    robot : Robot
-        With a law of the kind ``pd`` or ``cascade``.
-    records : list of Record
-        On even clocks; what was done is in their decisions.
+    The law of the robot is then of the kind ``pd`` or ``cascade``, the records are on even clocks,
+    and what was changed is in their decisions.
 
     Raises
     ------
@@ -61,12 +51,18 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
 def _check_one_robot(robot: Robot, records: Sequence[Record]) -> None:
     for record in records:
         other = robot if record.robot is None else record.robot
-        if other.name != robot.name or not np.array_equal(other.controller.kp,
-                                                          robot.controller.kp):
+        if other.name != robot.name or not _have_equal_gains(other, robot):
             raise RecordError(
                 f"{records[0].source} and {record.source} are of different robots or gains, and a "
                 "diagnosis is of one: choose the logs of one robot with one set of gains, from "
                 "Python with Problem.from_logs(robot, records)")
+
+
+def _have_equal_gains(one: Robot, other: Robot) -> bool:
+    kp, other_kp = one.controller.kp, other.controller.kp
+    if kp is None or other_kp is None:
+        return kp is other_kp
+    return np.array_equal(kp, other_kp)
 
 
 def _check_samples(records: Sequence[Record]) -> None:
@@ -77,44 +73,39 @@ def _check_samples(records: Sequence[Record]) -> None:
         for key in ("q", "u", "qd", "pe", "tau"):
             signal = getattr(record, key)
             if signal is not None and not np.isfinite(signal).all():
-                lost = ~np.isfinite(signal).all(axis=1)
+                unusable = ~np.isfinite(signal).all(axis=1)
                 raise RecordError(
-                    f"{record.source}: {key} is NaN or infinite in {lost.sum()} of {len(record)} "
-                    f"samples, first at {record.time[np.argmax(lost)]:.6g} s; the simulation "
+                    f"{record.source}: {key} is NaN or infinite in {unusable.sum()} of "
+                    f"{len(record)} samples, first at {record.time[np.argmax(unusable)]:.6g} s; "
+                    "the simulation "
                     "needs every sample: cut the log there, or fill short gaps")
 
 
 def _form(robot: Robot, records: Sequence[Record]) -> Form:
-    first = records[0]
     if robot.controller.law == "servo":
         return duty_as_torque
     if robot.controller.law != "unknown":
         return lambda same, logs: (same, [with_reference(log, same) for log in logs])
-    if first.u is None and first.qd is None:
-        raise NotIdentifiableError(
-            f"{first.source} has neither a command u nor a reference qd, so that nothing says "
-            "what drove the machine; log one of them")
-    return position_error_as_command if first.u is None else command_as_excitation
+    return position_error_as_command if records[0].u is None else command_as_excitation
 
 
 def with_reference(record: Record, robot: Robot) -> Record:
-    """Record whose excitation holds what was asked of the joints, where no reference was logged.
+    """Record whose excitation contains the reference, where no reference was logged.
 
-    The law tells it: what the logged command holds beyond that of a reference at the first
-    position is ``kp (q_d - q_0) + pe``.  Its mean is a reference elsewhere.  Where the rest is
-    most of the command, the reference moved; where it is little, the law may not be the stated
-    one, which is for the controller check to say.
+    What the logged command contains beyond the stated law with a reference at the first position
+    is ``kp (q_d - q_0) + pe``.  A reference at another position gives a constant.  Where this rest
+    is most of the command, the reference moved; where it is little, the law may not be the stated
+    one, which the controller check decides.
     """
     if record.qd is not None or record.u is None:
         return record
     law = control_law(robot.controller, sample_time(record, robot.controller))
     excitation = np.zeros_like(record.q) if record.pe is None else record.pe
     rest = record.u - law.replay(record.q, record.q[:1], excitation)
-    moved = np.std(rest, axis=0) > MOST * np.std(record.u, axis=0)
-    note = (("No reference was logged: what was asked of the joints is read from the command, as "
-             "the stated law makes it."),) if moved.any() else ()
-    return record.replace(
-        pe=excitation + np.where(moved, rest, rest.mean(axis=0))).noted(*note)
+    moved = np.std(rest, axis=0) > MOVED_REFERENCE * np.std(record.u, axis=0)
+    record = record.replace(pe=excitation + np.where(moved, rest, rest.mean(axis=0)))
+    return record.noted("No reference was logged: it is read from the command, by the stated "
+                        "law.") if moved.any() else record
 
 
 def on_even_clock(record: Record) -> Record:
@@ -122,7 +113,7 @@ def on_even_clock(record: Record) -> Record:
     from clie_blocks.analysis.records import resample
 
     steps, period = np.diff(record.time), record.sample_time
-    if np.std(steps) < UNEVEN * period:
+    if np.std(steps) < UNEVEN_CLOCK * period:
         return record
     return resample(record, float(np.mean(steps)))
 
@@ -139,15 +130,18 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
     else:
         scale, unit = law.supply * motor.torque_constant / motor.resistance, "N m"
     note = f"u is {unit}, {scale[0]:.4g} {unit} at full duty; back-EMF counts as damping."
+    kp, _ = gains(law)
     controller = dataclasses.replace(
-        law, law="pd", kp=law.kp * scale, kd=0.0 * scale, velocity_filter="difference",
+        law, law="pd", kp=kp * scale, kd=0.0 * scale, velocity_filter="difference",
         saturation=None if law.saturation is None else law.saturation * scale,
         command_resolution=None)
     stated = dataclasses.replace(robot, controller=controller, units={})
     stated = _with_hanging_links(stated) if unit == "N m" else stated
-    turn = QUARTER if stated.nominal.gravity else 0.0
-    return stated, [record.replace(u=record.u * scale, q=record.q - turn, qd=record.qd - turn,
-                                   units={}, robot=stated).noted(note) for record in records]
+    turn = QUARTER_TURN if stated.nominal.gravity else 0.0
+    return stated, [
+        record.replace(u=None if record.u is None else record.u * scale, q=record.q - turn,
+                       qd=None if record.qd is None else record.qd - turn, units={},
+                       robot=stated).noted(note) for record in records]
 
 
 def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
@@ -157,7 +151,7 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
                                      velocity_filter="difference")
     stated = _with_hanging_links(dataclasses.replace(robot, controller=controller))
     turn = np.zeros(robot.n)
-    turn[0] = QUARTER if stated.nominal.gravity else 0.0
+    turn[0] = QUARTER_TURN if stated.nominal.gravity else 0.0
     note = "No law is known: the command acts as excitation, without feedback."
     return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated)
                     .noted(" ".join([note, *torque_path.describe(record)])) for record in records]
@@ -165,26 +159,35 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
 
 def position_error_as_command(robot: Robot, records: Sequence[Record],
                               ) -> tuple[Robot, list[Record]]:
-    """The position error of a servo in the place of its unknown command."""
+    """Position errors of a servo, which stand for its unknown command."""
     controller = dataclasses.replace(
         robot.controller, law="pd", kp=np.ones(robot.n), kd=np.zeros(robot.n),
         velocity_filter="difference")
     stated = dataclasses.replace(robot, controller=controller)
     note = ("The command is not logged: the position error stands for it, so that torques are in "
-            "rad of error and damping holds the servo's own.")
-    note = " ".join([note, *_paths(records[0])])
-    return stated, [record.replace(u=record.qd - record.q, robot=stated).noted(note)
+            "rad of error and the damping includes that of the servo.")
+    note = " ".join([note, *_position_paths(records[0])])
+    return stated, [record.replace(u=_reference(record) - record.q, robot=stated).noted(note)
                     for record in records]
 
 
-def _paths(record: Record) -> list[str]:
-    """What the way from goal to motion says of each joint whose goal moves."""
-    moving = np.flatnonzero(np.ptp(record.qd, axis=0) > 0)
+def _reference(record: Record) -> np.ndarray:
+    """Reference of a record without a command, shape (N, n) [rad]."""
+    if record.qd is None:
+        raise NotIdentifiableError(
+            f"{record.source} has neither a command u nor a reference qd, so that nothing says "
+            "what drove the machine; log one of them")
+    return record.qd
+
+
+def _position_paths(record: Record) -> list[str]:
+    """Path from set-point to motion of each joint whose set-point moves, in sentences."""
+    moving = np.flatnonzero(np.ptp(_reference(record), axis=0) > 0)
     return [position_path.describe(record, int(k)) for k in moving]
 
 
 def _with_hanging_links(robot: Robot) -> Robot:
-    """Robot whose links are known and hang down at q = 0: gravity and coupling are nominal."""
+    """Robot with gravity and coupling in its nominal model, where it has known, hanging links."""
     links = robot.links
     if links.mass is None or links.com is None or links.length is None:
         return robot
@@ -193,9 +196,9 @@ def _with_hanging_links(robot: Robot) -> Robot:
 
 
 def with_damping(robot: Robot) -> Robot:
-    """Return the robot with a damping to start from, where an inertia is stated without one."""
+    """Return the robot with a first value of damping, where only an inertia is stated."""
     motor = robot.motor
     if motor.inertia is None or motor.viscous_friction is not None:
         return robot
     return dataclasses.replace(robot, motor=dataclasses.replace(
-        motor, viscous_friction=motor.inertia / COASTING))
+        motor, viscous_friction=motor.inertia / COASTING_TIME))

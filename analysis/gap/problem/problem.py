@@ -33,17 +33,20 @@ class HeldEffect(Protocol):
     """An effect that the nominal model holds, with the parameters that it has there."""
 
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def name(self) -> str:
+        """Name of the effect."""
 
     @property
-    def joints(self) -> tuple[int, ...]: ...  # noqa: D102
+    def joints(self) -> tuple[int, ...]:
+        """Joints that have it."""
 
     @property
-    def values(self) -> Mapping[str, np.ndarray]: ...  # noqa: D102
+    def values(self) -> Mapping[str, np.ndarray]:
+        """Parameter -> value per joint, shape (n,)."""
 
 
 class Statement(NamedTuple):
-    """Robot and logs as they were given, and which logs are held out."""
+    """Robot and logs before preparation, and which logs are held out."""
 
     robot: Robot
     records: tuple[Record, ...]
@@ -71,9 +74,9 @@ class Problem:
     joints : tuple of str
         Names.
     inside : tuple of HeldEffect
-        Effects that the nominal model holds, beside its joint model.
+        Effects that the nominal model holds in addition to its joint model.
     command_delay : float
-        Time by which every command acts late, as the log shows [s].
+        Delay between the computation of a command and its effect, as the logs show [s].
     quiet : bool
         Models run without the measured noise, as a user's simulator does.
     records : tuple of Record
@@ -83,7 +86,7 @@ class Problem:
     robot : Robot or None
         What is known of the robot, in the form of eq. (11); None of a loop.
     statement : Statement or None
-        What it was stated from; None of a loop.
+        Robot and logs before preparation; None of a loop.
 
     """
 
@@ -106,7 +109,7 @@ class Problem:
 
     @classmethod
     def from_logs(cls, robot: Robot, records: Sequence[Record],
-                  held_out: Sequence[int] | None = None) -> Self:
+                  held_out: Sequence[int] | None = None) -> Problem:
         """State the problem of a robot and its logs.
 
         Parameters
@@ -121,7 +124,7 @@ class Problem:
         Raises
         ------
         RecordError
-            If a record lacks a signal, or the logs do not belong together.
+            If a signal is missing from a record, or the logs do not belong together.
         NotIdentifiableError
             If a log is too short, or nothing says what drove the machine.
 
@@ -133,7 +136,7 @@ class Problem:
 
     @classmethod
     def from_loop(cls, loop: InputOutputSystem, records: Record | Sequence[Record],
-                  held_out: Sequence[int] | None = None) -> Self:
+                  held_out: Sequence[int] | None = None) -> Problem:
         """State the problem of any python-control loop and its logs.
 
         Parameters
@@ -149,7 +152,8 @@ class Problem:
         Raises
         ------
         ClieError
-            If the loop lacks a port, fails, or its sample time is not that of the logs.
+            If a port of the loop is missing, the loop fails, or its sample time is not that of
+            the logs.
         DivergedError
             If the loop is unstable.
 
@@ -157,11 +161,11 @@ class Problem:
         records = [records] if isinstance(records, Record) else list(records)
         robot, law, nominal, logs = loop_statement(loop, records)
         one = np.ones(robot.n)
-        fit, rest = _split(logs, _held_out(records, held_out))
-        return cls(fit, rest, law, nominal, law.chain, one, one, 0 * one, tuple(robot.joints),
-                   quiet=True, records=tuple(records))
+        fit, validation = _split(logs, _held_out(records, held_out))
+        return cls(fit, validation, law, nominal, law.chain, one, one, 0 * one,
+                   tuple(robot.joints), quiet=True, records=tuple(records))
 
-    def beside(self, simulated: Sequence[Record]) -> Self:
+    def beside(self, simulated: Sequence[Record]) -> Problem:
         """Return the problem of what differs between the robot and the user's own simulator.
 
         Parameters
@@ -196,18 +200,25 @@ class Problem:
         return self.law.period
 
     @property
+    def stated_law(self) -> StatedLaw:
+        """The law that a robot file states, for stages that replay or change it."""
+        if not isinstance(self.law, StatedLaw):
+            raise TypeError("a user's loop states no law; its controller is part of the loop")
+        return self.law
+
+    @property
     def logs(self) -> tuple[Log, ...]:
         """All logs, those that models are fitted to first."""
         return self.fit + self.held_out
 
     def with_logs(self, change: Callable[[Log], Log]) -> Self:
-        """Return the problem with a change made to every log."""
+        """Return the problem with every log as a function returns it."""
         return self.with_log_list([change(log) for log in self.logs])
 
     def with_log_list(self, logs: Sequence[Log]) -> Self:
-        """Return the problem with other logs, in the order of `logs`."""
-        fitted = len(self.fit)
-        return dataclasses.replace(self, fit=tuple(logs[:fitted]), held_out=tuple(logs[fitted:]))
+        """Return the problem with other logs, in the order of `Problem.logs`."""
+        count = len(self.fit)
+        return dataclasses.replace(self, fit=tuple(logs[:count]), held_out=tuple(logs[count:]))
 
 
 def state_problem(robot: Robot, records: Sequence[Record],
@@ -221,9 +232,9 @@ def state_problem(robot: Robot, records: Sequence[Record],
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     chain = planar_chain(robot, _pose(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
-    fit, rest = _split(logs, _held_out(records, held_out))
+    fit, validation = _split(logs, _held_out(records, held_out))
     return Problem(
-        fit, rest, law, nominal_model(robot, chain, ratio, logs, law.period), chain,
+        fit, validation, law, nominal_model(robot, chain, ratio, logs, law.period), chain,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
         records=tuple(records), robot=robot)

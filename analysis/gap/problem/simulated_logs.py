@@ -1,34 +1,22 @@
-"""Logs of the user's own simulator: what they are missing is taken from the robot's logs."""
+"""Logs of the user's own simulator: missing signals are taken from the robot's logs."""
+
+from collections.abc import Sequence
+
+from clie_blocks.analysis.records import Record
 
 
+def complete(simulated: Record, j: int, robot_records: Sequence[Record]) -> Record:
+    """Simulator's log j with the reference and excitation of the robot's log j, if not logged.
 
-
-def complete(record, j, robots):
-    """Simulator's log with the reference and excitation that it was not logged with.
-
-    They are those of the robot's log of the same place, as the experiments are the same.
-
-    Parameters
-    ----------
-    record : Record
-        The simulator's log.
-    j : int
-        Its place among the simulator's logs.
-    robots : list of Record
-        The robot's logs.
-
-    Returns
-    -------
-    Record
-        The simulator's log; what was filled in is in its decisions.
-
+    Both are logs of the same experiment.  What was filled in is in the decisions of the log.
     """
-    lacks = [key for key in ("qd", "pe") if getattr(record, key) is None]
-    if not lacks or j >= len(robots) or len(robots[j]) != len(record):
-        return record
-    given = {key: getattr(robots[j], key) for key in lacks}
-    known = [key for key in lacks if given[key] is not None]
-    if not known:
-        return record
-    return record.replace(**{key: given[key] for key in known}).noted(
-        f"The simulator's log has no {' and no '.join(known)}: taken from {robots[j].source}.")
+    missing = [key for key in ("qd", "pe") if getattr(simulated, key) is None]
+    if not missing or j >= len(robot_records) or len(robot_records[j]) != len(simulated):
+        return simulated
+    logged = {key: getattr(robot_records[j], key) for key in missing}
+    filled = {key: signal for key, signal in logged.items() if signal is not None}
+    if not filled:
+        return simulated
+    return simulated.replace(**filled).noted(
+        f"The simulator's log has no {' and no '.join(filled)}: taken from "
+        f"{robot_records[j].source}.")

@@ -57,19 +57,19 @@ def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:
         yield (f"The command of {join_words(much)} is at its limit for up to "
                f"{percent(limited.max())} of the time: the loop is open there, and small model "
                "errors grow.")
-    if check.wrong:
-        wrong = join_words(joints[k] for k in check.wrong)
+    if check.other_filter:
+        wrong = join_words(joints[k] for k in check.other_filter)
         yield (f"The velocity filter that ran at {wrong} is not the stated one: correct the robot "
                "file first.")
-    if check.gains:
-        gains = join_words(joints[k] for k in check.gains)
+    if check.other_gains:
+        gains = join_words(joints[k] for k in check.other_gains)
         yield (f"The gains that ran at {gains} are not the stated ones: correct the robot file "
                "first.")
     if any(check.integral):
         integral = join_words(joints[k] for k in np.flatnonzero(check.integral))
         yield (f"The control law of {integral} has an integral part: state it in the robot file, "
                "or switch it off while logging.")
-    if check.late:
+    if check.delayed:
         yield ("The command is sent one period after it was computed: state this in the robot "
                "file.")
     if check.coarse:

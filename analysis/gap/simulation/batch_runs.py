@@ -14,37 +14,45 @@ from clie_blocks.labels import signals
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
 
-Values = Mapping[str, np.ndarray]  # parameters of the simulator by key
+Values = Mapping[str, np.ndarray]
+"""Parameters of a simulator by key."""
+
+LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
+KEPT_INPUTS = 8  # tables of inputs that are kept for the next run
 
 
 class Shape(Protocol):
     """Joints and period of a simulated robot."""
 
     @property
-    def n(self) -> int: ...  # noqa: D102
+    def n(self) -> int:
+        """Number of joints."""
 
     @property
-    def period(self) -> float: ...  # noqa: D102
+    def period(self) -> float:
+        """Period of the controller [s]."""
 
 
 class LaneSimulator(Protocol):
-    """What a batch asks of a simulator."""
+    """What a batch needs of a simulator."""
 
     @property
-    def shape(self) -> Shape: ...  # noqa: D102
+    def shape(self) -> Shape:
+        """Joints and period."""
 
     @property
-    def program(self) -> Batches: ...  # noqa: D102
+    def program(self) -> Batches:
+        """The compiled program."""
 
     @property
-    def delays(self) -> tuple[str, ...]: ...  # noqa: D102
+    def delays(self) -> tuple[str, ...]:
+        """Names of the blocks that delay, each with a parameter ``time``."""
 
-    def for_delays(self, longest: float) -> LaneSimulator: ...  # noqa: D102
+    def for_delays(self, longest: float) -> LaneSimulator:
+        """Return the simulator with delay lines for a longest delay [s]."""
 
-    def start(self, log: Log, values: Values) -> np.ndarray: ...  # noqa: D102
-
-LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
-KEPT = 8  # tables of inputs
+    def initial_state(self, log: Log, values: Values) -> np.ndarray:
+        """State at the first sample of a log."""
 
 
 def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], names: Sequence[str],
@@ -53,7 +61,7 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
 
     Parameters
     ----------
-    simulator : Simulator
+    simulator : LaneSimulator
         The closed loop.
     log : Log
         Reference, excitation, noise and start.
@@ -74,18 +82,20 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
     """
     simulator = simulator.for_delays(_longest_delay(simulator, sets))
     width = min(_width(len(sets), every), simulator.program.lanes)
-    found = [_group(simulator, log, sets[first:first + width], width, names, dithered, every)
-             for first in range(0, len(sets), width)]
-    return np.concatenate(found) if len(found) > 1 else found[0]
+    groups = [_run_group(simulator, log, sets[first:first + width], width, names, dithered, every)
+              for first in range(0, len(sets), width)]
+    return np.concatenate(groups) if len(groups) > 1 else groups[0]
 
 
 def _width(count: int, every: int) -> int:
     """Lanes for so many sets.
 
-    A lone run of every sample takes one, at two thirds of the time; one of means takes as many
-    as slopes do, whose code is there.
+    A single run of every sample takes one lane, at two thirds of the time.  A single run of means
+    takes as many as a Jacobian does, for which the machine code already exists.
     """
-    return 1 if count == 1 and every == 1 else LANES if count <= LANES else WIDE
+    if count == 1 and every == 1:
+        return 1
+    return LANES if count <= LANES else WIDE
 
 
 def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
@@ -94,21 +104,21 @@ def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
     return max((float(np.max(values[key])) for values in sets for key in keys), default=0.0)
 
 
-def _group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width: int,
-           names: Sequence[str], dithered: bool, every: int) -> np.ndarray:
+def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width: int,
+               names: Sequence[str], dithered: bool, every: int) -> np.ndarray:
     """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
     filled = [*sets, *[sets[-1]] * (width - len(sets))]
-    inputs = _inputs(log, dithered)
-    done = simulator.program.batch(
+    inputs, n = _inputs(log, dithered), simulator.shape.n
+    runs = simulator.program.batch(
         len(log) * simulator.shape.period, inputs=inputs,
-        initial_state=simulator.start(log, sets[0]),
+        initial_state=simulator.initial_state(log, sets[0]),
         params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
-                "start": log.start[None], "first": inputs[:1, 2 * simulator.shape.n:]},
-        log=signals(*names, n=simulator.shape.n), every=every, threads=1)
-    return done.outputs[:len(sets)]
+                "start": log.start[None], "first": inputs[:1, 2 * n:]},
+        log=signals(*names, n=n), every=every, threads=1)
+    return runs.outputs[:len(sets)]
 
 
-@functools.lru_cache(maxsize=KEPT)
+@functools.lru_cache(maxsize=KEPT_INPUTS)
 def _inputs(log: Log, dithered: bool) -> np.ndarray:
     """Inputs of the loop in a log: q_d, pe, noise."""
     return np.hstack([log.q_d, log.pe, log.dither if dithered else 0.0 * log.dither])

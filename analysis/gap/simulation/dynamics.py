@@ -1,9 +1,8 @@
-"""The robot as it is simulated: sampled law, joints, links, and pieces that an effect adds.
+"""The terms of the simulated robot: sampled law, joints, links, and pieces of effects.
 
-One period of the controller is one step: measure, command, hold, move.  Between two samples the
-joints move by the midpoint rule; dry friction acts as an impulse that can stop a joint but never
-turn it round, so that a stuck joint stays stuck (time stepping, as in rigid-body contact).  With
-an elastic or loose transmission motor and link move apart, in shorter steps.
+One period of the controller is one step: measure, command, hold, move.  Dry friction acts as an
+impulse that can stop a joint but never reverse it, so that a stuck joint stays stuck (time
+stepping, as in rigid-body contact).
 
 Everything is plain numpy on arrays of shape (n,), without branches, so that the same function
 runs as it stands and as machine code.
@@ -22,9 +21,8 @@ from clie_blocks.analysis.gap.problem.planar_chain import (
     mass_matrix,
 )
 
-SUBSTEPS = 5
-DELAY_TAPS = 60  # samples of the line of a delay
-SWEEPS = 4  # for the friction impulses of coupled joints
+DELAY_TAPS = 60  # samples of a delay line
+FRICTION_SWEEPS = 4  # over the joints, in which the friction impulses of coupled joints settle
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Piece:
         ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
         ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
         two are their inertias.
-        `s` is a `State`; `p` holds the numbers of the effect, `z` its memory, one array (n,)
+        `s` is a `State`; `p` holds the parameters of the effect, `z` its memory, one array (n,)
         per state; `h` is the period.
     act : callable
         See above.
@@ -55,29 +53,36 @@ class Piece:
     states: int = 0
 
 
-Memory = dict[str, list[np.ndarray]]  # of each block, one array (n,) per state
-Parameters = Mapping[str, Any]  # arrays (n,), and one mapping of arrays per block
-NamedPieces = Sequence[tuple[str, "Piece"]]  # what the effects add, with the name of the block
+Memory = dict[str, list[np.ndarray]]
+"""Memory of each block, one array (n,) per state."""
+Parameters = Mapping[str, Any]
+"""Arrays (n,), and one mapping of arrays per block."""
+NamedPieces = Sequence[tuple[str, Piece]]
+"""What the effects add, with the name of the block."""
 
 
 class Named(Protocol):
     """A parameter of a cause, as the simulation sees it."""
 
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def name(self) -> str:
+        """Its name."""
 
 
 class ActingCause(Protocol):
     """A cause, as the simulation sees it: the name of its block, what it adds, its parameters."""
 
     @property
-    def block(self) -> str: ...  # noqa: D102
+    def block(self) -> str:
+        """Name of its block."""
 
     @property
-    def pieces(self) -> tuple[Piece, ...]: ...  # noqa: D102
+    def pieces(self) -> tuple[Piece, ...]:
+        """What it adds to the simulated robot."""
 
     @property
-    def numbers(self) -> Sequence[Named]: ...  # noqa: D102
+    def numbers(self) -> Sequence[Named]:
+        """Its parameters."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -134,15 +139,15 @@ def opposing_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters
 
 def dry_friction(s: State, pieces: NamedPieces, p: Parameters) -> tuple[np.ndarray, ...] | None:
     """Largest friction torque against forward and against backward motion [N m], or None."""
-    found = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
-    return tuple(sum(side[1:], side[0]) for side in zip(*found)) if found else None
+    limits = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
+    return tuple(sum(side[1:], side[0]) for side in zip(*limits)) if limits else None
 
 
 def velocity_after_friction(dq: np.ndarray, own: np.ndarray, cross: np.ndarray | None,
                             limits: tuple[np.ndarray, ...] | None, h: float) -> np.ndarray:
     """Velocity after dry friction acted for a time h: it stops a joint, never reverses it.
 
-    The impulses of coupled joints depend on each other; a few sweeps settle them.
+    The impulses of coupled joints depend on each other; they settle in a few sweeps.
     """
     if limits is None:
         return dq
@@ -150,13 +155,14 @@ def velocity_after_friction(dq: np.ndarray, own: np.ndarray, cross: np.ndarray |
     if cross is None:
         return dq - np.clip(dq * own, -h * backward, h * forward) / own
     inverse, n = inverse_mass(own, cross), len(dq)
-    alone = [1.0 / inverse[k][k] for k in range(n)]
-    share = [[alone[k] * inverse[k][j] for j in range(n)] for k in range(n)]
+    effective = [1.0 / inverse[k][k] for k in range(n)]
+    share = [[effective[k] * inverse[k][j] for j in range(n)] for k in range(n)]
     impulse = [0.0 * dq[k] for k in range(n)]
-    for _ in range(SWEEPS):
+    for _ in range(FRICTION_SWEEPS):
         for k in range(n):
-            left = alone[k] * dq[k] - _sum(share[k][j] * impulse[j] for j in range(n) if j != k)
-            impulse[k] = np.clip(left, -h * backward[k], h * forward[k])
+            to_stop = effective[k] * dq[k] - _sum(share[k][j] * impulse[j]
+                                                  for j in range(n) if j != k)
+            impulse[k] = np.clip(to_stop, -h * backward[k], h * forward[k])
     return np.stack([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
                      for k in range(n)])
 
@@ -165,7 +171,7 @@ def inverse_mass(own: np.ndarray, cross: np.ndarray) -> list[list[Any]]:
     """Inverse of the mass matrix as rows; the elimination needs no pivots."""
     n = len(own)
     rows = [[own[k] if j == k else cross[j][k] for j in range(n)] for k in range(n)]
-    if n == 2:  # half the time
+    if n == 2:  # in closed form, which takes half the time
         (a, b), (c, d) = rows
         scale = 1.0 / (a * d - b * c)
         return [[scale * d, -scale * b], [-scale * c, scale * a]]
@@ -189,8 +195,8 @@ def link_terms(s: State, pieces: NamedPieces, p: Parameters,
     own : ndarray, shape (n,)
         Diagonal of the mass matrix.
     cross : ndarray, shape (n, n), or None
-        ``cross[j][k]`` is the share of joint j's acceleration in the equation of joint k;
-        None where nothing couples the joints.
+        ``cross[j][k]`` multiplies the acceleration of joint j in the equation of joint k; None
+        where nothing couples the joints.
     torque : ndarray, shape (n,)
         Gravity and Coriolis torque.
 

@@ -1,4 +1,4 @@
-"""The simulator that a problem asks for: of the stated robot, or of the user's own loop."""
+"""The simulator of a problem: of the stated robot, or of the user's own loop."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -15,10 +15,11 @@ from clie_blocks.analysis.gap.simulation.dynamics import ActingCause
 from clie_blocks.analysis.gap.simulation.user_loop.simulator import LoopSimulator
 
 Values = Mapping[str, np.ndarray]
+"""Parameters of a simulator by key."""
 
 
 class LoopRunner(Protocol):
-    """A closed loop with causes that runs beside a log."""
+    """A closed loop with causes that runs in the experiment of a log."""
 
     def run(self, log: Log, values: Values, dithered: bool = True,
             ) -> tuple[np.ndarray, np.ndarray]:
@@ -31,7 +32,7 @@ class LoopRunner(Protocol):
         """The same, averaged over `width` neighbouring samples."""
 
     def check(self, log: Log) -> None:
-        """Refuse a loop that cannot run beside a log."""
+        """Refuse a loop that cannot run in the experiment of a log."""
 
 
 def simulator_of(problem: Problem, causes: Sequence[ActingCause]) -> LoopRunner:

@@ -1,1 +1,1 @@
-"""The user's own simulator in the place of the datasheet."""
+"""The user's own simulator instead of the datasheet."""

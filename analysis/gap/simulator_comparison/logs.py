@@ -1,4 +1,4 @@
-"""A simulator's log beside the robot's: what it lacks is filled in, what cannot be is refused."""
+"""A simulator's log with the robot's: missing signals are filled in, impossible ones refused."""
 
 from collections.abc import Sequence
 
@@ -9,29 +9,20 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import RecordError
 
-LEAST_MOTION, MOST_MOTION = 0.05, 20.0  # of the robot's range: a wrong unit, no model
-UNITS = {180.0 / np.pi: "degrees in the place of rad", 1e3: "thousandths of the stated unit"}
-NEAR = 0.05  # of a unit's factor
+LEAST_MOTION, MOST_MOTION = 0.05, 20.0  # of the robot's range: outside, a unit is wrong
+UNITS = {180.0 / np.pi: "degrees instead of rad", 1e3: "thousandths of the stated unit"}
+SAME_FACTOR = 0.05  # relative, between the ratio of two motions and the factor of a unit
 
 
 def with_command(record: Record, law: StatedLaw) -> Record:
-    """Simulator's log with its command, worked out by the law of the robot where it lacks.
-
-    Parameters
-    ----------
-    record : Record
-        The simulator's log, with reference and excitation.
-    law : ControlLaw
-        The law that ran on the robot.
-
-    """
+    """Simulator's log with its command, computed by the law of the robot where it is missing."""
     if record.u is not None:
         return record
     zero = np.zeros_like(record.q)
-    asked = (record.q[:1] if record.qd is None else record.qd,
-             zero if record.pe is None else record.pe)
-    return record.replace(u=law.replay(record.q, *asked)).noted(
-        "The simulator's log has no command: worked out by the stated law.")
+    reference = record.q[:1] if record.qd is None else record.qd
+    excitation = zero if record.pe is None else record.pe
+    return record.replace(u=law.replay(record.q, reference, excitation)).noted(
+        "The simulator's log has no command: computed by the stated law.")
 
 
 def check_motion(simulated: Log, log: Log, joints: Sequence[str]) -> None:
@@ -50,12 +41,18 @@ def check_motion(simulated: Log, log: Log, joints: Sequence[str]) -> None:
         If a joint stands still, or moves far more or less than the robot's; names the unit.
 
     """
-    ratio = np.ptp(simulated.q, axis=0) / np.maximum(np.ptp(log.q, axis=0), 1e-12)
-    for k in np.flatnonzero((np.ptp(log.q, axis=0) > 0)
-                            & ~((ratio > LEAST_MOTION) & (ratio < MOST_MOTION))):
-        unit = next((f"; it looks like {words}" for factor, words in UNITS.items()
-                     if abs(ratio[k] / factor - 1.0) < NEAR), "")
-        raise RecordError(
-            f"{simulated.name}: {joints[k]} moves {ratio[k]:.3g} times as far as the robot's in "
-            f"the same experiment{unit}. A simulator so far off is no model of it: check that its "
-            "log holds positions in rad (m of an axis), in the order of the robot's joints")
+    travel = np.ptp(log.q, axis=0)
+    ratio = np.ptp(simulated.q, axis=0) / np.maximum(travel, 1e-12)
+    for k, name in enumerate(joints):
+        if travel[k] > 0 and not LEAST_MOTION < ratio[k] < MOST_MOTION:
+            raise RecordError(
+                f"{simulated.name}: {name} moves {ratio[k]:.3g} times as far as the robot's in "
+                f"the same experiment{_likely_unit(ratio[k])}. A simulator so far off is no model "
+                "of it: check that its log holds positions in rad (m of an axis), in the order of "
+                "the robot's joints")
+
+
+def _likely_unit(ratio: float) -> str:
+    """Unit that would explain the ratio of two motions, as a clause; empty where there is none."""
+    return next((f"; it looks like {description}" for factor, description in UNITS.items()
+                 if abs(ratio / factor - 1.0) < SAME_FACTOR), "")

@@ -98,11 +98,11 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
 
     They are the velocity filter that ran, and the steps that the encoder makes.
     """
-    wrong, coarse = list(check.wrong), list(check.coarse)
+    other, coarse = list(check.other_filter), list(check.coarse)
     findings = (
-        SignalFinding("velocity_filter_mismatch", check.wrong, method.certain,
-                      {"highpass": _entry(check.corners[0, wrong], "rad/s"),
-                       "lowpass": _entry(check.corners[1, wrong], "rad/s")}),
+        SignalFinding("velocity_filter_mismatch", check.other_filter, method.certain,
+                      {"highpass": _entry(check.corners[0, other], "rad/s"),
+                       "lowpass": _entry(check.corners[1, other], "rad/s")}),
         SignalFinding("encoder_quantization", check.coarse, method.certain,
                       {"step": _entry(check.step[coarse], "rad")}))
     return tuple(finding for finding in findings

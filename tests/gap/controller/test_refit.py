@@ -28,7 +28,7 @@ def test_the_gains_that_ran_are_read_from_the_log(healthy, key):
     ran = dataclasses.replace(healthy.law, **{key: gains})
     found = check_controller(commanded(
         healthy, [ran.replay(log.q, log.q_d, log.pe) for log in healthy.logs]))
-    assert found.gains == (0,) and not found.wrong and found.misdescribed
+    assert found.other_gains == (0,) and not found.other_filter and found.misdescribed
     assert found.law.kp == pytest.approx(ran.kp, rel=1e-3)
     assert found.law.kd == pytest.approx(ran.kd, rel=1e-3)
     assert "the gains that ran" in found.decisions[0]
@@ -40,7 +40,7 @@ def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
                 + 0.05 * healthy.law.kp * healthy.period * np.cumsum(log.q_d - log.q, axis=0))
     problem = commanded(healthy, map(leaning, healthy.logs))
     found = check_controller(problem)
-    assert not found.gains and not found.late and not found.wrong
+    assert not found.other_gains and not found.delayed and not found.other_filter
     assert found.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
     assert "integral part" in found.decisions[0] and found.misdescribed
     assert not check_controller(found.corrected(problem)).misdescribed
@@ -61,7 +61,7 @@ def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
         return np.concatenate([u[:1], u[:-1]])
     problem = commanded(healthy, map(late, healthy.logs))
     found = check_controller(problem)
-    assert found.late and not found.gains and not found.wrong
+    assert found.delayed and not found.other_gains and not found.other_filter
     corrected = found.corrected(problem)
     assert not check_controller(corrected).misdescribed
     (delay,) = held_members(corrected)
@@ -86,7 +86,11 @@ def test_a_file_with_another_kd_accuses_no_joint(case):
     """Six percent of Kd are as much as a datasheet's doubt about the damping."""
     made = case("none")
     controller = dataclasses.replace(made.robot.controller, kd=1.06 * made.robot.controller.kd)
-    found = answer(diagnose(Problem.from_logs(dataclasses.replace(made.robot, controller=controller), made.records)))
+    found = answer(
+        diagnose(
+            Problem.from_logs(dataclasses.replace(made.robot, controller=controller), made.records)
+        )
+    )
     assert found["verdict"] == "unexplained" and found["set_90"] == ["unknown"]
     assert "kd" in found["decisions"][0]
     assert found["gap_after"] < 1.1 * found["gap_floor"]

@@ -18,21 +18,21 @@ def foreign(problem, law):
 
 def test_the_stated_law_is_replayed_to_its_rounding(healthy):
     check = check_controller(healthy)
-    assert not check.wrong and not check.coarse
+    assert not check.other_filter and not check.coarse
     assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
 
 
 def test_a_filter_with_other_corners_is_found(healthy):
     ran = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
     found = check_controller(foreign(healthy, ran))
-    assert found.wrong == tuple(range(healthy.n))
+    assert found.other_filter == tuple(range(healthy.n))
     assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)
 
 
 def test_a_filter_of_another_discretisation_is_no_fault(healthy):
     ran = healthy.law.with_filter(EVERY, "matched", healthy.law.corners)
     found = check_controller(foreign(healthy, ran))
-    assert not found.wrong and found.law.variant == "matched"
+    assert not found.other_filter and found.law.variant == "matched"
     assert "'matched', not 'tustin'" in found.decisions[0]
 
 
@@ -41,7 +41,7 @@ def test_a_command_at_its_limit_is_still_the_stated_law(healthy):
     limited = dataclasses.replace(healthy.law, saturation=limit)
     problem = dataclasses.replace(foreign(healthy, limited), law=limited)
     found = check_controller(problem)
-    assert not found.wrong and not found.replay_error.any()
+    assert not found.other_filter and not found.replay_error.any()
 
 
 def cut(problem, first=3000):
@@ -64,9 +64,9 @@ def test_a_log_that_was_cut_is_replayed_from_where_its_filter_is_known(healthy):
 def test_gains_and_corners_that_ran_are_found_in_logs_that_were_cut(healthy):
     gains = dataclasses.replace(healthy.law, kd=0.8 * healthy.law.kd)
     found = check_controller(cut(foreign(healthy, gains)))
-    assert found.gains == tuple(range(healthy.n))
+    assert found.other_gains == tuple(range(healthy.n))
     np.testing.assert_allclose(found.law.kd, gains.kd, rtol=1e-3)
     corners = healthy.law.with_filter(EVERY, "tustin", (120.0, 180.0))
     found = check_controller(cut(foreign(healthy, corners)))
-    assert found.wrong == tuple(range(healthy.n))
+    assert found.other_filter == tuple(range(healthy.n))
     assert np.allclose(found.corners, [[120.0]] * 1 + [[180.0]], rtol=0.02)

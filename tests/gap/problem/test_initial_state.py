@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation.closed_loop import ramp_memory
+from clie_blocks.analysis.gap.simulation.loop_block import ramp_memory
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
 
 PERIOD = 1e-3

@@ -128,6 +128,8 @@ def test_one_kilogram_at_the_tip_is_a_pendulum_for_one_joint():
             inertia=np.array([0.01]), joint_viscous_friction=None),
         nominal=types.SimpleNamespace(gravity=True, coupling=False, g=9.81))
     chain = planar_chain.planar_chain(stated, [0.0])
-    torque = planar_chain.tip_load_torque(chain, np.zeros((1, 1)), np.zeros((1, 1)), np.ones((1, 1)))
+    torque = planar_chain.tip_load_torque(
+        chain, np.zeros((1, 1)), np.zeros((1, 1)), np.ones((1, 1))
+    )
     assert torque[0, 0] == pytest.approx(0.5**2 + 9.81 * 0.5)
     assert chain.diagonal[0] == pytest.approx(0.01 + 0.25**2)

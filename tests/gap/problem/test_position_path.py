@@ -7,7 +7,7 @@ from clie_blocks.analysis.gap.problem.position_path import (
     dead_times,
     describe,
     error_by_hypothesis,
-    goal_path,
+    fit_position_path,
     servo_response,
 )
 from clie_blocks.analysis.records import Record
@@ -28,12 +28,12 @@ def goal():
 def test_a_known_servo_is_found(goal):
     q = servo_response(goal, goal[0], PERIOD, 25.0, 1.2, 0.01, 0.035)
     q = q + np.random.default_rng(3).normal(0, 1e-3, q.size)
-    found = goal_path(record(goal, q), 0)
+    found = fit_position_path(record(goal, q), 0)
     assert found.frequency == pytest.approx(25.0, rel=0.03)
     assert found.damping_ratio == pytest.approx(1.2, rel=0.03)
     assert found.delay == pytest.approx(0.035, abs=1e-3)
-    assert found.left == pytest.approx(1e-3, rel=0.1)
-    assert goal_path(record(goal, q), 0, ()).left > 3 * found.left
+    assert found.rms_error == pytest.approx(1e-3, rel=0.1)
+    assert fit_position_path(record(goal, q), 0, ()).rms_error > 3 * found.rms_error
 
 
 def test_dead_time_counts_lag_and_delay(goal):
@@ -45,7 +45,7 @@ def test_dead_time_counts_lag_and_delay(goal):
 
 def test_a_goal_at_rest_tells_nothing(goal):
     with pytest.raises(NotIdentifiableError, match="never moves"):
-        goal_path(record(0 * goal, goal), 0)
+        fit_position_path(record(0 * goal, goal), 0)
 
 
 def second_route(goal, delay, level, period=PERIOD, fine=200):
@@ -88,7 +88,7 @@ def test_intervals_hold_the_truth_and_the_sentence_parts_the_dead_time(goal):
     rng, within = np.random.default_rng(5), []
     clean = servo_response(goal, goal[0], PERIOD, 25.0, 1.2, 0.0, 0.035, 0.01)
     for _ in range(3):
-        found = goal_path(record(goal, clean + rng.normal(0, 1e-3, clean.size)), 0,
+        found = fit_position_path(record(goal, clean + rng.normal(0, 1e-3, clean.size)), 0,
                           ("delay", "level"))
         for name, truth in (("delay", 0.035), ("level", 0.01), ("frequency", 25.0)):
             assert 0.0 < found.half_widths[name] < 0.2 * truth
@@ -96,5 +96,5 @@ def test_intervals_hold_the_truth_and_the_sentence_parts_the_dead_time(goal):
     assert all(within)
     said = describe(record(goal, clean), 0)
     late = 1e3 * np.median(dead_times(record(goal, clean), 0))
-    assert "goals act 35 +- " in said and "up to 10 +- " in said
-    assert f"dead time is {late + 20:.0f} ms" in said and f"({late:.0f} ms from the tick" in said
+    assert "the delay of the set-points is 35 +- " in said and "up to 10 +- " in said
+    assert f"dead time is {late + 20:.0f} ms" in said and f"({late:.0f} ms from the sample" in said

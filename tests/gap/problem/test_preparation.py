@@ -68,7 +68,9 @@ def test_without_a_command_the_position_error_stands_for_it():
 def test_a_jittered_clock_becomes_even():
     q, _ = motion(1.0, 1.0)
     jitter = np.random.default_rng(0).uniform(-1e-3, 1e-3, TIME.size)
-    record = on_even_clock(Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None]))
+    record = on_even_clock(
+        Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None])
+    )
     assert np.std(np.diff(record.time)) < 1e-9
     inside = (record.time > 1) & (record.time < 18)
     np.testing.assert_allclose(record.q[inside, 0],
@@ -91,7 +93,7 @@ def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command()
     record = Record(time=0.02 * np.arange(1000), q=np.stack([q, 0 * q], 1),
                     qd=np.stack([goal, 0 * goal], 1), robot=robot)
     said = prepare(robot, [record])[1][0].decisions[-1]
-    assert re.search(r"joint1: goals act 30 \+- \S+ ms late, and dry friction holds up to 10 \+-",
+    assert re.search(r"joint1: the delay of the set-points is 30 \+- \S+ ms, and dry friction holds up to 10 \+-",
                      said)
     assert "joint2:" not in said
 

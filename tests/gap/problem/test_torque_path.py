@@ -21,9 +21,9 @@ def test_a_known_path_is_found():
     still = np.zeros_like(u)
     (path,) = torque_paths(record(u=np.stack([u, still], 1), tau=np.stack([tau, still], 1)))
     assert path.joint == "a" and path.gain == pytest.approx(0.8, abs=0.01)
-    assert path.late == pytest.approx(0.026, abs=5e-4)
+    assert path.total_delay == pytest.approx(0.026, abs=5e-4)
     assert path.offset == pytest.approx(0.05, abs=2e-3)
-    assert path.left == pytest.approx(0.01 / np.std(tau), rel=0.05)
+    assert path.unexplained == pytest.approx(0.01 / np.std(tau), rel=0.05)
 
 
 def test_lag_follows_its_differential_equation():
@@ -45,5 +45,5 @@ def test_a_path_is_told_where_both_torques_are_logged():
     both = np.stack([u, still], 1)
     tau = np.stack([path_torque(u, 0.002, 0.8, 0.02, 0.006, 0.0), still], 1)
     (said,) = describe(record(u=both, tau=tau))
-    assert "a: the measured torque is 0.80 times the command, 26 ms late" in said
+    assert "a: the measured torque is 0.80 times the command, with a delay of 26 ms" in said
     assert describe(record(u=both)) == [] == describe(record(u=0 * both, tau=0 * both))

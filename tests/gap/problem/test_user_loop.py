@@ -167,7 +167,9 @@ def measuring_loop():
 
 @pytest.mark.slow
 def test_an_encoder_error_enters_at_a_port_of_its_own():
-    found = diagnose(Problem.from_loop(measuring_loop(), [driven("encoder_eccentricity", k) for k in range(2)]))
+    found = diagnose(
+        Problem.from_loop(measuring_loop(), [driven("encoder_eccentricity", k) for k in range(2)])
+    )
     assert found.ranking[0].names == ("encoder_eccentricity",)
 
 

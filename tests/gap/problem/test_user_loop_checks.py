@@ -73,7 +73,11 @@ def test_a_loop_faster_than_its_simulation_is_refused():
 
 def test_unstable_loops_are_told_before_they_run_away():
     with pytest.raises(DivergedError, match="grows e-fold every 0.1"):
-        diagnose(Problem.from_loop(loop(lambda x, u: joint(x, u, -KP * (u[0] - x[0]) - KD * x[1])), record()))
+        diagnose(
+            Problem.from_loop(
+                loop(lambda x, u: joint(x, u, -KP * (u[0] - x[0]) - KD * x[1])), record()
+            )
+        )
     with pytest.raises(DivergedError, match="is unstable"):
         diagnose(Problem.from_loop(loop(
             lambda x, u: np.array([x[0] + PERIOD * x[1], 1.02 * x[1] + PERIOD * u[2] / INERTIA]),
@@ -97,7 +101,9 @@ def test_a_ring_without_a_state_is_named():
                      name="inner")]
     whole = ct.interconnect(ring, inplist=["pd.q_d", "plant.torque"], inputs=["q_d", "torque"],
                             outlist=["plant.q", "pd.u"], outputs=["q", "u"], name="ring")
-    with pytest.raises(ClieError, match="algebraic loop: signals pass from block to block without a state"):
+    with pytest.raises(
+        ClieError, match="algebraic loop: signals pass from block to block without a state"
+    ):
         diagnose(Problem.from_loop(whole, record()))
 
 

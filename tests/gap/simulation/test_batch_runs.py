@@ -11,7 +11,7 @@ from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import decimated, decimation
-from clie_blocks.analysis.gap.simulation.closed_loop import SHORT
+from clie_blocks.analysis.gap.simulation.closed_loop import SHORT_DELAY_TAPS
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 
 
@@ -50,16 +50,16 @@ def test_means_are_those_of_the_positions(fitted):
 
 
 @pytest.mark.parametrize("cause", [TIME_DELAY, ENCODER_DELAY])
-@pytest.mark.parametrize("samples", [7.3, SHORT, SHORT + 0.5])
+@pytest.mark.parametrize("samples", [7.3, SHORT_DELAY_TAPS, SHORT_DELAY_TAPS + 0.5])
 def test_a_line_of_delays_is_as_long_as_a_delay_needs(healthy, cause, samples):
     late = {"time": samples * healthy.period * np.ones(healthy.n)}
     at = build_hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), late, late),))
     log, plain = healthy.logs[0], at.simulator
     chosen = plain.for_delays(samples * healthy.period)
-    assert (chosen is plain) == (samples > SHORT)
+    assert (chosen is plain) == (samples > SHORT_DELAY_TAPS)
     long = np.stack(plain.program.batch(
         len(log) * healthy.period, inputs=np.hstack([log.q_d, log.pe, log.dither]),
-        initial_state=plain.start(log, at.values), threads=1, log=["q"],
+        initial_state=plain.initial_state(log, at.values), threads=1, log=["q"],
         params={**{key: value[None] for key, value in at.of_log(0).items()},
                 "start": log.start[None], "first": log.dither[:1]}).outputs)[..., :len(log)]
     np.testing.assert_allclose(at.positions(0, [at.values]), long, rtol=0, atol=1e-12)

@@ -1,1 +1,1 @@
-"""Any python-control loop in the place of the stated joint and law."""
+"""Any python-control loop instead of the stated joint and law."""

@@ -1,4 +1,4 @@
-"""The ports by which any python-control diagram takes the place of the paper's joint."""
+"""The ports by which any python-control diagram replaces the paper's joint."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def loop_ports(loop: InputOutputSystem) -> Ports:
 
     Inputs: q_d[k] [rad], torque[k] [N m] that acts on the joint like a motor's, and optionally
     pe[k] [N m] and sensor[k] [rad], which adds to the measured position.  Outputs: q[k] [rad] as
-    measured, and u[k] [N m], what the controller asks of the drive.  Instead of ``torque`` a loop
-    may be cut at the motor: the torque that leaves the drive is then its input u_in[k] [N m], see
-    `checked`.  With neither, a missing torque enters at ``pe``.
+    measured, and u[k] [N m], the command to the drive.  Instead of ``torque`` a loop may be cut at
+    the motor: the torque that leaves the drive is then its input u_in[k] [N m], see
+    `as_closed_loop`.  With neither, a missing torque enters at ``pe``.
 
     Raises
     ------
@@ -72,17 +72,18 @@ def loop_ports(loop: InputOutputSystem) -> Ports:
         if len(group[name]) != n:
             raise ClieError(f"{loop.name}: {name} has {len(group[name])} signals and q has {n}; "
                             "every joint needs one of each")
-    known = (REFERENCE, torque, EXCITATION, SENSOR)
+    used = (REFERENCE, torque, EXCITATION, SENSOR)
     return Ports(n, torque, EXCITATION in inputs, SENSOR in inputs,
-                 tuple(name for name in inputs if name not in known))
+                 tuple(name for name in inputs if name not in used))
 
 
-def _require(loop: InputOutputSystem, name: str, found: Collection[str], kind: str, remedy: str,
-             ) -> None:
-    if name not in found:
+def _require(loop: InputOutputSystem, name: str, existing: Collection[str], kind: str,
+             remedy: str) -> None:
+    if name not in existing:
         raise ClieError(
             f"{loop.name}: the loop has no {kind} {name!r}, and without it the diagnosis cannot "
-            f"run it beside a log; {nearest(name, found)}. Add it with {remedy} of interconnect")
+            f"compare it with a log; {nearest(name, existing)}. Add it with {remedy} of "
+            "interconnect")
 
 
 def as_closed_loop(loop: InputOutputSystem) -> NonlinearIOSystem:
@@ -109,6 +110,8 @@ def as_closed_loop(loop: InputOutputSystem) -> NonlinearIOSystem:
 
 def _closed_at_motor(loop: NonlinearIOSystem) -> NonlinearIOSystem:
     """Loop with u_in driven by u, and by a torque that it takes at an input `torque`."""
+    from clie_blocks.signals import interconnect, summing
+
     inputs, outputs = ports(loop.input_labels), ports(loop.output_labels)
     _require(loop, COMMAND, outputs, "output", f"outputs={{'{COMMAND}': 'pd.{COMMAND}', ...}}")
     n = len(inputs[DELIVERED])
@@ -117,8 +120,6 @@ def _closed_at_motor(loop: NonlinearIOSystem) -> NonlinearIOSystem:
                         "input torque, since the missing torque enters at u_in")
     inner, motor = f"{loop.name}_open", "motor"
     opened = loop.copy(name=inner)
-    from clie_blocks.signals import interconnect, summing
-
     return interconnect(
         [opened, summing(COMMAND, TORQUE, output="both", n=n, name=motor)],
         [(f"{inner}.{DELIVERED}", f"{motor}.both"), (f"{motor}.{COMMAND}", f"{inner}.{COMMAND}")],

@@ -18,7 +18,8 @@ from clie_blocks.analysis.records import Record, Robot
 if TYPE_CHECKING:
     from control import InputOutputSystem
 
-# Of the joint model that a loop holds: the loop is taken as it is.
+# Relative, of the joint model that a loop holds, which is taken as it is; of the load, relative to
+# the RMS command.
 TOLERANCE = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
 
 

@@ -1,8 +1,8 @@
 """Any loop with causes joined at its ports: what the diagnosis simulates for ``loop=``.
 
-In each step the causes read the motion of the loop and push back: dry friction as an impulse that
-can stop a joint but never turn it round, a drive by the torque that it adds to the command, a
-change of inertia, damping or constant load by the torque that it would make.
+In each step the causes read the motion of the loop and act on it: dry friction as an impulse that
+can stop a joint but never reverse it, a drive by the torque that it adds to the command, a change
+of inertia, damping or constant load by the torque that it would make.
 """
 
 from __future__ import annotations
@@ -18,14 +18,20 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 from clie_blocks.analysis.gap.problem.user_loop.ports import EXCITATION, REFERENCE, SENSOR
-from clie_blocks.analysis.gap.simulation import dynamics as robot
 from clie_blocks.analysis.gap.simulation.dynamics import (
     ActingCause,
     Memory,
+    NamedPieces,
     Parameters,
-    Piece,
     State,
+    acceleration,
+    delivered_torque,
+    dry_friction,
+    measured_position,
+    opposing_torque,
+    velocity_after_friction,
 )
+from clie_blocks.analysis.gap.simulation.state_layout import StateLayout, rows_of_pieces
 from clie_blocks.analysis.gap.simulation.user_loop.step import LoopStep
 from clie_blocks.errors import ClieError, DivergedError
 
@@ -34,9 +40,11 @@ if TYPE_CHECKING:
 
     from clie_blocks.compiled import Program
 
-Values = Mapping[str, np.ndarray]  # parameters of the simulator by key
+Values = Mapping[str, np.ndarray]
+"""Parameters of a simulator by key."""
+
 MODEL = ("inertia", "damping", "load")
-FAR = 1e4  # times the range of the robot's motion
+FARTHEST_MOTION = 1e4  # times the range of the robot's motion: a loop that moves farther diverges
 CALLED_BACK = re.compile(r"[;,] or have it called back, slowly: opaque=\[.*?\]")
 
 
@@ -48,7 +56,7 @@ class LoopSimulator:
     ----------
     law : LoopLaw
         The loop and what is known of it.
-    causes : tuple of Cause
+    causes : tuple of ActingCause
         What is joined.
 
     """
@@ -61,134 +69,131 @@ class LoopSimulator:
         """The compiled program."""
         from clie_blocks.compiled import compile_diagram
 
-        return compile_diagram(self.block)
+        return compile_diagram(self.system)
 
     @functools.cached_property
-    def block(self) -> NonlinearIOSystem:
+    def system(self) -> NonlinearIOSystem:
         """The loop with its causes as a block in discrete time; outputs: q, u."""
         import control as ct
 
-        from clie_blocks.signals import signals
+        from clie_blocks.labels import signals
 
-        step, seen, n = self._step, self._seen, self.law.ports.n
+        step, measure, n = self._step, self._outputs, self.law.ports.n
 
-        def update(t, x, u, params):
+        def update(t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
             return step(t, x, u, params)
 
-        def output(t, x, u, params):
-            return seen(t, x, u, params)
+        def output(t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+            return measure(t, x, u, params)
 
         return ct.nlsys(
-            update, output, name="loop_with_causes", dt=self._moves.step,
+            update, output, name="loop_with_causes", dt=self._loop.step,
             params={"inertia": self.law.inertia, "damping": self.law.damping,
                     "load": np.zeros(n), **{key: np.ones(n) for key in self._cause_keys}},
-            states=[f"x[{k}]" for k in range(self._size)],
+            states=[f"x[{k}]" for k in range(self._layout.size)],
             inputs=list(self.law.diagram.input_labels), outputs=signals("q", "u", n=n))
 
     @functools.cached_property
-    def _moves(self) -> LoopStep:
+    def _loop(self) -> LoopStep:
         return LoopStep.of(self.law.diagram, self.law.ports, self.law.period / self.law.substeps)
 
-    @property
-    def _pieces(self) -> list[tuple[str, Piece]]:
+    @functools.cached_property
+    def _pieces(self) -> NamedPieces:
         return [(cause.block, piece) for cause in self.causes for piece in cause.pieces]
 
-    @property
-    def _size(self) -> int:
-        """Length of the state: that of the loop, then the memories of the causes."""
-        n = self.law.ports.n
-        return self.law.diagram.nstates + n * sum(piece.states for _, piece in self._pieces)
+    @functools.cached_property
+    def _layout(self) -> StateLayout:
+        """State of the loop, then the memories of the causes."""
+        return StateLayout(self.law.ports.n, rows_of_pieces(self._pieces),
+                           offset=self.law.diagram.nstates)
 
     @property
     def _cause_keys(self) -> list[str]:
         return [f"{cause.block}.{number.name}" for cause in self.causes
                 for number in cause.numbers]
 
-    def _unpack(self, x: np.ndarray, params: Values) -> tuple[np.ndarray, Memory, dict[str, Any]]:
-        n, at, memory = self.law.ports.n, self.law.diagram.nstates, {}
-        for name, piece in self._pieces:
-            memory.setdefault(name, [])
-            if piece.states:
-                memory[name] = [x[at + k * n:at + (k + 1) * n] for k in range(piece.states)]
-                at += n * piece.states
-        p = {cause.block: {number.name: params[f"{cause.block}.{number.name}"]
-                           for number in cause.numbers} for cause in self.causes}
+    def _unpack(self, x: np.ndarray, params: Values) -> tuple[np.ndarray, Memory, Parameters]:
+        """State of the loop, memory of the causes, and parameters beyond those of the loop."""
+        p: dict[str, np.ndarray | dict[str, np.ndarray]] = {
+            cause.block: {number.name: params[f"{cause.block}.{number.name}"]
+                          for number in cause.numbers} for cause in self.causes}
         p["damping"] = params["damping"] - self.law.damping
         p["load"] = params["load"]
-        return x[:self.law.diagram.nstates], memory, p
+        return x[:self.law.diagram.nstates], self._layout.unpack(x), p
 
-    def _sensed(self, memory: Memory, p: Parameters) -> LoopStep:
+    def _with_sensor(self, memory: Memory, p: Parameters) -> LoopStep:
         """Steps of the loop with what the causes add to the measured position."""
-        moves = self._moves
+        loop = self._loop
         if not any(piece.port == "sensor" for _, piece in self._pieces):
-            return moves
+            return loop
 
-        def function(t, x, u):
-            q, _ = moves.seen(t, x, u)
-            wrong = robot.measured_position(q, memory, self._pieces, p, self.law.period)[0] - q
-            return moves.function(t, x, moves.with_input(u, SENSOR, wrong))
+        def function(t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            q, _ = loop.measured(t, x, u)
+            read, _ = measured_position(q, memory, self._pieces, p, self.law.period)
+            return loop.function(t, x, loop.with_input(u, SENSOR, read - q))
 
-        return dataclasses.replace(moves, function=function)
+        return dataclasses.replace(loop, function=function)
 
-    def _seen(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+    def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         x, memory, p = self._unpack(x, params)
-        return np.concatenate(self._sensed(memory, p).seen(t, x, u))
+        return np.concatenate(self._with_sensor(memory, p).measured(t, x, u))
 
     def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+        """State one step later: that of the loop alone, and what the torque of the causes adds."""
         x, memory, p = self._unpack(x, params)
-        moves = self._sensed(memory, p)
-        after = moves.free(t, x, u)
-        pushed = moves.pushed(t, x, u, after)
-        rate, late = moves.rate(t, x, u), moves.rate(t, after, u)
-        answers = [moves.rate(t, after + change, u) - late for change in pushed]
-        mass = moves.step * np.linalg.inv(np.stack(answers, axis=1))
-        s = self._middle(moves, t, x, after, u, (rate + late) / 2)
-        given, kept = robot.delivered_torque(s.u, memory, self._pieces, p, s.h)
-        lost, remembered = robot.opposing_torque(s, memory, self._pieces, p)
-        torque = self._torque(rate, late, mass, params, given - s.u - lost,
-                              robot.dry_friction(s, self._pieces, p))
-        kept.update(remembered)
-        parts = [after + sum(torque[k] * change for k, change in enumerate(pushed))]
+        loop = self._with_sensor(memory, p)
+        free = loop.free(t, x, u)
+        per_torque = loop.pushed(t, x, u, free)
+        rate, free_rate = loop.rate(t, x, u), loop.rate(t, free, u)
+        answers = [loop.rate(t, free + change, u) - free_rate for change in per_torque]
+        mass = loop.step * np.linalg.inv(np.stack(answers, axis=1))
+        middle = self._middle(loop, t, x, free, u, (rate + free_rate) / 2)
+        delivered, of_drive = delivered_torque(middle.u, memory, self._pieces, p, middle.h)
+        opposing, of_load = opposing_torque(middle, memory, self._pieces, p)
+        torque = self._torque(rate, free_rate, mass, params, delivered - middle.u - opposing,
+                              dry_friction(middle, self._pieces, p))
+        after = {**of_drive, **of_load}
+        parts = [free + sum(torque[k] * change for k, change in enumerate(per_torque))]
         for name, piece in self._pieces:
-            parts += kept[name] if piece.states else []
+            parts += after[name] if piece.states else []
         return np.concatenate(parts)
 
-    def _middle(self, moves: LoopStep, t: float, x: np.ndarray, after: np.ndarray, u: np.ndarray,
+    def _middle(self, loop: LoopStep, t: float, x: np.ndarray, free: np.ndarray, u: np.ndarray,
                 rate: np.ndarray) -> State:
         """Motion in the middle of a step; a loop in discrete time holds its command."""
-        (q, command), (q_late, late) = moves.seen(t, x, u), moves.seen(t, after, u)
-        h, n = moves.step, self.law.ports.n
-        return State((q + q_late) / 2, rate, command if moves.discrete else (command + late) / 2,
-                     t + h / 2, h, self.law.chain, np.ones(n))
+        (q, command), (q_end, command_end) = loop.measured(t, x, u), loop.measured(t, free, u)
+        held = command if loop.discrete else (command + command_end) / 2
+        return State((q + q_end) / 2, rate, held, t + loop.step / 2, loop.step, self.law.chain,
+                     np.ones(self.law.ports.n))
 
-    def _torque(self, rate: np.ndarray, late: np.ndarray, mass: np.ndarray, params: Values,
+    def _torque(self, rate: np.ndarray, free_rate: np.ndarray, mass: np.ndarray, params: Values,
                 push: np.ndarray, limits: tuple[np.ndarray, ...] | None) -> np.ndarray:
-        """Torque over a step by which the joints move as the causes want [N m].
+        """Torque over a step that moves the joints as the causes require [N m].
 
-        `mass` is what the torque port feels, from the answer of the velocities to one N m.
+        `mass` is the inertia at the torque port, from the change of the velocities by one N m.
         """
-        n, h = self.law.ports.n, self._moves.step
-        more = params["inertia"] - self.law.inertia
-        own = np.stack([mass[k, k] + more[k] for k in range(n)])
+        n, h = self.law.ports.n, self._loop.step
+        added = params["inertia"] - self.law.inertia
+        own = np.stack([mass[k, k] + added[k] for k in range(n)])
         cross = mass if n > 1 else None
-        forced = robot.acceleration(mass @ (late - rate) / h + push, own, cross)
-        end = robot.velocity_after_friction(rate + h * forced, own, cross, limits, h)
-        return mass @ (end - late) / h
+        ddq = acceleration(mass @ (free_rate - rate) / h + push, own, cross)
+        end_rate = velocity_after_friction(rate + h * ddq, own, cross, limits, h)
+        return mass @ (end_rate - free_rate) / h
 
     def run(self, log: Log, values: Values, dithered: bool = True,
             ) -> tuple[np.ndarray, np.ndarray]:
         """Positions and commands of the loop, shape (N, n) each."""
-        response = self.program.run(**self._question(log), params=self._numbers(values))
+        response = self.program.run(**self._experiment(log), params=self._parameters(values))
         outputs, n = np.asarray(response.outputs)[:, :len(log)], self.law.ports.n
         return outputs[:n].T.copy(), outputs[n:].T.copy()
 
     def positions(self, log: Log, sets: Sequence[Values], dithered: bool = True) -> np.ndarray:
         """Positions for many sets of parameters, shape (sets, n, N)."""
-        chosen = [self._numbers(values) for values in sets]
+        chosen = [self._parameters(values) for values in sets]
         params = {key: np.stack([values[key] for values in chosen]) for key in chosen[0]}
-        done = self.program.batch(**self._question(log), params=params, threads=1,
+        runs = self.program.batch(**self._experiment(log), params=params, threads=1,
                                   log=self.program.outputs[:self.law.ports.n])
-        return done.outputs[:, :, :len(log)]
+        return runs.outputs[:, :, :len(log)]
 
     def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
         """Positions for many sets, averaged over `width` neighbouring samples."""
@@ -196,18 +201,19 @@ class LoopSimulator:
         rows = runs.shape[-1] // width
         return runs[..., :rows * width].reshape(*runs.shape[:2], rows, width).mean(axis=-1)
 
-    def _numbers(self, values: Values) -> dict[str, np.ndarray]:
+    def _parameters(self, values: Values) -> dict[str, np.ndarray]:
         """Parameters of the causes and the joints; those of the loop stay as they are."""
         return {key: values[key] for key in (*MODEL, *self._cause_keys)}
 
-    def _question(self, log: Log) -> dict[str, Any]:
+    def _experiment(self, log: Log) -> dict[str, Any]:
+        """Duration, inputs and start of a log, as arguments of a run."""
         law = self.law
         inputs = {REFERENCE: np.repeat(log.q_d, law.substeps, axis=0), law.ports.torque: 0.0}
         if law.ports.has_pe:
             inputs[EXCITATION] = np.repeat(log.pe, law.substeps, axis=0)
-        quiet = (*law.ports.other, *((SENSOR,) if law.ports.has_sensor else ()))
-        inputs.update({name: 0.0 for name in quiet})
-        start = np.zeros(self._size)
+        idle = (*law.ports.other, *((SENSOR,) if law.ports.has_sensor else ()))
+        inputs.update({name: 0.0 for name in idle})
+        start = np.zeros(self._layout.size)
         start[:law.diagram.nstates] = law.at_rest(log.start)
         return {"duration": len(log) * law.period, "inputs": inputs, "every": law.substeps,
                 "initial_state": start}
@@ -220,7 +226,7 @@ class LoopSimulator:
         ClieError
             If a block of the loop cannot be traced; names the block and the remedy.
         DivergedError
-            If the loop's own motion becomes infinite, or leaves the robot's by far.
+            If the loop's own motion becomes infinite, or far larger than the robot's.
 
         """
         from clie_blocks.compiled import TraceError
@@ -234,12 +240,13 @@ class LoopSimulator:
                             f"{CALLED_BACK.sub('', str(error))}") from error
         except DivergedError as error:
             raise _diverged(law, log) from error
-        if np.abs(q - log.start).max() > FAR * max(np.ptp(log.q), np.ptp(log.q_d), 1e-6):
+        largest = FARTHEST_MOTION * max(np.ptp(log.q), np.ptp(log.q_d), 1e-6)
+        if np.abs(q - log.start).max() > largest:
             raise _diverged(law, log)
 
 
 def _diverged(law: LoopLaw, log: Log) -> DivergedError:
     return DivergedError(
-        f"{law.diagram.name} diverges: fed with the reference and excitation of {log.name} it "
-        f"leaves every bound, while the robot moves by {np.ptp(log.q):.3g} rad. Check signs, "
-        "units and gains of the loop, and that no root or division in it meets a zero")
+        f"{law.diagram.name} diverges: driven by the reference and excitation of {log.name} its "
+        f"motion grows without bound, while the robot moves by {np.ptp(log.q):.3g} rad. Check "
+        "signs, units and gains of the loop, and that no root or division in it meets a zero")

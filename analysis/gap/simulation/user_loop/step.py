@@ -1,7 +1,7 @@
-"""One step of any loop, as a function of numbers or of the symbols that become machine code.
+"""One step of any loop, as a function of arrays or of the symbols that become machine code.
 
 The loop is moved by Runge-Kutta of fourth order (or by its own map, in discrete time), once
-without a missing torque and once per joint with one N m.  The difference is what a torque does to
+without an added torque and once per joint with one N m.  The difference is what a torque does to
 the state, so that dry friction can stop a joint of a loop of which nothing else is known.
 """
 
@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.user_loop.law import GLANCE
-from clie_blocks.analysis.gap.problem.user_loop.ports import Ports
+from clie_blocks.analysis.gap.problem.user_loop.law import VELOCITY_STEP
+from clie_blocks.analysis.gap.problem.user_loop.ports import COMMAND, POSITION, Ports
 from clie_blocks.labels import ports
 
 if TYPE_CHECKING:
@@ -38,24 +38,26 @@ def trace_step(loop: InputOutputSystem) -> StepFunction:
     from clie_blocks.compiled.ir.scalars import F
     from clie_blocks.compiled.ir.symbols import Symbol, topological
 
-    found = trace(loop)
-    roots = [*found.derivatives, *(found.signals[label] for label in found.outputs)]
-    order, n = topological(roots), len(found.derivatives)
-    numbers = found.parameters.defaults
+    traced = trace(loop)
+    roots = [*traced.derivatives, *(traced.signals[label] for label in traced.outputs)]
+    order, n = topological(roots), len(traced.derivatives)
+    parameters = traced.parameters.defaults
 
-    def value(node: Symbol, given: Mapping[str, Any], known: Mapping[Symbol, Any]) -> Any:
+    def evaluate(node: Symbol, variables: Mapping[str, Any], values: Mapping[Symbol, Any]) -> Any:
         if node.op == "variable":
             kind, index = node.args
-            return given[kind][index]
-        return getattr(F, node.op)(*(known.get(a, a) if isinstance(a, Symbol) else a
-                                     for a in node.args))
+            return variables[kind][index]
+        return getattr(F, node.op)(*(values.get(argument, argument)
+                                     if isinstance(argument, Symbol) else argument
+                                     for argument in node.args))
 
     def function(t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        given, known = {"t": [t], "x": x, "u": u, "p": numbers}, {}
+        variables: dict[str, Any] = {"t": [t], "x": x, "u": u, "p": parameters}
+        values: dict[Symbol, Any] = {}
         for node in order:
-            known[node] = value(node, given, known)
-        values = _array([known[root] if isinstance(root, Symbol) else root for root in roots])
-        return values[:n], values[n:]
+            values[node] = evaluate(node, variables, values)
+        results = _array([values[root] if isinstance(root, Symbol) else root for root in roots])
+        return results[:n], results[n:]
 
     return function
 
@@ -73,11 +75,11 @@ class LoopStep:
     Parameters
     ----------
     function : callable
-        See `traced`.
-    where : dict
-        Indices of the inputs, and of the outputs q and u.
+        See `trace_step`.
+    inputs, outputs : mapping
+        Indices of the signals of each port.
     torque : str
-        Input at which a missing torque enters.
+        Input at which an added torque enters.
     step : float
         Length of a step [s].
     discrete : bool
@@ -86,30 +88,30 @@ class LoopStep:
     """
 
     function: StepFunction
-    where: dict[str, Sequence[int]]
+    inputs: Mapping[str, Sequence[int]]
+    outputs: Mapping[str, Sequence[int]]
     torque: str
     step: float
     discrete: bool
 
     @classmethod
-    def of(cls, loop: InputOutputSystem, found: Ports, step: float) -> LoopStep:
-        """Steps of a loop with given ports."""
-        outputs = ports(loop.output_labels)
-        where = {**ports(loop.input_labels), **{f"shown {key}": outputs[key] for key in "qu"}}
-        return cls(trace_step(loop), where, found.torque, step, bool(loop.dt))
+    def of(cls, loop: InputOutputSystem, loop_ports: Ports, step: float) -> LoopStep:
+        """Steps of a loop with some ports."""
+        return cls(trace_step(loop), ports(loop.input_labels), ports(loop.output_labels),
+                   loop_ports.torque, step, bool(loop.dt))
 
-    def seen(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and commands, without a missing torque."""
-        shown = self.function(t, x, u)[1]
-        return shown[self.where["shown q"]], shown[self.where["shown u"]]
+    def measured(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and commands, without an added torque."""
+        outputs = self.function(t, x, u)[1]
+        return outputs[self.outputs[POSITION]], outputs[self.outputs[COMMAND]]
 
     def rate(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Velocities, from the positions that the loop is about to show [rad/s]."""
-        moved, shown = self.function(t, x, u)
-        reach = self.step if self.discrete else GLANCE
-        later = self.function(t, moved if self.discrete else x + GLANCE * moved, u)[1]
-        at = self.where["shown q"]
-        return (later[at] - shown[at]) / reach
+        rates, outputs = self.function(t, x, u)
+        h = self.step if self.discrete else VELOCITY_STEP
+        later = self.function(t, rates if self.discrete else x + VELOCITY_STEP * rates, u)[1]
+        position = self.outputs[POSITION]
+        return (later[position] - outputs[position]) / h
 
     def free(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         """State one step later; the inputs are held."""
@@ -125,15 +127,15 @@ class LoopStep:
     def pushed(self, t: float, x: np.ndarray, u: np.ndarray, after: np.ndarray,
                ) -> list[np.ndarray]:
         """Change of the state after a step by one N m at each joint."""
-        return [self.free(t, x, _with_inputs(u, at, 1.0)) - after
-                for at in self.where[self.torque]]
+        return [self.free(t, x, _with_added_input(u, k, 1.0)) - after
+                for k in self.inputs[self.torque]]
 
     def with_input(self, u: np.ndarray, name: str, added: np.ndarray) -> np.ndarray:
-        """Inputs with something added at a port."""
-        for at, more in zip(self.where[name], added):
-            u = _with_inputs(u, at, more)
+        """Inputs with a signal added at a port."""
+        for k, value in zip(self.inputs[name], added):
+            u = _with_added_input(u, k, value)
         return u
 
 
-def _with_inputs(u: np.ndarray, at: int, more: Any) -> np.ndarray:
-    return _array([value + more if k == at else value for k, value in enumerate(u)])
+def _with_added_input(u: np.ndarray, k: int, added: Any) -> np.ndarray:
+    return _array([value + added if i == k else value for i, value in enumerate(u)])

@@ -1,0 +1,195 @@
+"""The sampled loop of a robot with the effects of a hypothesis, as one block in discrete time.
+
+One update is one period of the controller.  The parameters of the robot are arguments, so that the
+program of a block depends on the structure of a robot only.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
+from clie_blocks.analysis.gap.simulation.dynamics import (
+    Memory,
+    NamedPieces,
+    Parameters,
+    State,
+    delivered_torque,
+    law_command,
+    measured_position,
+)
+from clie_blocks.analysis.gap.simulation.motion import move_apart, move_as_one
+from clie_blocks.analysis.gap.simulation.state_layout import StateLayout, rows_of_pieces
+from clie_blocks.labels import signals
+
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
+
+Values = Mapping[str, np.ndarray]
+"""Parameters of a simulator by key."""
+
+PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
+
+
+@dataclasses.dataclass(frozen=True)
+class Structure:
+    """What of a robot decides the program: everything but its parameters."""
+
+    n: int
+    period: float
+    known: bool
+    has_gravity: bool
+    has_coupling: bool
+    clipped: bool
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LoopBlock:
+    """The sampled loop as a block with the inputs q_d, pe, noise and the outputs q, u, sum.
+
+    Parameters
+    ----------
+    shape : Structure
+        Of the robot.
+    pieces : sequence of (str, Piece)
+        What the effects add, with the name of each effect's block.
+    parameter_names : mapping
+        Names of the parameters of each effect, by block.
+
+    """
+
+    shape: Structure
+    pieces: NamedPieces
+    parameter_names: Mapping[str, tuple[str, ...]]
+
+    @functools.cached_property
+    def layout(self) -> StateLayout:
+        """Motion, memory of the law, sum of the measured positions, memory of the pieces."""
+        rows = {"q": 1, "dq": 1, "law": 2, "sum": 1}
+        if self.moves_apart:
+            rows.update(q_motor=1, dq_motor=1)
+        return StateLayout(self.shape.n, {**rows, **rows_of_pieces(self.pieces)})
+
+    @property
+    def moves_apart(self) -> bool:
+        """Whether motor and link move apart."""
+        return any(piece.port == "transmission" for _, piece in self.pieces)
+
+    @functools.cached_property
+    def system(self) -> NonlinearIOSystem:
+        """The block as a python-control system."""
+        import control as ct
+
+        step, measure, n = self._step, self._outputs, self.shape.n
+
+        def update(t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+            return step(t, x, u, params)
+
+        def output(t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+            return measure(t, x, u, params)
+
+        return ct.nlsys(update, output, name="robot", params=self._sample_parameters(),
+                        states=[f"x[{k}]" for k in range(self.layout.size)], dt=self.shape.period,
+                        inputs=signals("q_d", "pe", "noise", n=n),
+                        outputs=signals("q", "u", "sum", n=n))
+
+    def _sample_parameters(self) -> dict[str, np.ndarray]:
+        """Parameters of the right shapes, harmless for a check of the compiled program."""
+        n = self.shape.n
+        values = {key: np.ones(n) for key in (*PER_JOINT, "start", "first")}
+        values.update({f"chain.{name}": np.ones(n) for name in PlanarChain.parameters})
+        values.update({"b": np.ones((3, n)), "a": np.ones((3, n)), "chain.g": np.array(9.81)})
+        values.update({f"{block}.{name}": np.ones(n)
+                       for block, names in self.parameter_names.items() for name in names})
+        values["inertia"] = 3.0 + values["inertia"]
+        return values
+
+    def initial_state(self, log: Log, values: Values) -> np.ndarray:
+        """State at the first sample of a log: at rest, or in its motion."""
+        where, state = self.layout.slices, np.zeros(self.layout.size)
+        for name in ("q", "q_motor") if self.moves_apart else ("q",):
+            state[where[name]] = log.start
+        for name, piece in self.pieces:
+            if piece.port == "sensor" and piece.states:
+                state[where[name]] = np.tile(log.start, piece.states)
+        if np.any(log.speed):
+            for name in ("dq", "dq_motor") if self.moves_apart else ("dq",):
+                state[where[name]] = log.speed
+            state[where["law"]] = ramp_memory(
+                log.speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
+        return state
+
+    def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:
+        """Memory of every block, parameters of robot and effects, and the links."""
+        p: dict[str, np.ndarray | dict[str, np.ndarray]] = {
+            key: params[key] for key in (*PER_JOINT, "start", "first", "b", "a")}
+        p.update({block: {name: params[f"{block}.{name}"] for name in names}
+                  for block, names in self.parameter_names.items()})
+        return self.layout.unpack(x), p, self._chain(params)
+
+    def _chain(self, params: Values) -> PlanarChain:
+        shape = self.shape
+        length, mass, com, inertia, bearing_damping, g, diagonal = (
+            params[f"chain.{name}"] for name in PlanarChain.parameters)
+        return PlanarChain(length, mass, com, inertia, bearing_damping, g, shape.has_gravity,
+                           shape.has_coupling, diagonal, shape.known)
+
+    def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+        memory, p, _ = self._unpack(x, params)
+        q, _ = measured_position(memory["q"][0], memory, self.pieces, p, self.shape.period)
+        command, _ = self._command(q, u, memory, p)
+        return np.concatenate((q, command, memory["sum"][0]))
+
+    def _command(self, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
+                 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Command of the law for a measured position, and its memory one sample later."""
+        n = self.shape.n
+        at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
+        start, _ = measured_position(p["start"], at_rest, self.pieces, p, self.shape.period)
+        return law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start + p["first"],
+                           self.shape.clipped, p)
+
+    def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
+        """State one period later: measure, command, hold, move."""
+        memory, p, chain = self._unpack(x, params)
+        h = self.shape.period
+        q, of_sensor = measured_position(memory["q"][0], memory, self.pieces, p, h)
+        command, of_law = self._command(q, u, memory, p)
+        torque, of_drive = delivered_torque(command, memory, self.pieces, p, h)
+        now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
+        move = move_apart if self.moves_apart else move_as_one
+        motion, of_load = move(now, memory, self.pieces, p)
+        after = {**of_drive, **of_sensor, **of_load}
+        parts = [*motion[:2], *of_law, memory["sum"][0] + q, *motion[2:]]
+        for name, piece in self.pieces:
+            parts += after[name] if piece.states else []
+        return np.concatenate(parts)
+
+
+def ramp_memory(speed: np.ndarray, b: np.ndarray, a: np.ndarray, period: float) -> np.ndarray:
+    """Memory of a velocity filter that has followed a ramp up to the first sample, where it is 0.
+
+    Parameters
+    ----------
+    speed : ndarray, shape (n,)
+        Slope of the ramp [rad/s].
+    b, a : ndarray, shape (3, n)
+        Coefficients of the filter, from position to velocity.
+    period : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (2 n,)
+        What the transposed direct form adds to this sample's output, and to the next one's.
+
+    """
+    step = speed * period
+    of_next = -step * (b[1] + 2 * b[2]) / (1 + a[1] + a[2])
+    return np.concatenate((of_next, -b[2] * step - a[2] * of_next))
