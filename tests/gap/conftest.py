@@ -41,7 +41,9 @@ resolution_rad = {lsb}
 def made(name, seed):
     """Robot with one effect, or ``none``; 6 s per log."""
     kind = "none" if name == "none" else "single"
-    return draw_cases(1, seed, [name] if kind == "single" else ["coulomb"], [kind], duration=6.0)[0]
+    return draw_cases(1, seed, [name] if kind == "single" else ["coulomb"], [kind], duration=6.0)[
+        0
+    ]
 
 
 @pytest.fixture(scope="session")

@@ -1,24 +1,24 @@
-"""Wrong gains and an unsaid delay of the controller are found, and blamed on no joint."""
+"""Gains and delays that the file does not state are identified, and attributed to no joint."""
 
 import dataclasses
 
 import numpy as np
 import pytest
+from factories import make_ranked
 
 from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.hypothesis import held_members
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
-from clie_blocks.analysis.gap.verdict.posterior import RankedCause, unknown_for_none
+from clie_blocks.analysis.gap.verdict.posterior import unknown_for_none
 
 
-def commanded(problem, commands):
-    """The same motions, with other commands."""
-    logs = [dataclasses.replace(log, u=np.round(u / problem.law.resolution)
-                                * problem.law.resolution)
-            for log, u in zip(problem.logs, commands)]
-    return dataclasses.replace(problem, fit=tuple(logs[:2]), held_out=tuple(logs[2:]))
+def commanded(problem, command):
+    """The same motions, with the rounded commands that a function of a log returns."""
+    step = problem.law.resolution
+    return problem.with_logs(lambda log: dataclasses.replace(
+        log, u=np.round(command(log) / step) * step))
 
 
 @pytest.mark.parametrize("key", ["kp", "kd"])
@@ -26,24 +26,23 @@ def test_the_gains_that_ran_are_read_from_the_log(healthy, key):
     gains = getattr(healthy.law, key).copy()
     gains[0] *= 1.04
     ran = dataclasses.replace(healthy.law, **{key: gains})
-    found = check_controller(commanded(
-        healthy, [ran.replay(log.q, log.q_d, log.pe) for log in healthy.logs]))
-    assert found.other_gains == (0,) and not found.other_filter and found.misdescribed
-    assert found.law.kp == pytest.approx(ran.kp, rel=1e-3)
-    assert found.law.kd == pytest.approx(ran.kd, rel=1e-3)
-    assert "the gains that ran" in found.decisions[0]
+    check = check_controller(commanded(healthy, lambda log: ran.replay(log.q, log.q_d, log.pe)))
+    assert check.other_gains == (0,) and not check.other_filter and check.misdescribed
+    assert check.law.kp == pytest.approx(ran.kp, rel=1e-3)
+    assert check.law.kd == pytest.approx(ran.kd, rel=1e-3)
+    assert "the gains that ran" in check.decisions[0]
 
 
-def test_what_the_law_cannot_say_is_not_called_a_gain(healthy):
-    def leaning(log):
+def test_an_integral_part_is_not_called_a_gain(healthy):
+    def with_integral(log):
         return (healthy.law.replay(log.q, log.q_d, log.pe)
                 + 0.05 * healthy.law.kp * healthy.period * np.cumsum(log.q_d - log.q, axis=0))
-    problem = commanded(healthy, map(leaning, healthy.logs))
-    found = check_controller(problem)
-    assert not found.other_gains and not found.delayed and not found.other_filter
-    assert found.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
-    assert "integral part" in found.decisions[0] and found.misdescribed
-    assert not check_controller(found.corrected(problem)).misdescribed
+    problem = commanded(healthy, with_integral)
+    check = check_controller(problem)
+    assert not check.other_gains and not check.delayed and not check.other_filter
+    assert check.integral == pytest.approx(0.05 * healthy.law.kp, rel=0.02)
+    assert "integral part" in check.decisions[0] and check.misdescribed
+    assert not check_controller(check.corrected(problem)).misdescribed
 
 
 def test_a_drift_of_the_command_is_no_integral(healthy):
@@ -52,17 +51,17 @@ def test_a_drift_of_the_command_is_no_integral(healthy):
     def drifting(log):
         return (healthy.law.replay(log.q, log.q_d, log.pe) + 20 * healthy.law.resolution
                 * np.cumsum(rng.normal(size=log.q.shape), axis=0) / np.sqrt(len(log)))
-    assert not check_controller(commanded(healthy, map(drifting, healthy.logs))).integral
+    assert not check_controller(commanded(healthy, drifting)).integral
 
 
-def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
-    def late(log):
+def test_a_command_of_the_sample_before_becomes_a_delay_of_the_model(healthy):
+    def delayed(log):
         u = healthy.law.replay(log.q, log.q_d, log.pe)
         return np.concatenate([u[:1], u[:-1]])
-    problem = commanded(healthy, map(late, healthy.logs))
-    found = check_controller(problem)
-    assert found.delayed and not found.other_gains and not found.other_filter
-    corrected = found.corrected(problem)
+    problem = commanded(healthy, delayed)
+    check = check_controller(problem)
+    assert check.delayed and not check.other_gains and not check.other_filter
+    corrected = check.corrected(problem)
     assert not check_controller(corrected).misdescribed
     (delay,) = held_members(corrected)
     assert delay.cause.name == "time_delay"
@@ -70,27 +69,23 @@ def test_a_command_of_the_row_before_is_put_back_and_acts_late(healthy):
 
 
 def test_a_stated_law_that_ran_is_left_as_it_is(healthy):
-    found = check_controller(healthy)
-    assert not found.misdescribed and found.corrected(healthy).command_delay == 0.0
+    check = check_controller(healthy)
+    assert not check.misdescribed and check.corrected(healthy).command_delay == 0.0
 
 
-def test_with_other_gains_nothing_else_is_something_unknown():
-    ranking = [RankedCause(("none",), None, 0.0, 0.9), RankedCause(("spring",), None, 0.0, 0.08),
-               RankedCause(("unknown",), None, 0.0, 0.02)]
-    found = unknown_for_none(ranking)
-    assert [s.names[0] for s in found] == ["unknown", "spring", "none"]
-    assert [s.probability for s in found] == pytest.approx([0.92, 0.08, 0.0])
+def test_with_other_gains_a_robot_without_a_cause_is_unexplained():
+    ranking = unknown_for_none([make_ranked("none", 0.9), make_ranked("spring", 0.08),
+                                make_ranked("unknown", 0.02)])
+    assert [ranked.names[0] for ranked in ranking] == ["unknown", "spring", "none"]
+    assert [ranked.probability for ranked in ranking] == pytest.approx([0.92, 0.08, 0.0])
 
 
-def test_a_file_with_another_kd_accuses_no_joint(case):
-    """Six percent of Kd are as much as a datasheet's doubt about the damping."""
+def test_a_file_with_another_kd_is_attributed_to_no_joint(case):
+    """Six percent of Kd are as much as the tolerance of the damping in a datasheet."""
     made = case("none")
     controller = dataclasses.replace(made.robot.controller, kd=1.06 * made.robot.controller.kd)
-    found = answer(
-        diagnose(
-            Problem.from_logs(dataclasses.replace(made.robot, controller=controller), made.records)
-        )
-    )
-    assert found["verdict"] == "unexplained" and found["set_90"] == ["unknown"]
-    assert "kd" in found["decisions"][0]
-    assert found["gap_after"] < 1.1 * found["gap_floor"]
+    robot = dataclasses.replace(made.robot, controller=controller)
+    stored = answer(diagnose(Problem.from_logs(robot, made.records)))
+    assert stored["verdict"] == "unexplained" and stored["set_90"] == ["unknown"]
+    assert "kd" in stored["decisions"][0]
+    assert stored["gap_after"] < 1.1 * stored["gap_floor"]

@@ -86,40 +86,40 @@ def test_logs_of_two_robots_are_not_mixed(case):
         prepare(made.robot, [made.records[0], made.records[1].replace(robot=other)])
 
 
-def test_a_late_servo_is_noted_where_the_position_error_stands_for_the_command():
-    goal = np.repeat(np.random.default_rng(5).uniform(-0.5, 0.5, 25), 40)
-    q = servo_response(goal, goal[0], 0.02, 25.0, 1.2, 0.0, 0.03, 0.01)
+def test_the_delay_of_a_servo_is_noted_where_the_position_error_stands_for_the_command():
+    set_point = np.repeat(np.random.default_rng(5).uniform(-0.5, 0.5, 25), 40)
+    q = servo_response(set_point, set_point[0], 0.02, 25.0, 1.2, 0.0, 0.03, 0.01)
     robot = Robot(n=2, controller=Controller(law="unknown", sample_time=0.02))
     record = Record(time=0.02 * np.arange(1000), q=np.stack([q, 0 * q], 1),
-                    qd=np.stack([goal, 0 * goal], 1), robot=robot)
-    said = prepare(robot, [record])[1][0].decisions[-1]
-    assert re.search(r"joint1: the delay of the set-points is 30 \+- \S+ ms, and dry friction holds up to 10 \+-",
-                     said)
-    assert "joint2:" not in said
+                    qd=np.stack([set_point, 0 * set_point], 1), robot=robot)
+    decision = prepare(robot, [record])[1][0].decisions[-1]
+    assert re.search(r"joint1: the delay of the set-points is 30 \+- \S+ ms, and dry friction "
+                     r"holds up to 10 \+-", decision)
+    assert "joint2:" not in decision
 
 
-def test_without_a_reference_what_was_asked_is_read_from_the_command(case):
+def test_an_unlogged_reference_is_read_from_the_command(case):
     made = case("none")
     logged = [record.replace(qd=None) for record in made.records]
     records = prepare(made.robot, logged)[1]
     kp = made.robot.controller.kp
     for before, after in zip(made.records, records, strict=True):
-        asked = before.pe + kp * (before.qd - before.q[0])
+        driven = before.pe + kp * (before.qd - before.q[0])
         moved = np.ptp(before.qd, axis=0) > 0
-        left = np.abs(after.pe - asked)
-        assert left[:, moved].max(initial=0.0) <= 0.51 * np.max(
+        error = np.abs(after.pe - driven)
+        assert error[:, moved].max(initial=0.0) <= 0.51 * np.max(
             made.robot.controller.command_resolution)
         if not moved.any():
             assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12
         assert after.qd is None
 
 
-def test_a_law_that_did_not_run_is_not_taken_for_a_reference(case):
+def test_a_law_that_did_not_run_is_not_mistaken_for_a_reference(case):
     made = case("none")
     robot = dataclasses.replace(made.robot, controller=dataclasses.replace(
         made.robot.controller, kd=0.8 * made.robot.controller.kd))
-    still = [record.replace(qd=None) for record in made.records
-             if not np.ptp(record.qd, axis=0).any()]
-    assert still
-    for before, after in zip(still, prepare(robot, still)[1], strict=True):
+    at_rest = [record.replace(qd=None) for record in made.records
+               if not np.ptp(record.qd, axis=0).any()]
+    assert at_rest
+    for before, after in zip(at_rest, prepare(robot, at_rest)[1], strict=True):
         assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12

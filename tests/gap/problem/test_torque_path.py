@@ -14,7 +14,7 @@ def record(**signals):
     return Record(time=TIME, q=np.zeros((TIME.size, 2)), joints=("a", "b"), **signals)
 
 
-def test_a_known_path_is_found():
+def test_a_known_path_is_identified():
     noise = np.random.default_rng(1).normal(0, 0.01, TIME.size)
     u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
     tau = path_torque(u, 0.002, 0.8, 0.02, 0.006, 0.05) + noise
@@ -31,7 +31,7 @@ def test_lag_follows_its_differential_equation():
     np.testing.assert_allclose(step, 2.0 * (1 - np.exp(-1e-3 * np.arange(1, 201) / 0.05)))
 
 
-def test_what_is_missing_is_said():
+def test_a_missing_torque_or_an_idle_drive_is_refused():
     with pytest.raises(NotIdentifiableError, match="commanded and the measured"):
         torque_paths(record(u=np.ones((TIME.size, 2))))
     still = np.zeros((TIME.size, 2))
@@ -39,11 +39,11 @@ def test_what_is_missing_is_said():
         torque_paths(record(u=still, tau=still))
 
 
-def test_a_path_is_told_where_both_torques_are_logged():
+def test_a_path_is_described_where_both_torques_are_logged():
     u = np.sin(2 * np.pi * (0.2 + 0.4 * TIME) * TIME)
     still = np.zeros_like(u)
     both = np.stack([u, still], 1)
     tau = np.stack([path_torque(u, 0.002, 0.8, 0.02, 0.006, 0.0), still], 1)
-    (said,) = describe(record(u=both, tau=tau))
-    assert "a: the measured torque is 0.80 times the command, with a delay of 26 ms" in said
+    (sentence,) = describe(record(u=both, tau=tau))
+    assert "a: the measured torque is 0.80 times the command, with a delay of 26 ms" in sentence
     assert describe(record(u=both)) == [] == describe(record(u=0 * both, tau=0 * both))

@@ -73,24 +73,39 @@ def most_probable(found):
 @pytest.mark.parametrize("dry", [0.0, 1.0])
 def test_noise_alone_is_no_difference(pendulum, dry):
     level = dry * pendulum.dry
-    found = diagnose(Problem.from_logs(pendulum.stated, pendulum.logs(level=level)).beside(pendulum.logs(noisy=False, level=level)))
+    found = diagnose(
+        Problem.from_logs(pendulum.stated, pendulum.logs(level=level)).beside(
+            pendulum.logs(noisy=False, level=level)
+        )
+    )
     assert found.verdict == "none"
     assert found.evidence.nominal_excess < 0.5
-    assert {m.cause.name for m in found.residuals.problem.inside} == ({"coulomb"} if dry else set())
+    assert {m.cause.name for m in found.residuals.problem.inside} == (
+        {"coulomb"} if dry else set()
+    )
 
 
 def test_only_what_the_simulator_lacks_is_named(pendulum):
     drag = {"quadratic": 0.02 * pendulum.robot.kp}
-    found = diagnose(Problem.from_logs(pendulum.stated, pendulum.logs(level=pendulum.dry, **drag)).beside(pendulum.logs(noisy=False, level=pendulum.dry)))
+    found = diagnose(
+        Problem.from_logs(pendulum.stated, pendulum.logs(level=pendulum.dry, **drag)).beside(
+            pendulum.logs(noisy=False, level=pendulum.dry)
+        )
+    )
     assert most_probable(found) == "quadratic_drag"
     assert found.reduction.after < 1.05 * found.reduction.floor < 0.3 * found.reduction.before
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect, number, value", [
-    ("time_delay", "delay", 4e-3), ("payload", "payload", 0.05)])
+@pytest.mark.parametrize(
+    "effect, number, value", [("time_delay", "delay", 4e-3), ("payload", "payload", 0.05)]
+)
 def test_an_effect_beside_dry_friction_that_both_have(pendulum, effect, number, value):
-    found = diagnose(Problem.from_logs(pendulum.stated, pendulum.logs(level=pendulum.dry, **{number: value})).beside(pendulum.logs(noisy=False, level=pendulum.dry)))
+    found = diagnose(
+        Problem.from_logs(
+            pendulum.stated, pendulum.logs(level=pendulum.dry, **{number: value})
+        ).beside(pendulum.logs(noisy=False, level=pendulum.dry))
+    )
     assert most_probable(found) == effect
     assert found.reduction.after < 1.1 * found.reduction.floor
 
@@ -98,13 +113,21 @@ def test_an_effect_beside_dry_friction_that_both_have(pendulum, effect, number, 
 @pytest.mark.slow
 def test_backlash_beside_dry_friction_that_both_have(machine):
     axis = machine("axes", seed=AXIS)
-    found = diagnose(Problem.from_logs(axis.stated, axis.logs(level=axis.dry, half_gap=1.5e-3)).beside(axis.logs(noisy=False, level=axis.dry)))
+    found = diagnose(
+        Problem.from_logs(axis.stated, axis.logs(level=axis.dry, half_gap=1.5e-3)).beside(
+            axis.logs(noisy=False, level=axis.dry)
+        )
+    )
     assert most_probable(found) == "backlash"
 
 
 @pytest.mark.slow
 def test_more_friction_than_in_the_simulator_is_parametric(pendulum):
-    found = diagnose(Problem.from_logs(pendulum.stated, pendulum.logs(level=1.6 * pendulum.dry)).beside(pendulum.logs(noisy=False, level=pendulum.dry)))
+    found = diagnose(
+        Problem.from_logs(pendulum.stated, pendulum.logs(level=1.6 * pendulum.dry)).beside(
+            pendulum.logs(noisy=False, level=pendulum.dry)
+        )
+    )
     assert found.verdict == "parametric"
     held, = answer(found)["simulator"]
     assert held["effect"] == "coulomb"

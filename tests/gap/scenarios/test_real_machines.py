@@ -115,7 +115,7 @@ def test_so101_is_late_and_sticks_and_each_hides_the_other(shared):
     assert rotation["both"] < 0.5 * min(rotation[name] for name in
                                         ("lag", "setpoint_delay", "coulomb"))
     assert all(0.015 < by["both"][0].delay < 0.03 for by in found.values())
-    assert all(by["both"][0].left < min(by[name][0].left for name in ("setpoint_delay", "coulomb"))
+    assert all(by["both"][0].rms_error < min(by[name][0].rms_error for name in ("setpoint_delay", "coulomb"))
                for by in found.values())
     path = found["rotation"]["both"][0]
     start = reaction(path)
@@ -139,7 +139,7 @@ def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
     said = told("SO-101, rotation", found)
     (read,) = {record.decisions[-1] for record in ready}
     print(" ", read)
-    assert "the dead time is 60 ms" in read and "goals act 2" in read
+    assert "the dead time is 60 ms" in read and "the delay of the set-points is 2" in read
     names = [row["effect"] for row in said["effects"]]
     delay, step = said["effects"][0], said["effects"][names.index("encoder_quantization")]
     print("  delay", delay, "\n  left", found.findings[0].left)
@@ -182,9 +182,9 @@ def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
     records = [record for record in records if "C.1" in record.robot.name]
     sines = [record for record in records if np.abs(record.u).max() < 1.0]
     paths = [path for record in sines for path in torque_paths(record)]
-    print("\nDFKI torque path: late", [round(path.late, 4) for path in paths], "gain",
+    print("\nDFKI torque path: late", [round(path.total_delay, 4) for path in paths], "gain",
           [round(path.gain, 2) for path in paths])
-    assert all(0.01 < path.late < 0.04 for path in paths if path.lag > 1e-4)
+    assert all(0.01 < path.total_delay < 0.04 for path in paths if path.lag > 1e-4)
     assert np.ptp([path.gain for path in paths]) > 0.2
     robot, ready = prepare(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
     assert all("the measured torque is" in record.decisions[-1] for record in ready)

@@ -121,7 +121,9 @@ def test_long_steps_alone_are_no_difference(file, step):
 
 
 def test_dry_friction_that_a_coarse_simulator_lacks_is_named(file):
-    found = diagnose(Problem.from_logs(read_robot(file), logs(dry=DRY, noise=NOISE)).beside(logs(semi_implicit)))
+    found = diagnose(
+        Problem.from_logs(read_robot(file), logs(dry=DRY, noise=NOISE)).beside(logs(semi_implicit))
+    )
     assert found.ranking[0].names == ("coulomb",)
     assert found.model.hypothesis.values["coulomb.level"][0] == pytest.approx(DRY, rel=0.03)
 

@@ -1,0 +1,26 @@
+"""One experiment as the diagnosis reads it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.problem.log import as_log
+from clie_blocks.errors import RecordError
+
+
+def test_a_stated_start_counts_unless_the_log_begins_elsewhere(case):
+    made = case("none")
+    record = made.records[0]
+    log = as_log(record, made.robot, 0)
+    assert log.at_rest and np.array_equal(log.start, made.robot.experiments["log-1"].start)
+    elsewhere = as_log(record.replace(q=record.q + np.ptp(record.q)), made.robot, 0)
+    assert not elsewhere.at_rest and np.array_equal(elsewhere.start, elsewhere.q[0])
+    unstated = dataclasses.replace(made.robot, experiments={})
+    assert not as_log(record, unstated, 0).at_rest
+
+
+def test_a_log_without_a_command_is_refused(case):
+    made = case("none")
+    with pytest.raises(RecordError, match="no command u"):
+        as_log(made.records[0].replace(u=None), made.robot, 0)
