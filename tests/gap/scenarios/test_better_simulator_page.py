@@ -53,7 +53,7 @@ def write_trial(made, folder):
 
 @pytest.fixture
 def robot_folder(tmp_path, case, monkeypatch):
-    """Working folder with `my-robot`: the trial of the page, else a robot made here."""
+    """Working folder with `my-robot`: the trial of the page, else a simulated robot."""
     folder = tmp_path / "my-robot"
     if TRIAL.is_dir():
         folder.mkdir()
@@ -66,20 +66,20 @@ def robot_folder(tmp_path, case, monkeypatch):
     return tmp_path
 
 
-def simulate(folder, at):
+def simulate(folder, output):
     """Write logs of a simulator that holds the refitted nominal model, and nothing else."""
     from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
     from clie_blocks.analysis.gap.problem.problem import Problem
     from clie_blocks.analysis.records import Record, read_trial, write_record
 
     robot, records = read_trial(folder)
-    asked = Problem.from_logs(robot, records)
-    nominal = fit_nominal(asked, METHOD)[1].hypothesis
-    at.mkdir()
-    for j, (log, record) in enumerate(zip(asked.logs, records, strict=True)):
+    problem = Problem.from_logs(robot, records)
+    nominal = fit_nominal(problem, METHOD)[1].hypothesis
+    output.mkdir()
+    for j, (log, record) in enumerate(zip(problem.logs, records, strict=True)):
         q, u = nominal.simulator.run(log, nominal.of_log(j))
         write_record(Record(time=record.time, q=q, u=u, qd=record.qd, pe=record.pe),
-                     at / f"log-{j + 1}.csv")
+                     output / f"log-{j + 1}.csv")
 
 
 def test_the_page_runs_as_printed(robot_folder, capsys):
@@ -96,7 +96,7 @@ def test_the_page_runs_as_printed(robot_folder, capsys):
     assert float(joint.get("frictionloss")) > 0.0
 
 
-def test_a_loop_of_ones_own_runs_as_printed(tmp_path, monkeypatch, capsys):
+def test_the_loop_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     """The log is that of the page's joint with dry friction, in Euler steps of 0.1 ms."""
     from clie_blocks.analysis.records import Record, write_record
 

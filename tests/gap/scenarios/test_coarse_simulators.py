@@ -1,4 +1,4 @@
-"""Simulators of others beside a robot: long steps, own starts and clocks, columns that lack."""
+"""Users' simulators: long steps, other starts and clocks, missing columns."""
 
 import json
 import math
@@ -73,92 +73,94 @@ def run(j, step=fine, drag=0.0, dry=0.0, noise=0.0, start=0.0):
     q_d = 0.7 * np.sin(2 * np.pi * 0.13 * (1 + j / 4) * TIME)
     pe = 0.3 * np.sin(2 * np.pi * np.outer(TIME, tones) + 3.0 * j).sum(axis=1)
     errors = noise * np.random.default_rng(j).standard_normal(len(TIME))
-    q, dq, last, rows = start, 0.0, None, []
-    for wanted, pushed, error in zip(q_d.tolist(), pe.tolist(), errors.tolist()):
-        seen = q + error
-        last = seen if last is None else last
-        u = KP * (wanted - seen) - KD * (seen - last) / PERIOD + pushed
-        rows.append((seen, u))
-        last = seen
+    q, dq, previous, rows = start, 0.0, start + errors[0], []
+    for set_point, excitation, error in zip(q_d.tolist(), pe.tolist(), errors.tolist()):
+        measured = q + error
+        u = KP * (set_point - measured) - KD * (measured - previous) / PERIOD + excitation
+        rows.append((measured, u))
+        previous = measured
         q, dq = step(q, dq, u, drag, dry)
-    found = np.array(rows)
-    return Record(time=TIME, q=found[:, :1], u=found[:, 1:], qd=q_d[:, None], pe=pe[:, None],
+    signals = np.array(rows)
+    return Record(time=TIME, q=signals[:, :1], u=signals[:, 1:], qd=q_d[:, None], pe=pe[:, None],
                   source=f"log-{j + 1}")
 
 
-def logs(*given, **more):
-    return [run(j, *given, **more) for j in range(2)]
+def logs(step=fine, **parameters):
+    return [run(j, step, **parameters) for j in range(2)]
 
 
 @pytest.fixture(scope="module")
 def dragged():
-    """The robot: with drag of the air that no simulator here has."""
+    """Logs of the robot, with air drag that no simulator here has."""
     return logs(drag=DRAG, noise=NOISE)
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
-    at = tmp_path_factory.mktemp("axis") / "robot.toml"
-    at.write_text(ROBOT)
-    return at
+    path = tmp_path_factory.mktemp("axis") / "robot.toml"
+    path.write_text(ROBOT)
+    return path
 
 
-@pytest.mark.parametrize("step, told", [(semi_implicit, "ahead, 0.5"), (implicit, "ahead, 0.5"),
-                                        (explicit, "behind, 0.5")])
-def test_what_differs_is_named_and_not_the_integrator(dragged, file, step, told):
-    found = diagnose(Problem.from_logs(read_robot(file), dragged).beside(logs(step)))
-    assert found.ranking[0].names == ("quadratic_drag",) and found.ranking[0].probability > 0.9
-    assert found.reduction.after < 1.05 * found.reduction.floor
-    assert any(told in said for said in answer(found)["decisions"])
+def compare(file, robot_records, simulated):
+    """Diagnosis of a robot against its simulator."""
+    return diagnose(Problem.from_logs(read_robot(file), robot_records).beside(simulated))
+
+
+@pytest.mark.parametrize("step, lead", [
+    (semi_implicit, "ahead, 0.5"), (implicit, "ahead, 0.5"), (explicit, "behind, 0.5")])
+def test_the_difference_is_named_and_not_the_integrator(dragged, file, step, lead):
+    diagnosis = compare(file, dragged, logs(step))
+    leading = diagnosis.ranking[0]
+    assert leading.names == ("quadratic_drag",) and leading.probability > 0.9
+    assert diagnosis.reduction.after < 1.05 * diagnosis.reduction.floor
+    assert any(lead in decision for decision in answer(diagnosis)["decisions"])
 
 
 @pytest.mark.parametrize("step", [semi_implicit, implicit, explicit, fine])
 def test_long_steps_alone_are_no_difference(file, step):
-    found = diagnose(Problem.from_logs(read_robot(file), logs(noise=NOISE)).beside(logs(step)))
-    assert found.verdict == "none"
-    said = " ".join(answer(found)["decisions"])
-    assert ("integrator" in said) == (step is not fine)
+    diagnosis = compare(file, logs(noise=NOISE), logs(step))
+    assert diagnosis.verdict == "none"
+    decisions = " ".join(answer(diagnosis)["decisions"])
+    assert ("integrator" in decisions) == (step is not fine)
 
 
-def test_dry_friction_that_a_coarse_simulator_lacks_is_named(file):
-    found = diagnose(
-        Problem.from_logs(read_robot(file), logs(dry=DRY, noise=NOISE)).beside(logs(semi_implicit))
-    )
-    assert found.ranking[0].names == ("coulomb",)
-    assert found.model.hypothesis.values["coulomb.level"][0] == pytest.approx(DRY, rel=0.03)
+def test_dry_friction_that_a_coarse_simulator_does_not_have_is_named(file):
+    diagnosis = compare(file, logs(dry=DRY, noise=NOISE), logs(semi_implicit))
+    assert diagnosis.ranking[0].names == ("coulomb",)
+    level = diagnosis.model.hypothesis.values["coulomb.level"][0]
+    assert level == pytest.approx(DRY, rel=0.03)
 
 
-def test_a_clock_with_another_origin_changes_nothing_and_another_start_is_the_robots(
-        dragged, file):
+def test_another_origin_of_the_clock_and_another_start_do_not_matter(dragged, file):
     simulated = [record.replace(time=record.time + 100.0)
                  for record in logs(semi_implicit, start=0.05)]
-    found = diagnose(Problem.from_logs(read_robot(file), dragged).beside(simulated))
-    assert found.ranking[0].names == ("quadratic_drag",)
-    assert found.reduction.after < 2.0 * found.reduction.floor < 0.1 * found.reduction.before
+    diagnosis = compare(file, dragged, simulated)
+    assert diagnosis.ranking[0].names == ("quadratic_drag",)
+    reduction = diagnosis.reduction
+    assert reduction.after < 2.0 * reduction.floor < 0.1 * reduction.before
 
 
-@pytest.mark.parametrize("factor, words", [(180 / np.pi, "degrees in the place of rad"),
-                                           (0.0, "moves 0 times as far")])
-def test_a_simulator_that_moves_otherwise_altogether_is_refused(dragged, file, factor, words):
+@pytest.mark.parametrize("factor, report", [(180 / np.pi, "degrees instead of rad"),
+                                            (0.0, "moves 0 times as far")])
+def test_a_simulator_that_moves_far_more_or_less_is_refused(dragged, file, factor, report):
     simulated = [record.replace(q=factor * record.q) for record in logs(semi_implicit)]
-    with pytest.raises(RecordError, match=words):
-        diagnose(Problem.from_logs(read_robot(file), dragged).beside(simulated))
+    with pytest.raises(RecordError, match=report):
+        compare(file, dragged, simulated)
 
 
-def test_columns_that_lack_are_filled_in(dragged):
+def test_missing_columns_are_filled_in(dragged):
     bare = dragged[1].replace(qd=None, pe=None, u=None)
-    whole = complete(bare, 1, dragged)
-    np.testing.assert_array_equal(whole.pe, dragged[1].pe)
-    assert "no qd and no pe: taken from log-2" in whole.decisions[-1]
+    completed = complete(bare, 1, dragged)
+    np.testing.assert_array_equal(completed.pe, dragged[1].pe)
+    assert "no qd and no pe: taken from log-2" in completed.decisions[-1]
     assert complete(bare, 2, dragged) is bare and complete(dragged[0], 0, dragged) is dragged[0]
 
 
-def test_the_command_of_a_simulator_is_worked_out(dragged, file):
-    from clie_blocks.analysis.records.control_law import control_law
-
-    law = control_law(read_robot(file).controller, PERIOD)
-    found = with_command(dragged[0].replace(u=None), law)
-    np.testing.assert_allclose(found.u, dragged[0].u, atol=1e-12)
+def test_a_missing_command_is_computed_by_the_stated_law(dragged, file):
+    law = Problem.from_logs(read_robot(file), dragged).stated_law
+    completed = with_command(dragged[0].replace(u=None), law)
+    np.testing.assert_allclose(completed.u, dragged[0].u, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -178,21 +180,21 @@ def test_a_table_of_time_and_position_is_enough(written, capsys):
                    header="time,q1", comments="")
     assert main([*paths, "--robot", str(folder / "robot.toml"), "--json",
                  "--simulated", *simulated]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert said["effects"][0]["effect"] == "quadratic_drag"
-    told = " ".join(said["decisions"])
-    assert "no qd and no pe: taken from" in told and "no command: worked out" in told
+    stored = json.loads(capsys.readouterr().out)
+    assert stored["effects"][0]["effect"] == "quadratic_drag"
+    decisions = " ".join(stored["decisions"])
+    assert "no qd and no pe: taken from" in decisions and "no command: computed" in decisions
 
 
-@pytest.mark.parametrize("text, words", [
+@pytest.mark.parametrize("text, report", [
     ("", ""), ("time,q1\n", ""), ("time,q1\n0,0\n", "1 sample"),
     ("time,q1\n" + "".join(f"{0.001 * i},nan\n" for i in range(6000)),
      "q is NaN or infinite in 6000 of 6000 samples"),
     ("when,what\n" + "".join(f"{0.001 * i},0.1\n" for i in range(6000)), "")])
-def test_hostile_tables_are_refused_in_words(written, tmp_path, capsys, text, words):
+def test_hostile_tables_are_refused_with_a_report(written, tmp_path, capsys, text, report):
     paths, folder = written
     (tmp_path / "sim.csv").write_text(text)
     code = guarded(main, [*paths, "--robot", str(folder / "robot.toml"), "--simulated",
                           str(tmp_path / "sim.csv")])
-    told = capsys.readouterr().err
-    assert code == 3 and "sim.csv" in told and words in told and "Traceback" not in told
+    error = capsys.readouterr().err
+    assert code == 3 and "sim.csv" in error and report in error and "Traceback" not in error

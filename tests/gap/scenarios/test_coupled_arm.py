@@ -1,4 +1,4 @@
-"""Arms whose links push each other: slopes of a fit, and a refit from numbers that are far off."""
+"""Arms with coupled links: the Jacobian of a fit, and a refit from parameters that are far off."""
 
 import dataclasses
 
@@ -9,11 +9,13 @@ pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
 from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.causes import load  # noqa: E402
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis  # noqa: E402
-from clie_blocks.analysis.gap.fitting.jacobian import jacobian  # noqa: E402
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
-    fit,  # noqa: E402
+from clie_blocks.analysis.gap.fitting.hypothesis import (  # noqa: E402
+    Hypothesis,
+    Member,
+    build_hypothesis,
 )
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian  # noqa: E402
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit  # noqa: E402
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
@@ -33,53 +35,63 @@ def arm(engine_arm):
     return Problem.from_logs(dataclasses.replace(robot, motor=motor), records, [])
 
 
+@pytest.fixture(scope="module")
+def fitted(arm):
+    """Residual model and refitted nominal model."""
+    return fit_nominal(arm, METHOD)
+
+
 @pytest.fixture
-def quick(monkeypatch):
-    """Slopes that take what one joint does to another for nothing."""
+def uncoupled(monkeypatch):
+    """Jacobians that neglect what one joint does to another."""
     monkeypatch.setattr(Hypothesis, "coupled", False)
 
 
-def slopes(at, bench):
-    """Columns of a hypothesis that no bench has seen."""
-    return jacobian(at.with_values(at.values), bench).columns[:-len(at.free_parameters)]
+def columns_of(hypothesis, residuals):
+    """Columns of a hypothesis of which no Jacobian is cached, without the rows of the prior."""
+    fresh = hypothesis.with_values(hypothesis.values)
+    return jacobian(fresh, residuals).columns[:-len(hypothesis.free_parameters)]
 
 
-def far(columns, at, bench):
+def distance_from_difference(columns, hypothesis, residuals):
     """Relative distance of the column of the second rotor from a central difference."""
-    entry = at.free_parameters[1]
-    step = 0.02 * entry.size
-    sides = [jacobian(at.with_values(at.moved([(entry, at.get(entry) + sign * step)])),
-                        bench).residual[:-len(at.free_parameters)] for sign in (-1, 1)]
-    slope = (sides[1] - sides[0]) * entry.size / (2 * step)
+    parameter = hypothesis.free_parameters[1]
+    step = 0.02 * parameter.size
+    sides = []
+    for sign in (-1, 1):
+        change = [(parameter, hypothesis.get(parameter) + sign * step)]
+        shifted = hypothesis.with_values(hypothesis.moved(change))
+        sides.append(jacobian(shifted, residuals).residual[:-len(hypothesis.free_parameters)])
+    slope = (sides[1] - sides[0]) * parameter.size / (2 * step)
     return np.linalg.norm(columns[:, 1] - slope) / np.linalg.norm(slope)
 
 
-def test_slopes_hold_what_one_joint_does_to_another(arm):
-    bench, base = fit_nominal(arm, METHOD)
-    assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) < 0.05
+def test_the_jacobian_holds_what_one_joint_does_to_another(fitted):
+    residuals, nominal = fitted
+    columns = columns_of(nominal.hypothesis, residuals)
+    assert distance_from_difference(columns, nominal.hypothesis, residuals) < 0.05
 
 
-def test_without_it_a_slope_is_another(arm, quick):
-    bench, base = fit_nominal(arm, METHOD)
-    assert far(slopes(base.hypothesis, bench), base.hypothesis, bench) > 0.05
+def test_a_jacobian_that_neglects_the_coupling_is_wrong(fitted, uncoupled):
+    residuals, nominal = fitted
+    columns = columns_of(nominal.hypothesis, residuals)
+    assert distance_from_difference(columns, nominal.hypothesis, residuals) > 0.05
 
 
-def test_the_refit_of_a_coupled_arm_is_not_stuck(arm, monkeypatch):
-    bench, base = fit_nominal(arm, METHOD)
-    monkeypatch.setattr(Hypothesis, "coupled", False)
-    stuck = fit(build_hypothesis(bench.problem, ()), bench, 40)
-    assert base.cost < 0.7 * stuck.cost
-    assert base.excess < stuck.excess
+def test_the_refit_of_a_coupled_arm_does_not_stop_early(fitted, uncoupled):
+    residuals, nominal = fitted
+    stopped = fit(build_hypothesis(residuals.problem, ()), residuals, 40)
+    assert nominal.cost < 0.7 * stopped.cost
+    assert nominal.excess < stopped.excess
 
 
-def test_links_push_each_other_where_they_are_held_and_the_model_holds_it(arm):
-    start = build_hypothesis(arm, ())
-    assert start.coupled
+def test_links_are_coupled_where_a_loop_holds_them_and_the_model_couples_them(arm):
+    assert build_hypothesis(arm, ()).coupled
     falling = dataclasses.replace(arm, law=dataclasses.replace(arm.law, kp=0 * arm.law.kp))
     assert not build_hypothesis(falling, ()).coupled
-    loose = dataclasses.replace(arm.chain, has_coupling=False, has_gravity=False)
-    apart = dataclasses.replace(arm, chain=loose)
-    assert not build_hypothesis(apart, ()).coupled
+    decoupled = dataclasses.replace(arm, chain=dataclasses.replace(
+        arm.chain, has_coupling=False, has_gravity=False))
+    assert not build_hypothesis(decoupled, ()).coupled
     tip = Member(load.PAYLOAD, tuple(range(arm.n)), {"mass": np.ones(arm.n)},
                  {"mass": np.ones(arm.n)})
-    assert build_hypothesis(apart, (tip,)).coupled
+    assert build_hypothesis(decoupled, (tip,)).coupled

@@ -1,4 +1,4 @@
-"""A delay in the encoder: the same as one in the drive, until one joint pushes another."""
+"""A delay of the encoder: the same as one of the drive, unless joints are coupled."""
 
 import dataclasses
 
@@ -10,61 +10,57 @@ pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 from clie_blocks.analysis.blind.engine.robot import draw_robot, draw_truth  # noqa: E402
 from clie_blocks.analysis.gap.causes import CAUSES, drive, sensor  # noqa: E402
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis  # noqa: E402
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import (
-    fit,  # noqa: E402
-)
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit  # noqa: E402
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.gap.search.screening import screen_causes  # noqa: E402
 
-ROWS, LATE = 6000, 4.3e-3
+ROWS, DELAY = 6000, 4.3e-3  # samples, s
 
 
 @pytest.fixture(scope="module")
-def late(engine_arm):
-    """Problem of an arm of two, gears 1.8 and 29, whose first encoder is late; noise as drawn."""
+def arm(engine_arm):
+    """Problem of an arm of two, gears 1.8 and 29, whose first encoder is delayed."""
     rng = np.random.default_rng(40)
     body = draw_robot(rng, "arm", True)
-    truth = {**draw_truth(rng, body), "late": np.array([LATE, 0.0])}
+    truth = {**draw_truth(rng, body), "late": np.array([DELAY, 0.0])}
     return Problem.from_logs(*engine_arm(rng, body, truth, ROWS), [])
 
 
-def delayed(asked, cause, joints, time):
+def delayed(problem, cause, joints, time):
     member = Member(cause, joints, {"time": np.full(2, time)}, {"time": np.full(2, 1e-3)})
-    return build_hypothesis(asked, (member,))
+    return build_hypothesis(problem, (member,))
 
 
-def positions(asked, cause, joints):
+def positions(problem, cause, joints):
     """Simulated run of an arm that no weight moves, with a delay of seven samples."""
-    at = delayed(asked, cause, joints, 7 * asked.period)
-    return at.simulator.run(asked.fit[0], at.of_log(0), dithered=False)[0]
+    model = delayed(problem, cause, joints, 7 * problem.period)
+    return model.simulator.run(problem.fit[0], model.of_log(0), dithered=False)[0]
 
 
-def test_delays_of_all_encoders_are_those_of_all_drives_and_of_one_are_not(late):
-    chain = dataclasses.replace(late.chain, has_gravity=False)
-    asked = dataclasses.replace(late, chain=chain)
+def test_delays_of_all_encoders_are_those_of_all_drives_and_of_one_are_not(arm):
+    weightless = dataclasses.replace(arm, chain=dataclasses.replace(arm.chain, has_gravity=False))
     kinds = drive.TIME_DELAY, sensor.ENCODER_DELAY
-    both = [positions(asked, cause, (0, 1)) for cause in kinds]
-    one = [positions(asked, cause, (0,)) for cause in kinds]
-    moved = np.ptp(both[0], axis=0)
-    assert (np.abs(both[0] - both[1]).max(axis=0) < 1e-9 * moved).all()
-    assert (np.abs(one[0] - one[1]).max(axis=0) > 1e-3 * moved).any()
+    of_all = [positions(weightless, cause, (0, 1)) for cause in kinds]
+    of_one = [positions(weightless, cause, (0,)) for cause in kinds]
+    moved = np.ptp(of_all[0], axis=0)
+    assert (np.abs(of_all[0] - of_all[1]).max(axis=0) < 1e-9 * moved).all()
+    assert (np.abs(of_one[0] - of_one[1]).max(axis=0) > 1e-3 * moved).any()
 
 
-def test_the_late_encoder_of_the_engine_is_measured_and_the_drive_cannot_stand_for_it(late):
-    bench, _ = fit_nominal(late, METHOD)
-    left, times = {}, {}
-    for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY):
-        found = fit(delayed(bench.problem, cause, (0,), 2e-3), bench, 12)
-        left[cause], times[cause] = found.excess, found.hypothesis.values[f"{cause.block}.time"]
-    assert left[sensor.ENCODER_DELAY] < 0.3
-    assert left[drive.TIME_DELAY] > 10.0
-    assert times[sensor.ENCODER_DELAY][0] == pytest.approx(LATE, abs=3e-5)
-    assert times[sensor.ENCODER_DELAY][1] == 0.0
+def test_the_delay_of_an_encoder_is_measured_and_one_of_the_drive_cannot_explain_it(arm):
+    residuals, _ = fit_nominal(arm, METHOD)
+    of_drive, of_encoder = (fit(delayed(residuals.problem, cause, (0,), 2e-3), residuals, 12)
+                            for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY))
+    assert of_encoder.excess < 0.3
+    assert of_drive.excess > 10.0
+    times = of_encoder.hypothesis.values[f"{sensor.ENCODER_DELAY.block}.time"]
+    assert times[0] == pytest.approx(DELAY, abs=3e-5)
+    assert times[1] == 0.0
 
 
-def test_it_is_asked_only_where_a_delay_leads(late):
-    bench, base = fit_nominal(late, METHOD)
+def test_an_encoder_delay_is_screened_only_where_a_delay_leads(arm):
+    residuals, nominal = fit_nominal(arm, METHOD)
     assert sensor.ENCODER_DELAY in CAUSES
-    assert not screen_causes(bench, base, (sensor.ENCODER_DELAY,)).columns
+    assert not screen_causes(residuals, nominal, (sensor.ENCODER_DELAY,)).columns

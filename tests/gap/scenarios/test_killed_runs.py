@@ -5,7 +5,7 @@ import subprocess
 import sys
 from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from types import SimpleNamespace
+from types import ModuleType
 
 import pytest
 
@@ -30,8 +30,8 @@ def test_a_worker_ends_with_its_parent(tmp_path):
     script.write_text(KILLED)
     run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE,
                            stderr=subprocess.DEVNULL, text=True)
-    told, _ = run.communicate(timeout=60)  # ends when the worker, too, has let go of the pipe
-    assert run.returncode == -signal.SIGKILL and told == "working\n"
+    output, _ = run.communicate(timeout=60)  # ends when the worker, too, has closed the pipe
+    assert run.returncode == -signal.SIGKILL and output == "working\n"
 
 
 class Broken(Executor):
@@ -44,20 +44,22 @@ class Broken(Executor):
         return future
 
 
-def test_a_killed_worker_is_told_in_words():
+def test_a_killed_worker_is_reported_with_the_remedy():
     waiting = [batch.Task("one", ("nowhere",))]
     with pytest.raises(ClieError, match="killed.*run the same command again"):
         list(batch.diagnose_all(waiting, jobs=2, executor=Broken()))
 
 
-def test_a_cluster_that_lacks_or_does_not_answer_is_told_in_words(monkeypatch):
+def test_a_missing_or_silent_cluster_is_reported_with_the_remedy(monkeypatch):
     def silent(address):
         raise OSError("Timed out")
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtraError, match="cluster"), batch.cluster("tcp://here:1"):
         pass
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=silent))
+    distributed = ModuleType("distributed")
+    distributed.Client = silent
+    monkeypatch.setitem(sys.modules, "distributed", distributed)
     with pytest.raises(ClieError, match="no Dask scheduler answers at tcp://here:1"), \
             batch.cluster("tcp://here:1"):
         pass

@@ -15,7 +15,7 @@ ARM = {"mass": [4.0, 3.0], "length": [0.5, 0.4], "gear_ratio": [10.0, 10.0],
        "j_motor": [6e-3, 5e-3], "b_motor": [0.02, 0.02]}
 KP, KD, PERIOD, NOISE = np.array([6.0, 5.0]), np.array([0.9, 0.7]), 4e-3, 3e-5
 TIME = PERIOD * np.arange(2500)
-LACK = {  # torque that opposes, motor side
+OPPOSING = {  # torque that the loop does not have, motor side
     "none": lambda t, q, dq: np.zeros(2),
     "coulomb": lambda t, q, dq: np.array([0.0, 0.06 * np.tanh(dq[1] / 1e-3)]),
     "spring": lambda t, q, dq: np.array([0.5 * q[0], 0.0]),
@@ -46,20 +46,21 @@ def logged(name, k):
 
     def rate(t, x):
         i = min(int(t / PERIOD + 1e-9), len(TIME) - 1)
-        torque = command(i, x) - LACK[name](t, x[:2], x[2:4])
+        torque = command(i, x) - OPPOSING[name](t, x[:2], x[2:4])
         return plant.updfcn(t, x, torque, plant.params)
 
-    found = solve_ivp(rate, (0, TIME[-1]), np.zeros(4), t_eval=TIME, max_step=PERIOD,
-                      method="RK23", rtol=1e-6, atol=1e-9).y.T
-    u = np.stack([command(i, x) for i, x in enumerate(found)])
-    return Record(time=TIME, q=found[:, :2] + noise, u=u, qd=q_d, pe=pe, source=f"log-{k + 1}")
+    states = solve_ivp(rate, (0, TIME[-1]), np.zeros(4), t_eval=TIME, max_step=PERIOD,
+                       method="RK23", rtol=1e-6, atol=1e-9).y.T
+    u = np.stack([command(i, x) for i, x in enumerate(states)])
+    return Record(time=TIME, q=states[:, :2] + noise, u=u, qd=q_d, pe=pe, source=f"log-{k + 1}")
 
 
 def test_the_loop_is_replayed_down_to_the_noise():
     log = logged("none", 0)
-    asked = Problem.from_loop(arm_loop(), [log])
-    values = {"inertia": asked.law.inertia, "damping": asked.law.damping, "load": np.zeros(2)}
-    q, u = simulator_of(asked, ()).run(asked.fit[0], values)
+    problem = Problem.from_loop(arm_loop(), [log])
+    law = problem.law
+    values = {"inertia": law.inertia, "damping": law.damping, "load": np.zeros(2)}
+    q, u = simulator_of(problem, ()).run(problem.fit[0], values)
     settled = slice(500, None)  # the start is known as well as the first sample only
     assert np.std((q - log.q)[settled], axis=0) == pytest.approx(NOISE, rel=0.1)
     assert np.std((u - log.u)[settled], axis=0) == pytest.approx(KP * NOISE, rel=0.1)
@@ -69,8 +70,8 @@ def test_the_loop_is_replayed_down_to_the_noise():
     ("coulomb", (1,)), ("spring", (0,)), ("none", None)])
 @pytest.mark.slow
 def test_the_right_joint_of_a_coupled_arm_is_named(name, joints):
-    found = diagnose(Problem.from_loop(arm_loop(), [logged(name, k) for k in range(2)]))
-    assert found.ranking[0].names == (name,)
+    diagnosis = diagnose(Problem.from_loop(arm_loop(), [logged(name, k) for k in range(2)]))
+    assert diagnosis.ranking[0].names == (name,)
     if joints:
-        (member,) = found.ranking[0].fit.hypothesis.members
+        (member,) = diagnosis.ranking[0].fit.hypothesis.members
         assert member.joints == joints

@@ -1,4 +1,4 @@
-"""Noise of one joint's sensor shakes the links, and with them the other joints."""
+"""Noise of one joint's sensor moves the links, and with them the other joints."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ ROWS = 10_000
 
 @pytest.fixture(scope="module")
 def healthy_arm(engine_arm):
-    """Problem of a sound arm of two with gears of 1.7 and 1.7, run by the engine."""
+    """Problem of a healthy arm of two with gears of 1.7 and 1.7, run by the engine."""
     rng = np.random.default_rng(126)
     body = draw_robot(rng, "arm", True)
     return Problem.from_logs(*engine_arm(rng, body, draw_truth(rng, body), ROWS), [])
@@ -35,13 +35,13 @@ def chi2_per_sample(problem, noise_model):
     return nominal.chi2.sum(axis=0) / nominal.samples.sum(axis=0)
 
 
-def test_a_healthy_arm_leaves_noise_alone_once_the_shaking_is_counted(healthy_arm):
+def test_a_healthy_arm_leaves_noise_alone_where_the_noise_of_all_sensors_counts(healthy_arm):
     assert chi2_per_sample(healthy_arm, sensor_noise_model) == pytest.approx(1.0, abs=0.12)
     assert chi2_per_sample(healthy_arm, own_noise_alone).max() > 1.25
 
 
-def test_the_push_goes_with_the_mass_that_is_shared(healthy_arm):
+def test_the_noise_of_one_sensor_moves_the_other_joint_and_back(healthy_arm):
     inertia, damping = healthy_arm.nominal.inertia, healthy_arm.nominal.damping
-    pushed = noise_responses(healthy_arm, 1, inertia, damping)[0]
-    assert np.abs(pushed).max() > 1e-3
-    assert abs(pushed.sum()) < 1e-2 * np.abs(pushed).sum()  # a push that goes and comes back
+    response = noise_responses(healthy_arm, 1, inertia, damping)[0]
+    assert np.abs(response).max() > 1e-3
+    assert abs(response.sum()) < 1e-2 * np.abs(response).sum()

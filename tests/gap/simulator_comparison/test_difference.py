@@ -1,4 +1,4 @@
-"""The user's own simulator in the place of a model: only what it lacks is named."""
+"""The user's own simulator instead of a model: only effects that it does not have are named."""
 
 import dataclasses
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.calibration.plant import simulate as run
+from clie_blocks.analysis.gap.calibration.plant import simulate
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.errors import RecordError
@@ -20,7 +20,7 @@ def machine(case):
     made = case("none", seed=5)
     motor = made.robot.motor
 
-    def logs(noise=1.0, wanted=None, **effects):
+    def logs(noise=1.0, **effects):
         records = made.records[:2]
         lanes = [{"q_d": record.qd[:, k], "pe": record.pe[:, k], "weight": 0.0, "offset": 0.0,
                   "inertia": inertia[k], "damping": inertia[k], "start": record.qd[0, k],
@@ -29,7 +29,7 @@ def machine(case):
                   **({"forward": FRICTION * 0.3 * made.robot.controller.kp[0], **effects}
                      if k == 0 else {})}
                  for record in records for k in range(made.robot.n)]
-        q, u = run(lanes, np.random.default_rng(int(10 * noise)))
+        q, u = simulate(lanes, np.random.default_rng(int(10 * noise)))
         n = made.robot.n
         return [record.replace(q=q[:, n * j:n * j + n], u=u[:, n * j:n * j + n])
                 for j, record in enumerate(records)]
@@ -42,40 +42,41 @@ def machine(case):
     return blank, logs
 
 
-def named(found):
-    return {row["effect"] for row in answer(found)["effects"] if row["probability"] >= 0.5}
-
-
-def test_a_simulator_that_holds_everything_leaves_nothing(machine):
+def compare(machine, of_robot):
+    """Diagnosis of a machine with some physics, against a simulator that holds coulomb."""
     robot, logs = machine
-    found = diagnose(Problem.from_logs(robot, logs()).beside(logs(noise=0.5)))
-    assert found.verdict == "none"
-    assert {member.cause.name for member in found.residuals.problem.inside} == {"coulomb"}
+    return diagnose(Problem.from_logs(robot, logs(**of_robot)).beside(logs(noise=0.5)))
+
+
+def test_a_simulator_with_all_effects_of_the_robot_leaves_no_gap(machine):
+    diagnosis = compare(machine, {})
+    assert diagnosis.verdict == "none"
+    assert {member.cause.name for member in diagnosis.residuals.problem.inside} == {"coulomb"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect, number", [("time_delay", {"delay": 0.008}),
-                                            ("quadratic_drag", {"quadratic": 0.3})])
-def test_only_what_the_simulator_lacks_is_named(machine, effect, number):
-    robot, logs = machine
-    found = diagnose(Problem.from_logs(robot, logs(**number)).beside(logs(noise=0.5)))
-    assert named(found) <= {effect, "actuator_lag"} and effect in answer(found)["set_90"]
-    assert found.reduction.after < 1.1 * found.reduction.floor < found.reduction.before
-    assert any("already holds coulomb" in said for said in answer(found)["decisions"])
+@pytest.mark.parametrize("effect, parameter", [("time_delay", {"delay": 0.008}),
+                                               ("quadratic_drag", {"quadratic": 0.3})])
+def test_only_an_effect_that_the_simulator_does_not_have_is_named(machine, effect, parameter):
+    diagnosis = compare(machine, parameter)
+    stored = answer(diagnosis)
+    likely = {row["effect"] for row in stored["effects"] if row["probability"] >= 0.5}
+    assert likely <= {effect, "actuator_lag"} and effect in stored["set_90"]
+    reduction = diagnosis.reduction
+    assert reduction.after < 1.1 * reduction.floor < reduction.before
+    assert any("already holds coulomb" in decision for decision in stored["decisions"])
 
 
 @pytest.mark.slow
-def test_another_number_of_an_effect_that_both_hold_is_parametric(machine):
-    robot, logs = machine
-    simulated = logs(noise=0.5)
-    level = FRICTION * 0.3 * robot.controller.kp[0]
-    found = diagnose(Problem.from_logs(robot, logs(forward=1.6 * level)).beside(simulated))
-    assert found.verdict == "parametric"
-    held, = answer(found)["simulator"]
+def test_another_value_of_an_effect_that_both_have_is_parametric(machine):
+    level = FRICTION * 0.3 * machine[0].controller.kp[0]
+    diagnosis = compare(machine, {"forward": 1.6 * level})
+    assert diagnosis.verdict == "parametric"
+    held, = answer(diagnosis)["simulator"]
     assert held["effect"] == "coulomb"
-    now, was = (held["parameters"]["level"][key][0] for key in ("value", "simulated"))
-    assert now == pytest.approx(1.6 * level, rel=0.05)
-    assert was == pytest.approx(level, rel=0.05)
+    value, simulated = (held["parameters"]["level"][key][0] for key in ("value", "simulated"))
+    assert value == pytest.approx(1.6 * level, rel=0.05)
+    assert simulated == pytest.approx(level, rel=0.05)
 
 
 def test_logs_of_other_experiments_are_refused(machine):
