@@ -27,47 +27,48 @@ DRY = {"coulomb", "asymmetric_coulomb", "stribeck", "presliding", "load_dependen
 LOOSE = ("backlash", "joint_elasticity")
 
 
-def named(records, *words):
-    """Records in the order of words, each the one record whose source holds it."""
-    return [next(record for record in records if word in record.source) for word in words]
+def named(records, *names):
+    """Records in the order of names, each the first whose source contains the name."""
+    return [next(record for record in records if name in record.source) for name in names]
 
 
-def told(name, found):
+def printed_answer(name, diagnosis):
     """Print the figures of the page, and return the answer."""
-    said = answer(found)
-    print(f"\n{name}: {found.verdict}, {found.seconds:.1f} s; gap {said['gap_before']:.3g} -> "
-          f"{said['gap_after']:.3g}, noise {said['gap_floor']:.3g}, closed "
-          f"{said['closed_percent']}; set {said['set_90']}")
-    for row in found.ranking[:6]:
+    stored = answer(diagnosis)
+    print(f"\n{name}: {diagnosis.verdict}, {diagnosis.seconds:.1f} s; gap "
+          f"{stored['gap_before']:.3g} -> {stored['gap_after']:.3g}, noise "
+          f"{stored['gap_floor']:.3g}, closed {stored['closed_percent']}; set {stored['set_90']}")
+    for row in diagnosis.ranking[:6]:
         print(f"  {' + '.join(row.names):40} p {row.probability:.3f}  excess {row.excess:.4g}")
-    values = found.model.hypothesis.values
+    values = diagnosis.model.hypothesis.values
     print("  ", {key: value.round(5).tolist() for key, value in values.items()
                  if "." in key and not key.startswith("chain")})
-    return said
+    return stored
 
 
 def test_emps_is_dry_friction_without_delay(shared):
     records = read_records(shared / "data" / "emps")
     robot, records = prepare(records[0].robot, records)
-    found = diagnose(Problem.from_logs(robot, records))
-    said = told("EMPS", found)
-    assert cause_names(found)[0] == "coulomb" and "coulomb" in said["set_90"]
-    assert "time_delay" not in said["set_90"] and "actuator_lag" not in said["set_90"]
-    assert cause_names(found)[1] == "asymmetric_coulomb"
-    assert said["closed_percent"]["unseen_data"]
-    assert said["gap_after"] < 2.2e-6 < 6e-6 < said["gap_before"]  # m, on PULSES
+    diagnosis = diagnose(Problem.from_logs(robot, records))
+    stored = printed_answer("EMPS", diagnosis)
+    assert cause_names(diagnosis)[0] == "coulomb" and "coulomb" in stored["set_90"]
+    assert "time_delay" not in stored["set_90"] and "actuator_lag" not in stored["set_90"]
+    assert cause_names(diagnosis)[1] == "asymmetric_coulomb"
+    assert stored["closed_percent"]["unseen_data"]
+    assert stored["gap_after"] < 2.2e-6 < 6e-6 < stored["gap_before"]  # m, on PULSES
     repeated = noise_floor(records[0])  # the machine repeats its laps ten times better
     assert repeated.method == "periods" and 1e-7 < repeated.std[0] < 3e-7
-    assert said["gap_after"] > 5 * repeated.std[0]
-    log, error = found.problem.logs[1], found.model.hypothesis.error(1, dithered=False)
+    assert stored["gap_after"] > 5 * repeated.std[0]
+    log, error = diagnosis.problem.logs[1], diagnosis.model.hypothesis.error(1, dithered=False)
     measured, simulated = (np.std(x) for x in (log.q_d - log.q, log.q_d - log.q + error))
     assert simulated == pytest.approx(measured, rel=2e-3)  # 0.58 mm behind the reference
-    table = found.torque_map
-    print("  table of torque:", table.percent, table.interval, table.gap)
-    assert table.causes == ("coulomb",) and table.gap < 1.6e-6 and table.interval[0] > 10.0
-    with_table = np.std(log.q_d - log.q + corrected_error(found.model.hypothesis, table.joints, 1))
-    assert with_table == pytest.approx(measured, rel=2e-3)
-    values, force = found.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
+    torque_map = diagnosis.torque_map
+    print("  torque map:", torque_map.percent, torque_map.interval, torque_map.gap)
+    assert torque_map.causes == ("coulomb",) and torque_map.gap < 1.6e-6
+    assert torque_map.interval[0] > 10.0
+    error = corrected_error(diagnosis.model.hypothesis, torque_map.joints, 1)
+    assert np.std(log.q_d - log.q + error) == pytest.approx(measured, rel=2e-3)
+    values, force = diagnosis.model.hypothesis.values, records[0].robot.motor.torque_gain[0]
     assert values["coulomb.level"][0] * force == pytest.approx(20.39, rel=0.05)  # published
     assert values["inertia"][0] * force == pytest.approx(95.11, rel=0.03)
 
@@ -75,23 +76,24 @@ def test_emps_is_dry_friction_without_delay(shared):
 def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     records = read_records(shared / "data" / "bam_xl330")
     records = named(records, "(sin_sin, P 800)", "(sin_time_square, P 800)")
-    found = diagnose(Problem.from_logs(records[0].robot, records))
-    said = told("BAM, P 800, whole library", found)
-    print("  samples at the limit", saturated_share(found))
-    assert saturated_share(found)[0] > 0.1
-    flagged = " ".join(checks_section(found, units_of(records)).points)
+    diagnosis = diagnose(Problem.from_logs(records[0].robot, records))
+    stored = printed_answer("BAM, P 800, whole library", diagnosis)
+    print("  samples at the limit", saturated_share(diagnosis))
+    assert saturated_share(diagnosis)[0] > 0.1
+    flagged = " ".join(checks_section(diagnosis, units_of(records)).points)
     assert "is at its limit for up to 16 % of the time" in flagged
-    assert "load_dependent_friction" in said["set_90"] and "coulomb" not in said["set_90"]
-    leading = found.ranking[0]
+    assert "load_dependent_friction" in stored["set_90"] and "coulomb" not in stored["set_90"]
+    leading = diagnosis.ranking[0]
     assert set(leading.names) - {"actuator_saturation", "payload"} == {"load_dependent_friction"}
-    assert leading.probability > 0.5 and said["verdict"] == "effect"
-    assert "load_dependent_friction" in members(found) and said["closed_percent"]["unseen_data"]
-    plain = min(row.excess for row in found.ranking if "coulomb" in row.names)
-    grows = min(row.excess for row in found.ranking if "load_dependent_friction" in row.names)
+    assert leading.probability > 0.5 and stored["verdict"] == "effect"
+    assert "load_dependent_friction" in members(diagnosis)
+    assert stored["closed_percent"]["unseen_data"]
+    plain = min(row.excess for row in diagnosis.ranking if "coulomb" in row.names)
+    grows = min(row.excess for row in diagnosis.ranking if "load_dependent_friction" in row.names)
     assert grows < 0.75 * plain
-    alone = {row.names: row.excess for row in found.ranking}
+    alone = {row.names: row.excess for row in diagnosis.ranking}
     assert alone["load_dependent_friction",] < 0.2 * alone["coulomb",]
-    assert said["gap_after"] < 0.3 * said["gap_before"]
+    assert stored["gap_after"] < 0.3 * stored["gap_before"]
 
 
 def test_logs_with_several_gains_are_diagnosed_one_gain_at_a_time(shared):
@@ -100,72 +102,77 @@ def test_logs_with_several_gains_are_diagnosed_one_gain_at_a_time(shared):
         prepare(records[0].robot, records)
 
 
-def test_so101_is_late_and_sticks_and_each_hides_the_other(shared):
+def test_so101_has_delay_and_dry_friction_and_each_hides_the_other(shared):
     records = read_records(shared / "data" / "sage_so101")
     motions = named(records, "prbs_excitation", "static_holding")
-    late = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
-            if dead_times(motion, k).size]
-    assert np.median(late) == pytest.approx(0.04, abs=1e-3)  # second tick with the new goal
-    fitted, judged = map(on_even_clock, named(records, "prbs_excitation", "step_response"))
-    found = {fitted.joints[k]: error_by_hypothesis(fitted, judged, k) for k in range(5)}
-    for joint, by in found.items():
-        print(f"  {joint:12}", {name: round(1e3 * left, 2) for name, (_, left) in by.items()},
-              by["both"][0])
-    rotation = {name: left for name, (_, left) in found["rotation"].items()}
+    medians = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
+               if dead_times(motion, k).size]
+    assert np.median(medians) == pytest.approx(0.04, abs=1e-3)  # second sample of a new set-point
+    fitted, unseen = map(on_even_clock, named(records, "prbs_excitation", "step_response"))
+    by_joint = {fitted.joints[k]: error_by_hypothesis(fitted, unseen, k) for k in range(5)}
+    for joint, by_name in by_joint.items():
+        errors = {name: round(1e3 * error, 2) for name, (_, error) in by_name.items()}
+        print(f"  {joint:12}", errors, by_name["both"][0])
+    rotation = {name: error for name, (_, error) in by_joint["rotation"].items()}
     assert rotation["both"] < 0.5 * min(rotation[name] for name in
                                         ("lag", "setpoint_delay", "coulomb"))
-    assert all(0.015 < by["both"][0].delay < 0.03 for by in found.values())
-    assert all(by["both"][0].rms_error < min(by[name][0].rms_error for name in ("setpoint_delay", "coulomb"))
-               for by in found.values())
-    path = found["rotation"]["both"][0]
-    start = reaction(path)
-    print("  rotation: delay", path.delay, "lag and friction", start)
-    assert 0.02 < path.delay + start < 0.04  # read at the tick of 40 ms
+    for by_name in by_joint.values():
+        paths = {name: path for name, (path, _) in by_name.items()}
+        assert 0.015 < paths["both"].delay < 0.03
+        assert paths["both"].rms_error < min(paths["setpoint_delay"].rms_error,
+                                             paths["coulomb"].rms_error)
+    path = by_joint["rotation"]["both"][0]
+    reaction = reaction_time(path)
+    print("  rotation: delay", path.delay, "lag and friction", reaction)
+    assert 0.02 < path.delay + reaction < 0.04  # read at the sample of 40 ms
 
 
-def reaction(path, goal=0.2, period=0.02):
-    """Time that a fitted servo takes to 5 % of a step when nothing is late [s]."""
-    late = [servo_response(np.repeat([0.0, goal], [1, 20]), 0.0, period, path.frequency,
-                     path.damping_ratio, 0.0, early, path.level)[2]
-            for early in np.linspace(0.0, 0.02, 81)]
-    return period - np.linspace(0.0, 0.02, 81)[np.flatnonzero(np.array(late) > 0.05 * goal)[-1]]
+def reaction_time(path, step=0.2, period=0.02):
+    """Time that a fitted servo without delay takes to 5 % of a step [s]."""
+    set_point, leads = np.repeat([0.0, step], [1, 20]), np.linspace(0.0, 0.02, 81)
+    positions = np.array([servo_response(set_point, 0.0, period, path.frequency,
+                                         path.damping_ratio, 0.0, lead, path.level)[2]
+                          for lead in leads])
+    return period - leads[np.flatnonzero(positions > 0.05 * step)[-1]]
 
 
-def test_so101_is_late_first_of_all_then_coarse_and_sticks(shared):
+def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     records = read_records(shared / "data" / "sage_so101")
     robot, ready = prepare(*one_joint(named(
         records, "prbs_excitation", "multisine", "step_response"), 0))
-    found = diagnose(Problem.from_logs(robot, ready))
-    said = told("SO-101, rotation", found)
-    (read,) = {record.decisions[-1] for record in ready}
-    print(" ", read)
-    assert "the dead time is 60 ms" in read and "the delay of the set-points is 2" in read
-    names = [row["effect"] for row in said["effects"]]
-    delay, step = said["effects"][0], said["effects"][names.index("encoder_quantization")]
-    print("  delay", delay, "\n  left", found.findings[0].left)
-    assert found.verdict == "effect" and names[0] == "time_delay" == said["set_90"][0]
+    diagnosis = diagnose(Problem.from_logs(robot, ready))
+    stored = printed_answer("SO-101, rotation", diagnosis)
+    (decision,) = {record.decisions[-1] for record in ready}
+    print(" ", decision)
+    assert "the dead time is 60 ms" in decision
+    assert "the delay of the set-points is 2" in decision
+    names = [row["effect"] for row in stored["effects"]]
+    delay, step = stored["effects"][0], stored["effects"][names.index("encoder_quantization")]
+    print("  delay", delay, "\n  left", diagnosis.findings[0].left)
+    assert diagnosis.verdict == "effect" and names[0] == "time_delay" == stored["set_90"][0]
     assert delay["probability"] > 0.9 and delay["joint"] == [1]
     assert delay["parameters"]["dead_time"]["value"][0] == pytest.approx(0.06, abs=1e-3)
     (low,), (high,) = delay["parameters"]["time"]["interval"]
     assert 0.015 < low < delay["parameters"]["time"]["value"][0] < high < 0.03
-    left = {name: rms[0] for name, rms in found.findings[0].left.items()}
-    assert left["both"] < 0.5 * min(left[name] for name in ("lag", "setpoint_delay", "coulomb"))
+    error = {name: rms[0] for name, rms in diagnosis.findings[0].left.items()}
+    assert error["both"] < 0.5 * min(error[name] for name in ("lag", "setpoint_delay", "coulomb"))
     assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
-    assert cause_names(found)[:2] == ["coulomb", "asymmetric_coulomb"]  # what is left beside it
-    assert said["families"]["friction"] > 0.8
-    level = found.model.hypothesis.values["coulomb.level"][0]
-    assert level == pytest.approx(fit_position_path(ready[0], 0, ("delay", "level")).level, rel=0.1)
-    assert said["gap_after"] < 0.4 * said["gap_before"]
+    assert cause_names(diagnosis)[:2] == ["coulomb", "asymmetric_coulomb"]  # after the delay
+    assert stored["families"]["friction"] > 0.8
+    level = diagnosis.model.hypothesis.values["coulomb.level"][0]
+    path = fit_position_path(ready[0], 0, ("delay", "level"))
+    assert level == pytest.approx(path.level, rel=0.1)
+    assert stored["gap_after"] < 0.4 * stored["gap_before"]
 
 
-def cause_names(found):
+def cause_names(diagnosis):
     """Leading causes of the ranking, without `none` and `unknown`."""
-    return [row.names[0] for row in found.ranking if row.names[0] not in ("none", "unknown")]
+    return [row.names[0] for row in diagnosis.ranking if row.names[0] not in ("none", "unknown")]
 
 
-def members(found):
+def members(diagnosis):
     """Names of the causes that the corrected model holds."""
-    return {member.cause.name for member in found.model.hypothesis.members}
+    return {member.cause.name for member in diagnosis.model.hypothesis.members}
 
 
 def one_joint(records, k):
@@ -177,31 +184,32 @@ def one_joint(records, k):
                    for record in records]
 
 
-def test_dfki_drives_are_late_and_the_joints_have_dry_friction(shared):
+def test_dfki_drives_have_a_delay_and_the_joints_dry_friction(shared):
     records = read_records(shared / "data" / "dfki_double_pendulum")
     records = [record for record in records if "C.1" in record.robot.name]
     sines = [record for record in records if np.abs(record.u).max() < 1.0]
     paths = [path for record in sines for path in torque_paths(record)]
-    print("\nDFKI torque path: late", [round(path.total_delay, 4) for path in paths], "gain",
+    print("\nDFKI torque path: delay", [round(path.total_delay, 4) for path in paths], "gain",
           [round(path.gain, 2) for path in paths])
     assert all(0.01 < path.total_delay < 0.04 for path in paths if path.lag > 1e-4)
     assert np.ptp([path.gain for path in paths]) > 0.2
     robot, ready = prepare(records[0].robot, [sines[i] for i in (0, 2, 5, 1)])
     assert all("the measured torque is" in record.decisions[-1] for record in ready)
-    found = diagnose(Problem.from_logs(robot, ready), exclude=LOOSE)
-    said = told("DFKI, design C.1", found)
-    print("  ", said["effects"][:3])
-    assert cause_names(found)[0] == "coulomb" and members(found) == {"coulomb"}
-    assert said["gap_after"] < 0.35 * said["gap_before"] and said["gap_after"] < 0.083  # open loop
-    rows = {row["effect"]: row for row in said["effects"]}
-    late, weak = rows["actuator_lag"], rows["torque_gain_error"]
-    assert said["effects"][:2] == [late, weak] and late["joint"] == [1, 2]
-    low, high = late["parameters"]["time"]["interval"]
+    diagnosis = diagnose(Problem.from_logs(robot, ready), exclude=LOOSE)
+    stored = printed_answer("DFKI, design C.1", diagnosis)
+    print("  ", stored["effects"][:3])
+    assert cause_names(diagnosis)[0] == "coulomb" and members(diagnosis) == {"coulomb"}
+    assert stored["gap_after"] < 0.35 * stored["gap_before"]
+    assert stored["gap_after"] < 0.083  # rad, in open loop
+    rows = {row["effect"]: row for row in stored["effects"]}
+    lag, weak = rows["actuator_lag"], rows["torque_gain_error"]
+    assert stored["effects"][:2] == [lag, weak] and lag["joint"] == [1, 2]
+    low, high = lag["parameters"]["time"]["interval"]
     assert 0.004 < low[0] < 0.012 < high[0] < 0.02 and 0.025 < low[1] < high[1] < 0.045
     assert weak["joint"] == [1] and weak["parameters"]["error"]["interval"][1][0] < 0.0
 
 
-def test_a_log_that_says_nothing_of_its_drive_is_refused_in_words(shared):
+def test_a_log_without_command_and_reference_is_refused(shared):
     record = read_records(shared / "data" / "sage_so101")[0]
     with pytest.raises(NotIdentifiableError, match="neither a command u nor a reference"):
         prepare(record.robot, [record.replace(qd=None)])
