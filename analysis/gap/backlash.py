@@ -143,7 +143,7 @@ def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], meth
     has_feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
     return (BACKLASH in causes and has_feedback and not problem.quiet
             and leading != (BACKLASH.name,)
-            and _share(table) * table.nominal_excess > method.backlash.least_excess)
+            and _share(table) * table.nominal_excess > method.calibration.healthy)
 
 
 def _share(table: Table) -> float:

@@ -49,7 +49,7 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     pooled = pool_logs(problem, nominal, method)
     if pooled is not problem:
         residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
-    has_gap = (nominal.excess > method.search.healthy_excess
+    has_gap = (nominal.excess > method.calibration.healthy
                or nominal.penalty > method.verdict.prior_violation)
     fits = (search_causes(residuals, nominal, causes, steps.search)
             if has_gap and causes and not nominal.has_diverged else [])
@@ -68,7 +68,7 @@ def _excess_with_free_torque(nominal: Fit, fits: Sequence[Fit], residuals: Resid
     Empty where the best fit leaves nothing.
     """
     best = min(fits, key=_excess, default=None)
-    if best is None or best.excess < residuals.method.search.healthy_excess:
+    if best is None or best.excess < residuals.method.calibration.healthy:
         return ()
     single = min((fit for fit in fits if len(fit.hypothesis.members) == 1), key=_excess,
                  default=best)

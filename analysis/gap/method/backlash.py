@@ -13,9 +13,6 @@ class BacklashMethod:
         0.3, "share of kp", "feedback that holds a model near the measured motion")
     damping_share: float = threshold(
         0.1, "share of kd", "the same of the rate, which carries most of the noise")
-    least_excess: float = threshold(
-        0.4, "excess per sample",
-        "the first explanation must leave more for a second one to be tried")
     negligible_share: float = threshold(
         0.03, "share of the whole excess",
         "a right model may leave this much: impacts stay a little uncertain")

@@ -39,7 +39,10 @@ class Calibration:
         "cost per factor e that a further cause falls short of `fair_share`")
     futile_odds: float = threshold(
         100.0, "odds", "against a hypothesis that is not worth its fit")
-    healthy: float = threshold(0.5, "excess per sample", "a healthy robot may have this much")
+    healthy: float = threshold(
+        0.5, "excess per sample",
+        "a robot or a model that leaves less has no gap to explain: no cause is searched, no fit "
+        "is extended or started again, no difference counts")
     unexplained_share: float = threshold(
         0.2, "share of the whole excess",
         "an unknown effect would leave this much")

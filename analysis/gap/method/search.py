@@ -10,10 +10,6 @@ from clie_blocks.analysis.gap.method.threshold import threshold
 class SearchMethod:
     """Thresholds of the search: screening, racing, alternatives, events."""
 
-    healthy_excess: float = threshold(
-        0.1, "excess per sample", "a robot that leaves less has no gap to explain")
-    explained_excess: float = threshold(
-        0.4, "excess per sample", "a hypothesis that leaves less is not extended")
     negligible_share: float = threshold(
         Calibration.misfit, "share of the whole excess",
         "a hypothesis that leaves less is not extended: no further cause could outweigh its cost")
@@ -65,9 +61,6 @@ class SearchMethod:
         "a fit below it shows that the refitted nominal model has absorbed much of the effect, so "
         "that linear predictions are unreliable")
 
-    restart_excess: float = threshold(
-        0.4, "excess per sample",
-        "of the leader, above which a cause that shrank to a simpler one starts again")
     false_minimum_gain: float = threshold(
         1.0, "chi^2", "by which a start must beat a fit for that to be a false minimum")
 

@@ -21,8 +21,6 @@ class VerdictMethod:
     negligible_excess_share: float = threshold(
         1e-3, "share of the whole excess",
         "least excess that `no_odds_factor` applies to: differences below it do not count")
-    negligible_excess: float = threshold(
-        0.4, "excess per sample", "the same, whatever the whole")
     no_odds_share: float = threshold(
         0.5, "share of the whole excess",
         "a hypothesis that leaves more has no odds against something unknown")

@@ -46,7 +46,7 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     minimum.  Those that were tried for former leaders do not.
     """
     method = residuals.method
-    much_left = leader.excess > method.search.restart_excess
+    much_left = leader.excess > method.calibration.healthy
     reached: dict[Keys, float] = {}
     for fit in fits:
         simpler = simpler_names(fit, method) if much_left else None

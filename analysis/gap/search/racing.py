@@ -76,7 +76,7 @@ def pruning_limit(best: float, excess_of_nominal: float, method: Method) -> floa
 
     What a part of a fit leaves says what the rest of it removes, so little is known exactly.
     """
-    return max(method.search.far_behind * max(best, method.search.explained_excess),
+    return max(method.search.far_behind * max(best, method.calibration.healthy),
                method.search.unresolved_share * excess_of_nominal)
 
 
@@ -120,7 +120,7 @@ def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:
     if shared or candidate.extends is None:
         return True
     blur = method.search.unresolved_share * training_excess(candidate.extends)
-    near = method.search.far_behind * max(training_excess(best), method.search.healthy_excess)
+    near = method.search.far_behind * max(training_excess(best), method.calibration.healthy)
     return predicted_excess(candidate) < near + blur
 
 
@@ -145,7 +145,7 @@ def worth_extending(candidate: Candidate, nominal: Fit, method: Method) -> bool:
     """
     left = training_excess(candidate.extends or nominal)
     added = candidate.members[-1].cause
-    if left <= method.search.healthy_excess:
+    if left <= method.calibration.healthy:
         return False
     if any(piece.port == "transmission" for piece in added.pieces):
         return True
@@ -182,4 +182,4 @@ def training_excess(fit: Fit, gain: float = 0.0) -> float:
 def _is_still_moving(fit: Fit, method: Method) -> bool:
     """Whether the fit of a finalist ended for want of steps, away from the noise."""
     return (fit.iterations == method.search.finalist_steps
-            and fit.excess > method.search.healthy_excess)
+            and fit.excess > method.calibration.healthy)

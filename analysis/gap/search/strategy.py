@@ -123,7 +123,7 @@ class _Search:
     def is_explained(self, fits: Sequence[Fit]) -> bool:
         """Whether the best fit leaves so little that no further cause could lead with it."""
         left, whole = least_excess(fits), self.nominal.excess
-        small = max(self.method.search.explained_excess,
+        small = max(self.method.calibration.healthy,
                     self.method.search.negligible_share * whole)
         return left < small or self.method.calibration.cannot_pay_off(left, whole)
 

@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_names
 from clie_blocks.analysis.gap.fitting.prediction_error import gap
+from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.confounders import confounder
@@ -112,7 +113,8 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
                      else fit.excess)
 
     nominal_excess = left_by(nominal)
-    limit = _far_behind(min(map(left_by, fits), default=0.0), nominal_excess, method)
+    limit = _far_behind(min(map(left_by, fits), default=0.0), nominal_excess,
+                        residuals.method)
     best = {}
     for names, same in _by_names(fits).items():
         for confounded, fit in _variants(same, lambda one: left_by(one) < limit, method):
@@ -165,11 +167,12 @@ def prior_violations(fit: Fit, method: VerdictMethod) -> int:
     return int(np.sum(fit.prior_violation != 0.0))
 
 
-def _far_behind(least: float, nominal_excess: float, method: VerdictMethod) -> float:
+def _far_behind(least: float, nominal_excess: float, method: Method) -> float:
     """Excess from which a hypothesis has no odds, given the least of all."""
-    significant = max(least, method.negligible_excess_share * nominal_excess,
-                      method.negligible_excess)
-    return min(method.no_odds_factor * significant, method.no_odds_share * nominal_excess)
+    verdict = method.verdict
+    significant = max(least, verdict.negligible_excess_share * nominal_excess,
+                      method.calibration.healthy)
+    return min(verdict.no_odds_factor * significant, verdict.no_odds_share * nominal_excess)
 
 
 def _by_names(fits: list[Fit]) -> dict[tuple[str, ...], list[Fit]]:
