@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.statistical_measures import NORMAL_95
+
 BLOCKS = 30  # blocks of residual whose sums are taken as independent
-Z95 = 1.96
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -79,9 +80,9 @@ def least_squares(columns: np.ndarray, target: np.ndarray, instruments: np.ndarr
 
 def quantile95(freedom: int) -> float:
     """Two-sided 95 % quantile of Student's t, by the first terms of its expansion."""
-    first = (Z95**3 + Z95) / 4
-    second = (5 * Z95**5 + 16 * Z95**3 + 3 * Z95) / 96
-    return Z95 + first / freedom + second / freedom**2
+    first = (NORMAL_95**3 + NORMAL_95) / 4
+    second = (5 * NORMAL_95**5 + 16 * NORMAL_95**3 + 3 * NORMAL_95) / 96
+    return NORMAL_95 + first / freedom + second / freedom**2
 
 
 def block_covariance(scores: np.ndarray, blocks: int = BLOCKS) -> tuple[np.ndarray, int]:

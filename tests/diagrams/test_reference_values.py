@@ -18,7 +18,9 @@ R1 = {1: [1.58120794, 1.59956046, .48319647, .48626816, .00839871, -.00568839],
 
 
 def noise_free(**settings):
-    return Experiment(CASES, noise_variance=0.0, **{"duration": 100.0, **settings}).run(log=["theta_hat"])
+    return Experiment(CASES, noise_variance=0.0, **{"duration": 100.0, **settings}).run(
+        log=["theta_hat"]
+    )
 
 
 @pytest.mark.parametrize("case", R0)
@@ -102,7 +104,9 @@ def test_noise_alone_barely_moves_the_composite_estimates():
 
 def test_same_seed_same_numbers():
     def run(seed):
-        return Experiment(CASES, case=2, duration=25.0, seed=seed, velocity="measured").run().outputs
+        return (
+            Experiment(CASES, case=2, duration=25.0, seed=seed, velocity="measured").run().outputs
+        )
 
     np.testing.assert_array_equal(run(1), run(1))
     assert np.max(np.abs(run(1) - run(2))) > 1e-6

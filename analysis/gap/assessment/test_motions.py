@@ -108,7 +108,7 @@ def multisine_motion(problem: Problem, limits: Limits, band: tuple[float, float]
             waves[kind, :, k] = np.sin(2 * np.pi * own * time
                                        + phases[kind, :len(lines), k]).sum(axis=1)
     waves /= np.abs(waves).max(axis=1, keepdims=True)
-    name = f"multisine, {band[0]:g} to {band[1]:g} Hz, {share:.0%} of it set-point"
+    name = f"multisine, {band[0]:g} to {band[1]:g} Hz, {100 * share:.0f} % of it as set-point"
     return test_motion(problem, limits, name, share * limits.reach * waves[0],
                        (1 - share) * limits.torque * waves[1])
 

@@ -98,7 +98,8 @@ class ControllerCheck:
 def replay_controller(problem: Problem) -> ControllerCheck:
     """Replay the stated law on every log and correct what of it did not run."""
     law, decisions = problem.stated_law, list[str]()
-    limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution)
+    limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
+                           problem.resolution * law.position_gain())
     error = _replay_error(problem, law)
     if (error > limit).any():
         law, error = _other_discretisation(problem, law, error, limit, decisions)

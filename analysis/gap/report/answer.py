@@ -25,12 +25,12 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     marginals,
 )
 from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
+from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 
 SCHEMA_VERSION = 1
 LEAST = 1e-4  # probabilities below are left out
 CONTRADICTED = 0.02  # factor on the probability of what an established cause speaks against
-NORMAL_95 = 1.96  # standard deviations
 
 
 def answer(result: Result) -> dict[str, Any]:
