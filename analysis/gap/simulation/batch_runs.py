@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.simulation.dynamics import Values
 from clie_blocks.labels import signals
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
-
-Values = Mapping[str, np.ndarray]
-"""Parameters of a simulator by key."""
 
 LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
 KEPT_INPUTS = 8  # tables of inputs that are kept for the next run

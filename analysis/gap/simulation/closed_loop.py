@@ -16,8 +16,8 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, ActingCause
-from clie_blocks.analysis.gap.simulation.loop_block import LoopBlock, Structure, Values
+from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, ActingCause, Values
+from clie_blocks.analysis.gap.simulation.loop_block import LoopBlock, Structure
 from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
 from clie_blocks.errors import DivergedError
 

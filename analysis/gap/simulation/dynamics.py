@@ -57,6 +57,8 @@ Memory = dict[str, list[np.ndarray]]
 """Memory of each block, one array (n,) per state."""
 Parameters = Mapping[str, Any]
 """Arrays (n,), and one mapping of arrays per block."""
+Values = Mapping[str, np.ndarray]
+"""Parameters of a simulator by key."""
 NamedPieces = Sequence[tuple[str, Piece]]
 """What the effects add, with the name of the block."""
 

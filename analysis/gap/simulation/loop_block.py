@@ -20,6 +20,7 @@ from clie_blocks.analysis.gap.simulation.dynamics import (
     NamedPieces,
     Parameters,
     State,
+    Values,
     delivered_torque,
     law_command,
     measured_position,
@@ -30,9 +31,6 @@ from clie_blocks.labels import signals
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
-
-Values = Mapping[str, np.ndarray]
-"""Parameters of a simulator by key."""
 
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 

@@ -1,7 +1,7 @@
 """The simulator of a problem: of the stated robot, or of the user's own loop."""
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -11,11 +11,8 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 from clie_blocks.analysis.gap.simulation.closed_loop import simulator, structure
-from clie_blocks.analysis.gap.simulation.dynamics import ActingCause
+from clie_blocks.analysis.gap.simulation.dynamics import ActingCause, Values
 from clie_blocks.analysis.gap.simulation.user_loop.simulator import LoopSimulator
-
-Values = Mapping[str, np.ndarray]
-"""Parameters of a simulator by key."""
 
 
 class LoopRunner(Protocol):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from clie_blocks.analysis.gap.simulation.dynamics import (
     NamedPieces,
     Parameters,
     State,
+    Values,
     acceleration,
     delivered_torque,
     dry_friction,
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
     from control import NonlinearIOSystem
 
     from clie_blocks.compiled import Program
-
-Values = Mapping[str, np.ndarray]
-"""Parameters of a simulator by key."""
 
 MODEL = ("inertia", "damping", "load")
 FARTHEST_MOTION = 1e4  # times the range of the robot's motion: a loop that moves farther diverges
