@@ -19,7 +19,9 @@ DONE = {"verdict", "effects", "set_90", "seconds"}
 def folder(tmp_path_factory, write_trial):
     place = tmp_path_factory.mktemp("many")
     for seed in (3, 4, 5):
-        write_trial(draw_cases(1, seed, ["coulomb"], ["none"], duration=6.0)[0], place / f"t-{seed}")
+        write_trial(
+            draw_cases(1, seed, ["coulomb"], ["none"], duration=6.0)[0], place / f"t-{seed}"
+        )
     return place
 
 
@@ -36,7 +38,14 @@ def test_a_dask_cluster_diagnoses(folder):
 
 def test_a_killed_run_continues(folder, tmp_path):
     kept = tmp_path / "kept.parts"
-    command = [sys.executable, "-m", "clie_blocks.analysis.gap.command", str(folder), "-o", str(kept)]
+    command = [
+        sys.executable,
+        "-m",
+        "clie_blocks.analysis.gap.command",
+        str(folder),
+        "-o",
+        str(kept),
+    ]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     limit = time.monotonic() + 120.0
     while not list(kept.glob("*.json")) and run.poll() is None and time.monotonic() < limit:

@@ -8,6 +8,8 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.linear_filters import low_pass
 
 SMOOTHING_CORNER = 20.0  # Hz of the zero-phase low-pass before differentiation
+# Of the largest velocity of a log, below which a velocity is rounding: its sign is arbitrary.
+ROUNDED_VELOCITY = 1e-9
 
 
 def inverse_dynamics_model(logs: Sequence[Log], period: float,
@@ -26,6 +28,11 @@ def _joint_coefficients(logs: Sequence[Log], k: int, period: float) -> np.ndarra
         q, u = (low_pass(x[:, k], 4, corner, rate) for x in (log.q, log.u))
         dq = np.gradient(q, period)
         ddq = np.gradient(dq, period)
-        regressors.append(np.stack([ddq, dq, np.ones_like(q), np.sign(dq)], axis=1))
+        regressors.append(np.stack([ddq, dq, np.ones_like(q), _direction(dq)], axis=1))
         commands.append(u)
     return np.linalg.lstsq(np.concatenate(regressors), np.concatenate(commands), rcond=None)[0]
+
+
+def _direction(dq: np.ndarray) -> np.ndarray:
+    """Sign of a velocity, 0 at rest."""
+    return np.where(np.abs(dq) > ROUNDED_VELOCITY * np.abs(dq).max(), np.sign(dq), 0.0)

@@ -59,7 +59,9 @@ def test_a_simulator_with_the_exported_numbers_moves_as_the_corrected_model(case
     found = diagnose(Problem.from_logs(made.robot, made.records), effects=(cause,))
     k = made.causes[cause] - 1
     log = found.problem.logs[LOG]
-    before, after = (np.std(fit.hypothesis.error(LOG)[:, k]) for fit in (found.nominal, found.model))
+    before, after = (
+        np.std(fit.hypothesis.error(LOG)[:, k]) for fit in (found.nominal, found.model)
+    )
     corrected = log.q - found.model.hypothesis.error(LOG)
     apart = np.std(moved(mujoco, found, log) - corrected, axis=0)[k]
     assert apart < 0.15 * before  # what the cause explains is in the simulator

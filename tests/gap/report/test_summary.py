@@ -29,7 +29,9 @@ def test_a_headline_names_cause_joint_and_reduction():
     assert headline({**found, "families": {"friction": 0.97}}) == headline(found)
     one_of_many = {**found, "families": {"friction": 0.97},
                    "effects": [row("coulomb", 0.5, [2])]}
-    assert "coulomb at elbow (50 %; friction of some kind 97 %). Adding it" in headline(one_of_many)
+    assert "coulomb at elbow (50 %; friction of some kind 97 %). Adding it" in headline(
+        one_of_many
+    )
     two = {**found, "effects": [row("coulomb", 0.93, [2]), row("payload", 0.9, None)]}
     assert "coulomb at elbow (93 %) and payload (90 %). Adding them removes" in headline(two)
     assert headline({**found, "verdict": "none"}).endswith("down to the sensor noise.")
