@@ -35,12 +35,6 @@ def multisine(t: float, frequency: ArrayLike, amplitude: PerJoint,
     return np.sum(amplitude * np.sin(angle), axis=-1)
 
 
-def schroeder_phases(m: int) -> np.ndarray:
-    """Phases that keep the peak of an m-tone multisine low [rad] (Schroeder 1970)."""
-    k = np.arange(m)
-    return -np.pi * k * (k + 1) / m
-
-
 def chirp(t: float, f_start: PerJoint, f_end: ArrayLike, duration: float,
           amplitude: PerJoint) -> np.ndarray:
     """Sine whose frequency grows exponentially from f_start to f_end [Hz] in `duration` [s].

@@ -96,13 +96,6 @@ def _robot_folders(path: Path, robot: str | None) -> list[Path]:
                   if (folder / "robot.toml").is_file()) or [path]
 
 
-def diagnose_trial(task: Task, options: Options = Options()) -> dict[str, Any]:
-    """Diagnose one task and return its JSON object."""
-    from clie_blocks.analysis.gap.report.answer import answer
-
-    return json.loads(to_json(answer(_diagnose(task, options))))
-
-
 def _diagnose(task: Task, options: Options) -> Diagnosis:
     from clie_blocks.analysis.gap.diagnosis import diagnose
 

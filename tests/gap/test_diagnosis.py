@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap import diagnose
+from clie_blocks.analysis.gap import diagnose, read
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.errors import ClieError, NotIdentifiableError
@@ -59,13 +59,11 @@ def test_a_log_that_is_too_short_is_not_identifiable(case):
 
 @pytest.mark.slow
 def test_practice_trials(shared):
-    from clie_blocks.analysis.gap.batch import Task, diagnose_trial
-
     folder = shared / "blind" / "practice"
     labels = json.loads((folder / "labels.json").read_text())
     is_right = []
     for name, label in labels.items():
-        stored = diagnose_trial(Task(name, (str(folder / name),)))
+        stored = diagnose(read(folder / name)).to_dict()
         likely = {row["effect"] for row in stored["effects"] if row["probability"] >= 0.5}
         expected = set(label["labels"]) if label["kind"] in ("single", "pair") else {
             label["kind"]}

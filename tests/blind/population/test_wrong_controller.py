@@ -10,7 +10,7 @@ from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
 from clie_blocks.analysis.blind.population.wrong_controller import CONTROLLERS, MISSTATEMENTS
 from clie_blocks.analysis.blind.scoring.robustness import outcome
-from clie_blocks.analysis.gap.batch import diagnose_trial, find_tasks
+from clie_blocks.analysis.gap import diagnose, read
 
 
 @pytest.mark.parametrize("name", MISSTATEMENTS)
@@ -31,5 +31,5 @@ def test_a_wrong_statement_about_the_controller_is_not_attributed_to_the_robot(i
     trial = make_trial(CONTROLLERS, 30, index)
     assert trial.label["labels"] == [list(MISSTATEMENTS)[index]]
     write_trial(trial, tmp_path / "trial")
-    answer = diagnose_trial(find_tasks([tmp_path / "trial"])[0])
+    answer = diagnose(read(tmp_path / "trial")).to_dict()
     assert outcome(answer, trial.label["present"]) == "named"

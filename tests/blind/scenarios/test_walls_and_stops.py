@@ -5,7 +5,7 @@ import pytest
 from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
 from clie_blocks.analysis.blind.population.standard import STANDARD
-from clie_blocks.analysis.gap import batch
+from clie_blocks.analysis.gap import diagnose, read
 
 
 @pytest.mark.slow
@@ -17,7 +17,7 @@ def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_s
     made = make_trial(STANDARD, seed, index)
     assert made.label["effects"][0]["effect"] == foreign
     write_trial(made, tmp_path / "trial")
-    answer = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
+    answer = diagnose(read(tmp_path / "trial")).to_dict()
     assert answer["verdict"] == "unexplained"
     assert {"unknown", *alike} <= set(answer["set_90"])
 
@@ -26,6 +26,6 @@ def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_s
 def test_a_fault_that_truly_sets_in_has_no_rival(tmp_path):
     made = make_trial(STANDARD, 75, 61)
     write_trial(made, tmp_path / "trial")
-    answer = batch.diagnose_trial(*batch.find_tasks([tmp_path]))
+    answer = diagnose(read(tmp_path / "trial")).to_dict()
     assert answer["effects"][0] == {**answer["effects"][0], "effect": "step_fault", "rival": ""}
     assert answer["effects"][0]["probability"] > 0.95

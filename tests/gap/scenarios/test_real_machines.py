@@ -161,7 +161,8 @@ def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     assert stored["families"]["friction"] > 0.8
     level = diagnosis.model.hypothesis.values["coulomb.level"][0]
     path = fit_position_path(ready[0], 0, ("delay", "level"))
-    assert level == pytest.approx(path.level, rel=0.15)  # two routes to a level that few stops determine
+    # two routes to a level that few stops determine
+    assert level == pytest.approx(path.level, rel=0.15)
     assert stored["gap_after"] < 0.4 * stored["gap_before"]
 
 
