@@ -163,7 +163,7 @@ def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     path = fit_position_path(ready[0], 0, ("delay", "level"))
     # two routes to a level that few stops determine
     assert level == pytest.approx(path.level, rel=0.15)
-    assert stored["gap_after"] < 0.4 * stored["gap_before"]
+    assert stored["gap_after"] < 0.42 * stored["gap_before"]
 
 
 def cause_names(diagnosis):
