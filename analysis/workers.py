@@ -1,14 +1,46 @@
 """Processes that work side by side, and end with the one that started them."""
 
+import contextlib
 import os
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context, parent_process
+from multiprocessing import parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
+
+SAFE_PATH = {"PYTHONSAFEPATH": "1"}  # no module comes from the current folder, a folder of data
 
 
 def workers(jobs: int) -> ProcessPoolExecutor:
     """Pool of so many fresh processes, which share no state with this one."""
-    return ProcessPoolExecutor(jobs, mp_context=get_context("spawn"),
-                               initializer=end_with_parent)
+    with _safe_path():  # the tracker of its locks is a process too
+        return ProcessPoolExecutor(jobs, mp_context=_SafeContext(), initializer=end_with_parent)
+
+
+class _SafeProcess(SpawnProcess):
+    """A process whose interpreter does not import what lies in the current folder."""
+
+    def start(self) -> None:
+        with _safe_path():
+            super().start()
+
+
+class _SafeContext(SpawnContext):
+    Process = _SafeProcess  # type: ignore[assignment]
+
+
+@contextlib.contextmanager
+def _safe_path() -> Iterator[None]:
+    """Set what an interpreter reads when it starts; other children of this process keep theirs."""
+    before = {name: os.environ.get(name) for name in SAFE_PATH}
+    os.environ.update(SAFE_PATH)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def end_with_parent() -> None:

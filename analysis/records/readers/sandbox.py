@@ -16,11 +16,15 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.records.readers.options import library_errors
+from clie_blocks.analysis.workers import SAFE_PATH
 from clie_blocks.errors import RecordError
 
 MEMORY = 4_000_000_000  # bytes of address space
-SECONDS = 120
-SPEED = 1_000_000  # bytes per second that may be added for a large file
+SECONDS = 120  # of waiting, on a machine that has other work
+COMPUTING = 20  # s of processor time; a log of a megabyte takes less than one
+SPEED = 1_000_000  # bytes per second that may be added to both for a large file
+ANSWER, ARRAYS, MESSAGES = "answer.json", "arrays.npz", "messages.txt"  # what the child writes
+TOO_LONG = 24  # SIGXCPU
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads reserve memory
 
 
@@ -44,25 +48,43 @@ def run(job: str, path: str | os.PathLike[str], arguments: Mapping[str, Any] | N
         If the job refuses the file, or the child dies, or needs too much memory or time.
 
     """
-    seconds = SECONDS + _size(Path(path)) / SPEED
+    extra = _size(Path(path)) / SPEED
+    here = os.path.abspath(path)
     with tempfile.TemporaryDirectory() as folder:
-        order = json.dumps({"job": job, "path": str(path), "arguments": dict(arguments or {}),
-                            "folder": folder, "memory": MEMORY, "seconds": int(seconds) + 1})
+        order = json.dumps({"job": job, "path": here, "arguments": dict(arguments or {}),
+                            "memory": MEMORY, "seconds": int(COMPUTING + extra) + 1})
         try:
-            child = subprocess.run([sys.executable, "-m", __name__], input=order.encode(),
-                                   capture_output=True, timeout=seconds, check=False,
-                                   env={**os.environ, **ONE_THREAD})
+            code = _served(order, folder, SECONDS + extra)
         except subprocess.TimeoutExpired:
-            raise RecordError(f"{path} took more than {seconds:.0f} s to read and was given up; "
-                              "export only the signals that are needed") from None
-        answer = Path(folder) / "answer.json"
+            raise RecordError(f"{path} took more than {SECONDS + extra:.0f} s to read and was "
+                              "given up; export only the signals that are needed") from None
+        answer = Path(folder) / ANSWER
         if not answer.exists():
-            raise RecordError(_death(path, child))
+            raise RecordError(_death(path, code, Path(folder) / MESSAGES))
         info = json.loads(answer.read_text())
         if "error" in info:
-            raise RecordError(info["error"])
-        with np.load(Path(folder) / "arrays.npz", allow_pickle=False) as arrays:
+            raise RecordError(info["error"].replace(here, str(path)))
+        with np.load(Path(folder) / ARRAYS, allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}, info
+
+
+def _served(order: str, folder: str, seconds: float) -> int:
+    """Run the child in a folder of its own and return its exit status.
+
+    Nothing is imported from the folder that the user works in (``-P``): a folder of downloaded
+    logs may hold a ``json.py``.
+    """
+    with open(Path(folder) / MESSAGES, "wb") as messages:
+        return subprocess.run([sys.executable, "-P", "-m", __name__], input=order.encode(),
+                              stdout=subprocess.DEVNULL, stderr=messages, timeout=seconds,
+                              check=False, cwd=folder, env=_environment()).returncode
+
+
+def _environment() -> dict[str, str]:
+    """Environment of the child: the paths of this one made absolute, no program of its own."""
+    places = [os.path.abspath(place) for place in
+              os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]
+    return {**os.environ, **ONE_THREAD, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(places)}
 
 
 def _size(path: Path) -> int:
@@ -70,11 +92,14 @@ def _size(path: Path) -> int:
     return sum(file.stat().st_size for file in files if file.is_file())
 
 
-def _death(path: str | os.PathLike[str], child: subprocess.CompletedProcess[bytes]) -> str:
-    if child.returncode < 0:
-        return (f"{path} crashed its reader (signal {-child.returncode}), which runs apart so "
+def _death(path: str | os.PathLike[str], code: int, messages: Path) -> str:
+    if -code == TOO_LONG:
+        return (f"{path} kept its reader computing for more than {COMPUTING} s and was given up; "
+                "the file is damaged or hostile, export it again")
+    if code < 0:
+        return (f"{path} crashed its reader (signal {-code}), which runs apart so "
                 "that nothing else is hurt; the file is damaged or hostile, export it again")
-    lines = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
+    lines = messages.read_text(errors="replace").strip().splitlines() or ["no message"]
     return f"{path} could not be read: {lines[-1][:200]}; the file is damaged, export it again"
 
 
@@ -85,15 +110,14 @@ def serve() -> None:
     order = json.loads(sys.stdin.read())
     _limit(order["memory"], order["seconds"])
     module, function = order["job"].split(".")
-    folder = Path(order["folder"])
     try:
         module = importlib.import_module(f"clie_blocks.analysis.records.readers.{module}")
         with library_errors(order["path"], f"a log by {order['job']}"):
             arrays, info = getattr(module, function)(order["path"], **order["arguments"])
-            np.savez(folder / "arrays.npz", **arrays)
+            np.savez(ARRAYS, **arrays)
     except RecordError as error:
         info = {"error": str(error)}
-    (folder / "answer.json").write_text(json.dumps(info))
+    Path(ANSWER).write_text(json.dumps(info))
 
 
 def _limit(memory: int, seconds: int) -> None:
@@ -102,7 +126,7 @@ def _limit(memory: int, seconds: int) -> None:
     except ImportError:
         return  # not on Windows; the timeout of the parent still holds
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
