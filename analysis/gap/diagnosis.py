@@ -14,11 +14,12 @@ from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap, torque_map
 from clie_blocks.analysis.gap.backlash import explain_backlash, to_stated_loop
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_causes
+from clie_blocks.analysis.gap.command_reading import read_commands
 from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.observer import with_observer, without_observer
+from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.law import Law
@@ -29,7 +30,13 @@ from clie_blocks.analysis.gap.simulator_comparison.difference import (
     causes_missing_in,
 )
 from clie_blocks.analysis.gap.verdict.posterior import (
+    COMMANDS_UNCLEAR,
+    LIKELY,
+    MODEL_DIVERGED,
+    NOT_BORNE_OUT,
+    SET_PROBABILITY,
     RankedCause,
+    doubted,
     posterior,
     unknown_for_none,
     verdict,
@@ -54,6 +61,7 @@ class Stages:
     """
 
     check_controller: Callable[[Problem], ControllerCheck] = check_controller
+    read_commands: Callable[..., ControllerCheck] = read_commands
     against_simulator: Callable[..., tuple[Problem, tuple[str, ...]]] = against_simulator
     explain: Callable[..., Explanation] = explain
     explain_backlash: Callable[..., Explanation | None] = explain_backlash
@@ -164,6 +172,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
     simulator_of(problem, ()).check(problem.logs[0])
+    controller = stages.read_commands(controller, problem, method, stages.steps)
     corrected = controller.corrected(problem)
     if problem.simulated:
         corrected, decisions = stages.against_simulator(corrected, causes, method, stages.steps)
@@ -175,19 +184,21 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
     nominal = _stated_nominal(first, controller, problem, method, stages)
+    reduction = stages.gap_reduction(nominal.hypothesis, model.hypothesis, first.residuals)
+    earned = _earned(reduction, controller, first, model, stages)
+    ranking = doubted(ranking, controller.reading * earned)
     findings = _signal_findings(problem, first, controller, method, excluded)
     established = bool(controller_findings(controller, method.verdict, excluded))
     decision = with_signal_findings(verdict(ranking, established), findings)
     mapped = first.nominal if decision == "unexplained" else model
-    reduction = stages.gap_reduction(without_observer(nominal.hypothesis, problem),
-                                     without_observer(model.hypothesis, problem), first.residuals)
     return Diagnosis(
         problem, method, controller, first.residuals, first.nominal, (second or first).evidence,
         ranking, model, decision, reduction,
         torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
-        findings=findings, excluded=excluded, seconds=time.perf_counter() - start)
+        findings=findings, reason=_reason(decision, first, controller, earned),
+        excluded=excluded, seconds=time.perf_counter() - start)
 
 
 def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],
@@ -217,9 +228,39 @@ def _ranking(explanation: Explanation, controller: ControllerCheck, method: Meth
             for ranked in ranking], model
 
 
+def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explanation, model: Fit,
+            stages: Stages) -> float:
+    """Probability that unseen data bear the corrected model out, in the loop that ran.
+
+    What the law that ran explains is no merit of a cause of the robot.
+    """
+    if model is first.nominal:
+        return 1.0
+    if controller.misdescribed:
+        reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,
+                                         first.residuals)
+    return reduction.earned
+
+
+def _reason(decision: str, first: Explanation, controller: ControllerCheck, earned: float) -> str:
+    """Why nothing explains the gap, where that is known."""
+    if decision not in ("unexplained", "not_identifiable"):
+        return ""
+    if first.nominal.has_diverged:
+        return MODEL_DIVERGED
+    if earned < LIKELY:
+        return NOT_BORNE_OUT
+    return COMMANDS_UNCLEAR if controller.reading < SET_PROBABILITY else ""
+
+
 def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Problem,
                     method: Method, stages: Stages) -> Fit:
-    """Nominal model in the stated loop and on the stated split of the logs."""
+    """Nominal model in the stated loop and on the stated split of the logs.
+
+    Models that follow recorded commands stay with them: the law that made these is not known.
+    """
+    if controller.recorded:
+        return first.nominal
     pooled = len(first.residuals.problem.fit) > len(problem.fit)
     if not (controller.misdescribed or pooled):
         return first.nominal

@@ -37,7 +37,9 @@ class GapReduction:
         Whether the models were validated on data that they were not fitted to.
     judged_on : str
         ``held-out logs``, ``blocks left out of the fit`` or ``the fitted logs``.
-
+    earned : float
+        Probability that the corrected model predicts unseen data clearly better: the share of the
+        draws of the bootstrap that say so; 1 where there is nothing to remove, or no unseen data.
     """
 
     before: float
@@ -47,6 +49,7 @@ class GapReduction:
     interval: tuple[float, float] | None
     unseen: bool
     judged_on: str
+    earned: float = 1.0
 
 
 def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: ResidualModel,
@@ -57,10 +60,12 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
     """
     floor = float(np.sqrt(sum(noise.floor**2 for noise in residuals.noises)))
     judged_on, before, after = _validation(nominal, corrected, residuals)
-    percent, interval = reduction_percent(before, after, floor, nominal.problem.period,
-                                          residuals.method.assessment)
-    return GapReduction(rms(before), rms(after), floor, percent, interval,
-                        judged_on != FITTED, judged_on)
+    method, period = residuals.method.assessment, nominal.problem.period
+    percent, drawn = _percent_and_draws(before, after, floor, period, method)
+    is_judged = percent is not None and judged_on != FITTED and drawn.size
+    return GapReduction(
+        rms(before), rms(after), floor, percent, _interval(drawn), judged_on != FITTED, judged_on,
+        earned=float(np.mean(drawn > method.earned_percent)) if is_judged else 1.0)
 
 
 def reduction_percent(before: list[np.ndarray], after: list[np.ndarray], floor: float,
@@ -87,6 +92,16 @@ def reduction_percent(before: list[np.ndarray], after: list[np.ndarray], floor: 
         From a bootstrap over blocks.
 
     """
+    percent, drawn = _percent_and_draws(before, after, floor, period, method)
+    return percent, _interval(drawn)
+
+
+def _percent_and_draws(before: list[np.ndarray], after: list[np.ndarray], floor: float,
+                       period: float, method: AssessmentMethod) -> tuple[float | None, np.ndarray]:
+    """Share of the reducible gap that is removed [%], and draws of it from a bootstrap.
+
+    There are no draws where most of them leave nothing to remove.
+    """
     width = max(1, round(method.bootstrap_block / period))
     pairs = [np.stack(pair, axis=1) for pair in zip(before, after)]
     means = np.array([part.mean(axis=0) for pair in pairs
@@ -94,11 +109,16 @@ def reduction_percent(before: list[np.ndarray], after: list[np.ndarray], floor: 
     percent = _percent(rms(before), rms(after), floor, method)
     picks = np.random.default_rng(0).integers(0, len(means), (_DRAWS, len(means)))
     drawn = [_percent(b, a, floor, method) for b, a in np.sqrt(means[picks].mean(axis=1))]
-    known = [value for value in drawn if value is not None]
-    if percent is None or len(known) < _DRAWS // 2:
-        return percent, None
-    low, high = np.quantile(known, [0.025, 0.975]).tolist()
-    return percent, (low, high)
+    known = np.array([value for value in drawn if value is not None])
+    return percent, known if percent is not None and len(known) >= _DRAWS // 2 else np.zeros(0)
+
+
+def _interval(drawn: np.ndarray) -> tuple[float, float] | None:
+    """95 % interval of draws; None without any."""
+    if not drawn.size:
+        return None
+    low, high = np.quantile(drawn, [0.025, 0.975]).tolist()
+    return low, high
 
 
 def _percent(before: float, after: float, floor: float, method: AssessmentMethod) -> float | None:

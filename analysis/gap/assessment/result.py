@@ -50,6 +50,9 @@ class Result:
         The run that would tell the remaining causes apart.
     findings : tuple of SignalFinding
         Causes that logged signals show without a model.
+    reason : str
+        Why nothing explains the gap, where that is known: ``diverged``, ``not_borne_out`` or
+        ``commands_unclear``.
     excluded : frozenset of str
         Effects that were excluded, or not searched for: none of them is named.
     seconds : float
@@ -71,5 +74,6 @@ class Result:
     where: dict[str, Any]
     next_experiment: NextExperiment | None
     findings: tuple[SignalFinding, ...] = ()
+    reason: str = ""
     excluded: frozenset[str] = frozenset()
     seconds: float = 0.0

@@ -21,6 +21,7 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_fitted_gains,
     with_integral,
 )
+from clie_blocks.analysis.gap.controller.terms import Terms, find_terms, with_recorded_commands
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -31,7 +32,6 @@ from clie_blocks.linear_filters import lfilter
 # The first samples of a cut log are left out of the fit of its filter, as the state of the filter
 # is unknown there: so many times the settling of the stated filter, for one that is slower.
 SLOWEST_FILTER = 4
-BETTER_FILTER = 0.5  # of the replay error, that other corners must leave less than
 COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
 
 
@@ -63,6 +63,14 @@ class ControllerCheck:
         Commands are sent one period after they were computed.
     integral : tuple of float
         Integral gain of each joint that the file does not state [N m/(rad s)]; empty without.
+    terms : tuple of Terms
+        Known terms that the command of a joint contains beyond the law.
+    unexplained : tuple of int
+        Joints whose command follows neither the stated law nor any that was found.
+    recorded : bool
+        Where the law leaves part of a command, models follow the recorded command.
+    reading : float
+        Probability that this is what moved the robot, rather than the law as it is known.
 
     """
 
@@ -77,10 +85,19 @@ class ControllerCheck:
     other_gains: tuple[int, ...] = ()
     delayed: bool = False
     integral: tuple[float, ...] = ()
+    terms: tuple[Terms, ...] = ()
+    unexplained: tuple[int, ...] = ()
+    recorded: bool = False
+    reading: float = 1.0
+
+    @property
+    def as_stated(self) -> bool:
+        """Whether the stated law gives the logged commands."""
+        return not (self.misdescribed or self.terms or self.unexplained)
 
     @property
     def misdescribed(self) -> bool:
-        """Whether the law that ran moves the robot differently from the stated one."""
+        """Whether the law that ran is known, and another one than is stated."""
         return bool(self.other_filter or self.other_gains or self.delayed or self.integral)
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
@@ -92,7 +109,14 @@ class ControllerCheck:
         corrected = dataclasses.replace(problem, law=self.law)
         if self.integral:
             corrected = with_integral(corrected, np.array(self.integral))
-        return with_command_delay(corrected) if self.delayed else corrected
+        if self.delayed:
+            corrected = with_command_delay(corrected)
+        return with_recorded_commands(corrected, self.left_joints) if self.recorded else corrected
+
+    @property
+    def left_joints(self) -> tuple[int, ...]:
+        """Joints whose commands contain more than the law gives."""
+        return (*(one.joint for one in self.terms), *self.unexplained)
 
 
 def replay_controller(problem: Problem) -> ControllerCheck:
@@ -111,10 +135,16 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     error, integral = _integral(problem, law, error, limit, decisions)
     law, other_gains = _other_gains(problem, law, error, limit, decisions)
     unexplained = [k for k in _joints(error > limit) if k not in other_gains]
-    law, corners, other_filter = _other_filters(problem, law, error, unexplained, decisions)
+    law, corners, other_filter = _other_filters(problem, law, limit, unexplained, decisions)
+    unexplained = [k for k in unexplained if k not in other_filter]
+    terms = find_terms(problem, law, limit, unexplained)
+    decisions += [one.describe(problem.joints[one.joint]) for one in terms]
+    named = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
-    return ControllerCheck(error, limit, other_filter, corners, coarse, step, law,
-                           tuple(decisions), other_gains, delayed, integral)
+    return ControllerCheck(
+        error, limit, other_filter, corners, coarse, step, law, tuple(decisions), other_gains,
+        delayed, integral, terms, tuple(k for k in unexplained if k not in named),
+        recorded=bool(terms))
 
 
 def _joints(mask: np.ndarray) -> tuple[int, ...]:
@@ -170,7 +200,7 @@ def _other_gains(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.
     return law, tuple(joints)
 
 
-def _other_filters(problem: Problem, law: StatedLaw, error: np.ndarray, unexplained: Sequence[int],
+def _other_filters(problem: Problem, law: StatedLaw, limit: np.ndarray, unexplained: Sequence[int],
                    decisions: list[str]) -> tuple[StatedLaw, np.ndarray, tuple[int, ...]]:
     """Law with the corners that ran, the corners of each joint, and the joints with other ones."""
     corners = np.full((2, problem.n), np.nan)
@@ -180,11 +210,11 @@ def _other_filters(problem: Problem, law: StatedLaw, error: np.ndarray, unexplai
     joints: list[int] = []
     for k in unexplained:
         high_pass, low_pass = _fitted_corners(problem, law, law.corners, k)
-        corners[:, k] = high_pass, low_pass
         candidate = law.with_filter(slice(k, k + 1), law.variant, (high_pass, low_pass))
-        if _replay_error(problem, candidate)[k] < BETTER_FILTER * error[k]:
+        if _replay_error(problem, candidate)[k] <= limit[k]:
             law = candidate
             joints.append(k)
+            corners[:, k] = high_pass, low_pass
             decisions.append(
                 f"{problem.joints[k]}: the velocity filter that ran has corners "
                 f"{high_pass:.0f} and {low_pass:.0f} rad/s, not the stated ones")

@@ -10,10 +10,20 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
-from clie_blocks.analysis.gap.report.wording import Row, Units, local_unit, units_of
+from clie_blocks.analysis.gap.report.wording import (
+    CLOSED_LOOP,
+    RECORDED_COMMAND,
+    WITH_OBSERVER,
+    Row,
+    Units,
+    local_unit,
+    units_of,
+)
 from clie_blocks.analysis.gap.verdict import evidence
 from clie_blocks.analysis.gap.verdict.confounders import confounder
 from clie_blocks.analysis.gap.verdict.posterior import (
@@ -53,10 +63,12 @@ def answer(result: Result) -> dict[str, Any]:
             if not (findings and name == NONE))])),
         "families": _families(result.ranking, findings),
         "unexplained": result.verdict == "unexplained",
+        "reason": result.reason,
         "gap_before": reduction.before, "gap_after": reduction.after,
         "gap_floor": reduction.floor,
         "closed_percent": {"value": reduction.percent, "interval": reduction.interval,
-                           "unseen_data": reduction.unseen, "judged_on": reduction.judged_on},
+                           "unseen_data": reduction.unseen, "judged_on": reduction.judged_on,
+                           "judged_by": _judged_by(result), "earned": reduction.earned},
         "theorem_2": _theorem_2(result),
         "joint_model": _joint_model(result),
         "simulator": _simulator(result),
@@ -64,7 +76,8 @@ def answer(result: Result) -> dict[str, Any]:
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in result.residuals.noises],
         "where": {**result.where, "block": block_shares(result)},
         "next_experiment": experiment and experiment.as_dict(),
-        "controller_as_stated": not result.controller.misdescribed,
+        "controller_as_stated": result.controller.as_stated,
+        "controller": _controller(result.controller),
         "decisions": list(result.controller.decisions),
         "log_decisions": list(dict.fromkeys(
             sentence for record in records for sentence in record.decisions)),
@@ -96,6 +109,24 @@ def _theorem_2(result: Result) -> dict[str, Any]:
                      for fit in (result.nominal, result.model))
     return {"modelling_error": {"before": before[0], "after": after[0], "unit": "rad/s^2"},
             "mu_1": {"before": before[1], "after": after[1]}}
+
+
+def _judged_by(result: Result) -> str:
+    """What drives the models that are compared."""
+    if not result.problem.law.holds_joints:
+        return WITH_OBSERVER
+    return RECORDED_COMMAND if result.controller.recorded else CLOSED_LOOP
+
+
+def _controller(check: ControllerCheck) -> list[Row]:
+    """Joints whose command the stated law does not give, and what it contains beyond."""
+    rows = [{"joint": one.joint + 1, "terms": {
+        name: {"value": value, "unit": UNITS[name]} for name, value in one.coefficients.items()}}
+        for one in check.terms]
+    rows += [{"joint": k + 1, "terms": {}} for k in check.unexplained]
+    return [{**row, "error": check.replay_error[row["joint"] - 1],
+             "limit": check.limit[row["joint"] - 1], "unit": "N m",
+             "followed": check.recorded, "probability": check.reading} for row in rows]
 
 
 def established_findings(result: Result) -> list[Row]:

@@ -101,10 +101,10 @@ def reduction_section(result: Result, answer: Answer, units: Units) -> Section:
 def _simulated(result: Result) -> str:
     """What drives a model."""
     if result.problem.law.holds_joints:
-        return "in closed loop, from reference and excitation alone"
-    if result.problem.held_out:
-        return "from the recorded commands alone, since no controller holds this machine"
-    return "from the recorded commands, with an observer that tracks the measured motion"
+        return ("in closed loop, from the recorded command" if result.controller.recorded else
+                "in closed loop, from reference and excitation alone")
+    return ("from the recorded commands, with an observer that tracks the measured motion, since "
+            "no controller holds this machine")
 
 
 def _theorem_2(predicted: Row) -> str:

@@ -8,8 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from clie_blocks.analysis.gap.report.wording import (
+    CLOSED_LOOP,
     CONFOUNDERS,
     JOINT_PARAMETERS,
+    RECORDED_COMMAND,
+    WITH_OBSERVER,
     Answer,
     Row,
     effect_title,
@@ -18,7 +21,14 @@ from clie_blocks.analysis.gap.report.wording import (
     percent,
     with_prefix,
 )
-from clie_blocks.analysis.gap.verdict.posterior import LIKELY, NONE, PARAMETRIC, UNKNOWN
+from clie_blocks.analysis.gap.verdict.posterior import (
+    LIKELY,
+    MODEL_DIVERGED,
+    NONE,
+    NOT_BORNE_OUT,
+    PARAMETRIC,
+    UNKNOWN,
+)
 from clie_blocks.effects import LIBRARY
 
 SURE = 0.9  # probability from which on the family of an effect adds nothing
@@ -30,6 +40,8 @@ OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "an external disturbance"}
 VALIDATED_ON = {"held-out logs": "on logs that were not fitted",
                 "blocks left out of the fit": "by cross-validation"}
+JUDGED_BY = {RECORDED_COMMAND: ", with the recorded command",
+             WITH_OBSERVER: ", with an observer, as no controller holds the machine"}
 
 
 def summary_line(name: str, answer: Answer) -> str:
@@ -41,7 +53,30 @@ def summary_line(name: str, answer: Answer) -> str:
 
 def headline(answer: Answer) -> str:
     """Return the verdict and what the corrected model removes, as a sentence or two."""
-    return " ".join([verdict_sentence(answer), *_reduction(answer)])
+    return " ".join([*_law(answer), verdict_sentence(answer), *_reduction(answer)])
+
+
+def _law(answer: Answer) -> list[str]:
+    """What the stated law leaves of the logged commands; as a list of one or none."""
+    rows = answer.get("controller", ())
+    if not rows:
+        return []
+    names = joint_names(answer)
+    left = [f"{with_prefix(row['error'], row['unit'])} RMS at {names[row['joint'] - 1]} "
+            f"({number(row['error'] / row['limit'])} times its rounding)" for row in rows]
+    found = [f"it contains {join_words(_terms(row))} at {names[row['joint'] - 1]}"
+             for row in rows if row["terms"]]
+    missing = "" if len(found) == len(rows) else (
+        "an excitation pe that was not logged, or a part of the law, is missing")
+    followed = ("; models follow the recorded command" if rows[0]["followed"] else
+                "; the motion follows the stated law all the same")
+    return [f"The logged command is not that of the stated law, by {join_words(left)}: "
+            f"{'; '.join(filter(None, [*found, missing]))}{followed}."]
+
+
+def _terms(row: Row) -> list[str]:
+    return [f"{name} {number(entry['value'])} {entry['unit']}"
+            for name, entry in row["terms"].items()]
 
 
 def summary_lines(answer: Answer) -> list[str]:
@@ -53,7 +88,7 @@ def summary_lines(answer: Answer) -> list[str]:
         The JSON answer.
 
     """
-    return [verdict_sentence(answer), *_where(answer), _how_far(answer),
+    return [*_law(answer), verdict_sentence(answer), *_where(answer), _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
             *_torque_map(answer), *_next_experiment(answer), _assumptions(answer)]
 
@@ -90,12 +125,26 @@ def _unexplained(answer: Answer) -> str:
     for row in confounded(answer)[:1]:
         return (f"These logs cannot distinguish {CONFOUNDERS[row['rival']]} from "
                 f"{_list([row], answer)}.")
-    law = "" if answer.get("controller_as_stated", True) else (
+    law = "" if answer.get("controller_as_stated", True) or answer.get("controller") else (
         ", and the stated control law is not the one that ran")
+    if answer.get("reason") == MODEL_DIVERGED:
+        return ("The model diverged on these logs, so that no effect can be told: check gains, "
+                "units and control law in the robot file.")
+    if answer.get("reason") == NOT_BORNE_OUT:
+        return f"{_not_borne_out(answer)}{law}."
     sure = [row for row in answer["effects"]
             if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
     also = f" The model is also missing {_list(sure, answer)}." if sure else ""
     return f"No effect in the library explains the gap{law}.{also}"
+
+
+def _not_borne_out(answer: Answer) -> str:
+    """Why the closest effect is not named."""
+    closest = next((row for row in answer["effects"] if row["effect"] in LIBRARY), None)
+    name = f"; the closest, {_at_joints(closest, answer)}," if closest else ": the closest"
+    return ("No effect in the library explains the gap"
+            f"{name} fits these logs but does not predict unseen ones clearly better than the "
+            "refitted nominal model")
 
 
 def leading_rows(answer: Answer) -> list[Row]:
@@ -237,6 +286,7 @@ def _how_far(answer: Answer) -> str:
         span = f" ({number(interval[0])} to {number(interval[1])} %)" if interval else ""
         removed = f"{number(closed['value'])} %{span} of the reducible gap removed"
     data = VALIDATED_ON.get(closed["judged_on"], "on the fitted log itself")
+    data += JUDGED_BY.get(closed.get("judged_by", CLOSED_LOOP), "")
     return (f"RMS prediction error: {before} before, {after} after, {floor} from sensor noise "
             f"alone; {removed}, {data}.")
 

@@ -21,6 +21,9 @@ TITLES = {"none": "no effect", "unknown": "an effect outside the library",
 JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
 CONFOUNDERS = {CONTACT: "an obstacle", SOFT_STOP: "a soft stop"}
 
+CLOSED_LOOP, RECORDED_COMMAND, WITH_OBSERVER = (
+    "closed loop", "recorded command", "recorded command with an observer")
+
 
 def effect_title(name: str) -> str:
     """Name of an effect for a reader: ``actuator_lag`` is 'actuator lag'."""

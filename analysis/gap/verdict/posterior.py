@@ -31,6 +31,9 @@ NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
 LIKELY = 0.5  # probability from which on a name is an answer: more likely than not
 SET_PROBABILITY = 0.9  # of a credible set
 
+# Why nothing explains a gap, where the stages know.
+MODEL_DIVERGED, NOT_BORNE_OUT, COMMANDS_UNCLEAR = "diverged", "not_borne_out", "commands_unclear"
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RankedCause:
@@ -240,3 +243,17 @@ def unknown_for_none(ranking: Sequence[RankedCause]) -> list[RankedCause]:
     changed = [dataclasses.replace(ranked, probability=ranked.probability
                                    + change.get(ranked.names, 0.0)) for ranked in ranking]
     return sorted(changed, key=lambda ranked: -ranked.probability)
+
+
+def doubted(ranking: Sequence[RankedCause], sure: float) -> list[RankedCause]:
+    """Ranking where a probability `sure` that it holds at all scales every name but `unknown`.
+
+    The rest goes to `unknown`: something that the model of the evidence does not know.
+    """
+    if sure >= 1.0:
+        return list(ranking)
+    moved = sum((1.0 - sure) * one.probability for one in ranking if one.names != (UNKNOWN,))
+    changed = [dataclasses.replace(one, probability=one.probability + moved
+                                   if one.names == (UNKNOWN,) else sure * one.probability)
+               for one in ranking]
+    return sorted(changed, key=lambda one: -one.probability)

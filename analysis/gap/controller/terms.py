@@ -1,0 +1,145 @@
+"""What a command contains beyond the stated law: terms that are known by name, or just what it is.
+
+A law as it is stated may lack a term.  Those that controllers commonly have are linear in known
+signals, and count where they explain the command down to its rounding.  Whatever a term is, the
+command was recorded, so that a model can follow it: with the residual of the law on the measured
+positions as excitation, the model gets the recorded command plus the law's feedback on its error.
+Its prediction error is then the same filter of missing torques and of sensor noise as before.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.controller.law_residual import first_known_sample
+from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
+
+UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
+         "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
+         "constant": "N m"}
+MOST_TERMS = 2  # beyond gains: more explain a command by their number
+AT_LIMIT = 1.0 - 1e-9  # of the limit of a command
+
+
+@dataclasses.dataclass(frozen=True)
+class Terms:
+    """Terms that explain a joint's command to its rounding, with their coefficients.
+
+    Parameters
+    ----------
+    joint : int
+        The joint.
+    coefficients : dict
+        Term of `UNITS` -> coefficient.
+
+    """
+
+    joint: int
+    coefficients: dict[str, float]
+
+    def describe(self, name: str) -> str:
+        """The terms as a sentence."""
+        parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}"
+                          for term, value in self.coefficients.items())
+        return (f"{name}: the command contains what the stated law does not have ({parts}); the "
+                "robot file is wrong, or somebody changed the controller")
+
+
+def find_terms(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequence[int],
+               ) -> tuple[Terms, ...]:
+    """Fewest terms that explain the commands of some joints to their rounding `limit` [N m].
+
+    Joints whose commands none of them explains are left out.
+    """
+    found = (_terms_of(problem, law, float(limit[k]), k) for k in joints)
+    return tuple(terms for terms in found if terms is not None)
+
+
+def with_recorded_commands(problem: Problem, joints: Sequence[int]) -> Problem:
+    """Problem whose models follow the recorded commands of some joints."""
+    law, at = problem.stated_law, list(joints)
+
+    def following(log: Log) -> Log:
+        pe = log.pe.copy()
+        pe[:, at] += command_beyond_law(law, log)[:, at]
+        return dataclasses.replace(log, pe=pe)
+
+    return problem.with_logs(following)
+
+
+def command_beyond_law(law: StatedLaw, log: Log) -> np.ndarray:
+    """Logged command less that of the law without limits, (N, n) [N m]; 0 where both meet one."""
+    free = dataclasses.replace(law, saturation=np.full_like(law.saturation, np.inf))
+    unlimited = free.replay(log.q, log.q_d, log.pe)
+    limited = np.clip(unlimited, -law.saturation, law.saturation)
+    both = (np.abs(log.u) >= AT_LIMIT * law.saturation) & (limited == np.clip(
+        log.u, -law.saturation, law.saturation))
+    return np.where(both, 0.0, log.u - unlimited)
+
+
+def _terms_of(problem: Problem, law: StatedLaw, limit: float, k: int) -> Terms | None:
+    gains = ((), ("Kp", "Kd"))
+    for count, beside in itertools.product(range(1, MOST_TERMS + 1), gains):
+        for variant in _reference_rates(law):
+            for names in itertools.combinations(tuple(UNITS)[2:], count):
+                terms = _fitted(problem, law, k, (*beside, *names), variant, limit)
+                if terms is not None:
+                    return terms
+    return None
+
+
+def _fitted(problem: Problem, law: StatedLaw, k: int, names: Sequence[str], variant: str,
+            limit: float) -> Terms | None:
+    """Coefficients of some terms, where they leave no more than rounding in any log."""
+    parts = [_regression(log, law, k, names, variant) for log in problem.logs]
+    columns, beyond = (np.concatenate(side) for side in zip(*parts))
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    if not np.all(scale > 0.0):
+        return None
+    scaled = np.linalg.lstsq(columns / scale, beyond, rcond=None)[0] / scale
+    left = [np.sqrt(np.mean((part - column @ scaled) ** 2)) for column, part in parts]
+    if max(left) > limit:
+        return None
+    stated = {"Kp": law.kp[k], "Kd": law.kd[k]}
+    return Terms(k, {name: float(value + stated.get(name, 0.0))
+                     for name, value in zip(names, scaled)})
+
+
+def _regression(log: Log, law: StatedLaw, k: int, names: Sequence[str], variant: str,
+                ) -> tuple[np.ndarray, np.ndarray]:
+    """Terms as columns, and the command beyond the law, where filters are known."""
+    usable = np.abs(log.u[:, k]) < AT_LIMIT * law.saturation[k]
+    usable[:first_known_sample(log, law)] = False
+    columns = np.stack([_column(log, law, k, name, variant) for name in names], axis=1)
+    return columns[usable], command_beyond_law(law, log)[usable, k]
+
+
+def _column(log: Log, law: StatedLaw, k: int, name: str, variant: str) -> np.ndarray:
+    error, period = log.q_d[:, k] - log.q[:, k], law.period
+    if name == "Kp":
+        return error
+    if name == "Kd":
+        return -law.rate(log.q)[:, k]
+    if name == "constant":
+        return np.ones(len(log))
+    if name == "integral part":
+        return period * np.cumsum(error)
+    rate = _reference_rate(log, law, k, variant)
+    return rate if name == "reference velocity" else np.gradient(rate, period)
+
+
+def _reference_rates(law: StatedLaw) -> Iterator[str]:
+    """Ways to form the velocity of the reference: as that of the position, or directly."""
+    yield "filtered"
+    if law.corners is not None:
+        yield "direct"
+
+
+def _reference_rate(log: Log, law: StatedLaw, k: int, variant: str) -> np.ndarray:
+    if variant == "filtered":
+        return law.rate(log.q_d)[:, k]
+    return np.gradient(log.q_d[:, k], law.period)
