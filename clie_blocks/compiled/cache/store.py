@@ -1,8 +1,15 @@
-"""Machine code on disk, found by its content, safe against damage and other versions."""
+"""Machine code on disk, found by its content, safe against damage and other versions.
+
+A digest shows damage but not origin: who can write the folder can have its code run.  So the
+folder is this user's alone, and another one is not used.
+"""
 
 import contextlib
+import functools
 import hashlib
 import os
+import stat
+import sys
 from pathlib import Path
 
 from clie_blocks.errors import ClieError
@@ -12,7 +19,7 @@ KEPT = 12000  # files; a study of random robots needs some 120 of each structure
 
 
 def folder() -> Path | None:
-    """Return the cache folder, or None where the user has switched the cache off.
+    """Return the cache folder, or None without one: switched off, not to be made, or not safe.
 
     ``CLIE_BLOCKS_CACHE`` names another folder; ``off`` switches the cache off.
     """
@@ -20,7 +27,30 @@ def folder() -> Path | None:
     if chosen == "off":
         return None
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(chosen) if chosen else Path(base) / "clie_blocks" / "programs"
+    path = Path(chosen) if chosen else Path(base) / "clie_blocks" / "programs"
+    try:
+        path.mkdir(mode=0o700, parents=True, exist_ok=True)
+        danger = _danger(path.stat())
+    except OSError:  # a cache that cannot be made is no reason to stop
+        return None
+    if danger:
+        _report(path, danger)
+    return None if danger else path
+
+
+def _danger(status: os.stat_result) -> str:
+    """Who else can put code into a folder of this status; empty for nobody."""
+    if not hasattr(os, "getuid"):
+        return ""  # Windows: a user's own folders are closed to others by their access lists
+    if status.st_uid != os.getuid():
+        return "belongs to another user"
+    return "can be written by others" * bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+
+
+@functools.cache
+def _report(path: Path, danger: str) -> None:
+    print(f"note: compiled programs are not kept: {path} {danger}, whose code would run here; "
+          f"chmod 700 it, or name another folder in CLIE_BLOCKS_CACHE", file=sys.stderr)
 
 
 def key(*parts: str) -> str:

@@ -67,6 +67,8 @@ for _name in ("sqrt floor ceil trunc rint sign sin cos tan arcsin arccos arctan 
     _UFUNCS[getattr(np, _name)] = FUNCTIONS[_name]
 _ELEMENTWISE = {ufunc: np.frompyfunc(function, ufunc.nin, 1)
                 for ufunc, function in _UFUNCS.items()}
+_FROM_ZERO = np.frompyfunc(lambda a: F.add(0.0, a), 1, 1)
+_SUMS = frozenset({np.dot, np.inner, np.vdot, np.tensordot, np.einsum})
 _WHERE = np.frompyfunc(F.where, 3, 1)
 _CLIP = np.frompyfunc(_clip, 3, 1)
 
@@ -138,8 +140,10 @@ def _wrap(result: Any) -> Any:
 def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
                 options: dict[str, Any]) -> Any:
     target = options.pop("out", (None,))[0]
+    if ufunc is np.power and isinstance(inputs[1], float) and inputs[1] == 0.5:
+        ufunc, inputs = np.sqrt, inputs[:1]  # as numpy does: not the power where x is -0 or -inf
     if ufunc is np.matmul:
-        result = ufunc(*map(_objects, inputs))
+        result = _from_zero(ufunc(*map(_objects, inputs)))
     elif ufunc in _ELEMENTWISE:
         if isinstance(options.get("where", True), np.ndarray):
             raise TraceError(f"np.{ufunc.__name__}(where=...) cannot be traced; use np.where")
@@ -147,6 +151,8 @@ def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
         operands = [_objects(inputs[0]), *inputs[1:]] if method != "__call__" else map(
             _objects, inputs)
         result = getattr(_ELEMENTWISE[ufunc], method)(*operands, **kept)
+        if ufunc is np.add and method == "reduce":
+            result = _from_zero(result)
     else:
         known = sorted(known.__name__ for known in _ELEMENTWISE)
         raise TraceError(f"np.{ufunc.__name__} cannot be traced on a signal; "
@@ -160,14 +166,20 @@ def _call_ufunc(ufunc: np.ufunc, method: str, inputs: Sequence[Any],
     return target
 
 
+def _from_zero(sums: Any) -> Any:
+    """Sums as numpy has them, which start at 0.0; those of objects start with the first term."""
+    return _FROM_ZERO(_plain(sums)) if isinstance(sums, np.ndarray) else F.add(0.0, sums)
+
+
 def _call_function(function: Callable[..., Any], args: Sequence[Any],
                    kwargs: Mapping[str, Any]) -> Any:
     if function in _ARRAY_FUNCTIONS:
         return _wrap(_ARRAY_FUNCTIONS[function](*args, **kwargs))
     lifted = [_lift(value) for value in args]
     named = {key: _lift(value) for key, value in kwargs.items() if key != "dtype"}
-    return _wrap(np.ndarray.__array_function__(
-        np.empty(0, object).view(SymbolArray), function, (SymbolArray,), tuple(lifted), named))
+    result = np.ndarray.__array_function__(
+        np.empty(0, object).view(SymbolArray), function, (SymbolArray,), tuple(lifted), named)
+    return _wrap(_from_zero(result) if function in _SUMS else result)
 
 
 def _lift(value: Any) -> Any:

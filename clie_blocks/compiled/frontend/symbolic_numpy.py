@@ -16,7 +16,7 @@ from numpy.typing import DTypeLike
 
 from clie_blocks.compiled.frontend.symbol_arrays import SymbolArray, has_symbols, symbol_array
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Symbol
+from clie_blocks.compiled.ir.symbols import ChangingResultError, Symbol
 
 
 def twin(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -47,6 +47,8 @@ class _Follower:
             return _REPLACED[id(value)][1]
         if id(value) in self._made:
             return self._made[id(value)]
+        if _changing_module(value):
+            return _Refused(value, _changing_module(value))
         if isinstance(value, types.FunctionType):
             return self._function(value)
         if isinstance(value, functools.partial):
@@ -87,6 +89,41 @@ class _ModuleTwin:
         return self._follower.follow(getattr(self._module, name))
 
 
+# Modules whose results change from call to call, so that one of them must not stay in a program.
+_RANDOM = "draws random numbers: make noise an input of the diagram"
+_CHANGING = {"time": "reads the clock: the time of the run is the argument t", "random": _RANDOM,
+             "secrets": _RANDOM, "uuid": _RANDOM, "numpy.random": _RANDOM}
+
+
+def _changing_module(value: Any) -> str:
+    """Name of the module of `_CHANGING` that a value is or belongs to, else empty."""
+    if isinstance(value, types.ModuleType):
+        name = value.__name__
+    elif isinstance(value, types.BuiltinFunctionType):
+        owner = value.__self__
+        name = owner.__name__ if isinstance(owner, types.ModuleType) else type(owner).__module__
+    elif isinstance(value, types.MethodType):
+        name = type(value.__self__).__module__
+    else:
+        name = type(value).__module__
+    if name.startswith("numpy.random."):
+        return "numpy.random"
+    return name if name in _CHANGING else ""
+
+
+class _Refused:
+    """A module, function or generator that cannot be traced: every use of it says so."""
+
+    def __init__(self, value: Any, module: str) -> None:
+        self._value, self._module = value, module
+
+    def __getattr__(self, name: str) -> Any:
+        return _Refused(getattr(self._value, name), self._module)
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        raise ChangingResultError(f"module {self._module} {_CHANGING[self._module]}")
+
+
 def _names(code: types.CodeType) -> set[str]:
     names = set(code.co_names)
     for constant in code.co_consts:
@@ -105,6 +142,8 @@ class _Numpy:
         value = getattr(self._module, name)
         if id(value) in _REPLACED:
             return _REPLACED[id(value)][1]
+        if _changing_module(value):
+            return _Refused(value, _changing_module(value))
         if isinstance(value, (type, types.ModuleType)) or not callable(value):
             return value
         return _with_symbol_arrays(value)
@@ -215,6 +254,8 @@ _REPLACED = {id(real): (real, replacement) for real, replacement in [
 
 def _import(name: str, *args: Any, **kwargs: Any) -> Any:
     module = __import__(name, *args, **kwargs)
+    if _changing_module(module):
+        return _Refused(module, _changing_module(module))
     return _REPLACED[id(module)][1] if id(module) in _REPLACED else module
 
 

@@ -15,6 +15,7 @@ from clie_blocks.compiled.ir.layout import Trace
 from clie_blocks.compiled.ir.parameters import Parameters, is_numeric
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import (
+    ChangingResultError,
     Expression,
     FrozenParameterError,
     Graph,
@@ -135,9 +136,17 @@ class _Tracer:
                         u: list[Symbol]) -> list[Expression]:
         t, params = self.graph.variable("t"), self._params(leaf)
         try:
-            return flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u), params))
+            first, again = (flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u),
+                                                        params)) for _ in range(2))
+            if list(map(_identity, first)) != list(map(_identity, again)):
+                raise ChangingResultError(
+                    "its result changes from call to call with equal arguments, as with a clock, "
+                    "random numbers or a memory of its own; give it inputs and states instead")
+            return again
         except FrozenParameterError as need:
             raise _FreezeError({self.parameters.key_of(k) for k in need.slots}) from None
+        except ChangingResultError as error:
+            raise ChangingResultError(f"block {leaf.name!r}, {kind} function: {error}") from error
         except TraceError as error:
             raise TraceError(f"block {leaf.name!r}, {kind} function: {error}; or have it called "
                              f"back, slowly: opaque=[{leaf.name!r}]") from error
@@ -191,11 +200,20 @@ class _Tracer:
             *(self.final[a] if isinstance(a, Symbol) else a for a in node.args))
 
     def _wire(self, wire: Wire) -> Expression:
-        total = 0.0
+        if not isinstance(self.diagram, ct.InterconnectedSystem):
+            return next(self._source(*place) for place in wire)
+        total = 0.0  # as python-control sums: a wire holds no negative zero
         for (kind, index), gain in wire.items():
-            source = self.outputs[index] if kind == "y" else self.graph.variable(kind, index)
-            total = F.add(total, F.mul(gain, source))
+            total = F.add(total, F.mul(gain, self._source(kind, index)))
         return total
+
+    def _source(self, kind: str, index: int) -> Expression:
+        return self.outputs[index] if kind == "y" else self.graph.variable(kind, index)
+
+
+def _identity(value: Expression) -> int | str:
+    """Equal of equal expressions alone: symbols are hash-consed."""
+    return id(value) if isinstance(value, Symbol) else float(value).hex()
 
 
 def _linear(state_gain: np.ndarray, x: list[Symbol], input_gain: np.ndarray,

@@ -1,16 +1,19 @@
 """Arithmetic on symbols, folding constants.
 
-A factor that is the constant zero removes its term at once (``0.0 * x`` is 0, also where x would
-be infinite or NaN): block-diagonal regressors would otherwise cost their zeros at every step.
+Every simplification holds for every IEEE value: signed zeros, infinities and NaN included.  So
+``0 * x`` stays, which is NaN where x is infinite, and ``0 - x`` is not ``-x``, whose zero has the
+other sign: ``arctan2(0 - x, -1)`` at x = 0 is pi, not -pi.  Only the last digit may differ, of
+small powers, which become products.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from clie_blocks.compiled.ir.operations import CALLBACKS, OPERATIONS
-from clie_blocks.compiled.ir.symbols import Expression, Symbol
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, may_be_negative_zero
 
 
 def apply(name: str, *args: Any) -> Expression:
@@ -51,17 +54,24 @@ def _is(a: Expression, value: float) -> bool:
     return not isinstance(a, Symbol) and a == value
 
 
+def _is_zero(a: Expression, sign: float) -> bool:
+    return not isinstance(a, Symbol) and a == 0.0 and math.copysign(1.0, a) == sign
+
+
 def _simpler_add(a: Expression, b: Expression) -> Expression | None:
-    return b if _is(a, 0.0) else a if _is(b, 0.0) else None
+    return b if _is_neutral(a, b) else a if _is_neutral(b, a) else None
+
+
+def _is_neutral(zero: Expression, term: Expression) -> bool:
+    """Whether this is a zero that changes no value of the other term of a sum."""
+    return _is_zero(zero, -1.0) or _is_zero(zero, 1.0) and not may_be_negative_zero(term)
 
 
 def _simpler_sub(a: Expression, b: Expression) -> Expression | None:
-    return a if _is(b, 0.0) else apply("neg", b) if _is(a, 0.0) else None
+    return a if _is_zero(b, 1.0) else apply("neg", b) if _is_zero(a, -1.0) else None
 
 
 def _simpler_mul(a: Expression, b: Expression) -> Expression | None:
-    if _is(a, 0.0) or _is(b, 0.0):
-        return 0.0
     if _is(a, 1.0) or _is(b, 1.0):
         return b if _is(a, 1.0) else a
     if _is(a, -1.0) or _is(b, -1.0):
@@ -70,7 +80,7 @@ def _simpler_mul(a: Expression, b: Expression) -> Expression | None:
 
 
 def _simpler_div(a: Expression, b: Expression) -> Expression | None:
-    return a if _is(b, 1.0) else 0.0 if _is(a, 0.0) else None
+    return a if _is(b, 1.0) else None
 
 
 def _simpler_neg(a: Symbol) -> Expression | None:
@@ -84,7 +94,7 @@ def _simpler_pow(a: Expression, b: Expression) -> Expression | None:
         square = apply("mul", a, a)
         return {1.0: a, 2.0: square, 3.0: apply("mul", square, a),
                 4.0: apply("mul", square, square)}[b]
-    return apply("div", 1.0, a) if _is(b, -1.0) else apply("sqrt", a) if _is(b, 0.5) else None
+    return apply("div", 1.0, a) if _is(b, -1.0) else None
 
 
 def _simpler_where(c: Expression, a: Expression, b: Expression) -> Expression | None:

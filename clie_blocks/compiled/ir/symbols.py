@@ -17,6 +17,10 @@ class TraceError(ClieError, TypeError):
     """A block does with a signal what a straight-line program cannot do."""
 
 
+class ChangingResultError(TraceError):
+    """A block gives another result at every call: no program computes what it does."""
+
+
 class FrozenParameterError(Exception):
     """A block needs the value of these parameters while it is traced."""
 
@@ -57,13 +61,14 @@ class Graph:
 class Symbol:
     """One scalar: a variable or an operation on symbols and floats."""
 
-    __slots__ = ("graph", "op", "args", "boolean")
+    __slots__ = ("graph", "op", "args", "boolean", "may_be_negative_zero")
     __array_ufunc__: ClassVar[Callable[..., Any]]  # numpy's functions: see `symbol_arrays`
     __array_function__: ClassVar[Callable[..., Any]]
     __hash__ = object.__hash__
 
     def __init__(self, graph: Graph, op: str, args: tuple, boolean: bool) -> None:
         self.graph, self.op, self.args, self.boolean = graph, op, args, boolean
+        self.may_be_negative_zero = not _ZERO_IS_POSITIVE.get(op, _never)(*args)
 
     def __bool__(self) -> bool:
         _need_value(self, BRANCH)
@@ -108,6 +113,26 @@ class Symbol:
 
 
 Expression = Symbol | float
+
+
+def may_be_negative_zero(a: Expression) -> bool:
+    """Whether the value may be -0.0: to such a one the constant 0.0 adds something, a sign."""
+    return a.may_be_negative_zero if isinstance(a, Symbol) else a.hex() == (-0.0).hex()
+
+
+def _never(*args: Expression) -> bool:
+    return False
+
+
+def _either(a: Expression, b: Expression) -> bool:
+    return not (may_be_negative_zero(a) and may_be_negative_zero(b))
+
+
+_ZERO_IS_POSITIVE: dict[str, Callable[..., bool]] = {
+    "add": _either, "abs": lambda a: True, "exp": lambda a: True, "cosh": lambda a: True,
+    "sign": lambda a: True, "mul": lambda a, b: a is b,
+    "sub": lambda a, b: not may_be_negative_zero(a),
+    "where": lambda c, a, b: not (may_be_negative_zero(a) or may_be_negative_zero(b))}
 
 
 def variables(roots: Iterable[Expression]) -> set[tuple[str, int]]:

@@ -4,6 +4,7 @@ The program is differentiated forward, operation by operation, with the last col
 operation table; the derivatives of the states are further states behind the states themselves.
 """
 
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -65,11 +66,10 @@ def _tangent(node: Symbol, inner: Sequence[Expression]) -> Expression:
     operation = OPERATIONS[node.op]
     if operation.tangent:
         return operation.tangent(F, node, node.args, inner)
-    total = 0.0
-    for partial, tangent in zip(operation.partials(F, node, *node.args), inner):
-        if _is_some(tangent):
-            total = F.add(total, F.mul(partial, tangent))
-    return total
+    terms = [F.mul(partial, tangent)
+             for partial, tangent in zip(operation.partials(F, node, *node.args), inner)
+             if _is_some(partial) and _is_some(tangent)]
+    return functools.reduce(F.add, terms) if terms else 0.0
 
 
 def _is_some(value: Expression) -> bool:

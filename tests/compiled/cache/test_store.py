@@ -1,3 +1,5 @@
+import stat
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,28 @@ def test_oldest_programs_are_forgotten(folder, monkeypatch):
         store.save(store.key(str(k)), b"content")
     assert len(list(folder.glob("*.bin"))) == 3
     assert store.load(store.key("5")) == b"content"
+
+
+def test_new_folder_is_closed_to_others(loop, tmp_path, monkeypatch):
+    monkeypatch.setenv("CLIE_BLOCKS_CACHE", str(tmp_path / "new" / "programs"))
+    compile_diagram(loop)
+    assert stat.S_IMODE((tmp_path / "new" / "programs").stat().st_mode) == 0o700
+    assert compile_diagram(loop).cached
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o1777])
+def test_programs_in_a_folder_that_others_can_write_are_not_run(loop, folder, mode, capsys):
+    compile_diagram(loop)
+    folder.chmod(mode)
+    assert not compile_diagram(loop).cached
+    assert not compile_diagram(loop).cached
+    notes = capsys.readouterr().err.splitlines()
+    assert len(notes) == 1 and "can be written by others" in notes[0]
+    assert len(list(folder.glob("*.bin"))) == 1
+
+
+def test_programs_in_a_folder_of_another_user_are_not_run(loop, folder, monkeypatch, capsys):
+    compile_diagram(loop)
+    monkeypatch.setattr(store.os, "getuid", lambda: folder.stat().st_uid + 1)
+    assert not compile_diagram(loop).cached
+    assert "belongs to another user" in capsys.readouterr().err

@@ -1,8 +1,12 @@
 """Blocks as people write them: each traced form must compute what numpy computes."""
 
+import datetime
 import functools
 import math
+import random
+import time
 from math import tanh as hyperbolic
+from time import perf_counter
 
 import control as ct
 import numpy as np
@@ -207,6 +211,65 @@ def test_what_cannot_be_traced_is_refused_with_a_remedy(function, text):
         compile_diagram(diagram)
 
 
+class Counter:
+    calls = 0
+
+    def __call__(self, t, x, u, params):
+        self.calls += 1
+        return u * self.calls
+
+
+class NoisyGain:
+    def __init__(self):
+        self.generator = np.random.default_rng(0)
+
+    def output(self, t, x, u, params):
+        return u * self.generator.normal()
+
+
+def local_clock(t, x, u, params):
+    import time as clock
+    return u + clock.monotonic()
+
+
+GENERATOR = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize(("function", "text"), [
+    (lambda t, x, u, params: u + time.time(), "reads the clock: .* the argument t"),
+    (lambda t, x, u, params: u + perf_counter(), "reads the clock"),
+    (local_clock, "reads the clock"),
+    (lambda t, x, u, params: u + random.random(), "draws random numbers: .* an input"),
+    (lambda t, x, u, params: u + np.random.rand(1),  # noqa: NPY002
+     "draws random numbers"),
+    (lambda t, x, u, params: u + GENERATOR.normal(size=1), "draws random numbers"),
+    (NoisyGain().output, "changes from call to call"),
+    (lambda t, x, u, params: u + datetime.datetime.now().timestamp(), "changes from call to call"),
+    (Counter(), "changes from call to call"),
+])
+def test_what_a_program_would_freeze_is_refused(function, text):
+    block = ct.nlsys(None, function, name="clock", inputs=1, outputs=1)
+    with pytest.raises(TraceError, match=f"block 'clock', output function: .*{text}"):
+        compile_diagram(block)
+
+
+@pytest.mark.parametrize("engine", ["llvm", "python"])
+def test_sign_of_zero_is_that_of_python_control(engine):
+    def output(t, x, u, params):
+        return np.array([np.arctan2(0 - u[0], 0 - u[1]), np.arctan2(0.0 + u[0], -1.0),
+                         np.arctan2(0.0 * u[1], -1.0), np.copysign(1.0, u[0] - 0.0)])
+
+    block = ct.nlsys(None, output, name="angle", inputs=2, outputs=4)
+    loop = interconnect([block], [], inputs={"a": "angle.u[0]", "b": "angle.u[1]"},
+                        outputs={f"y{k}": f"angle.y[{k}]" for k in range(4)}, name="loop")
+    for diagram in (block, loop):
+        program = compile_diagram(diagram, engine)
+        with np.errstate(all="ignore"):
+            for u in ([0.0, 0.0], [-0.0, 0.0], [0.0, -0.0], [-0.0, -1.0], [0.0, 1e300]):
+                traced, expected = program.output(0.0, [], u), diagram.output(0.0, [], u)
+                np.testing.assert_array_equal(traced, expected)
+
+
 def test_wrong_number_of_outputs_is_refused():
     block = ct.nlsys(None, lambda t, x, u, params: np.array([u[0], u[0]]), name="two", inputs=1,
                      outputs=1)
@@ -226,7 +289,7 @@ def test_parameter_that_decides_is_part_of_the_program(make_block):
             program.output(0.0, [], [2.0], {"block.mode": 1.0})
 
 
-def test_each_function_runs_once(make_block):
+def test_each_function_runs_twice_to_see_that_it_repeats_itself(make_block):
     calls = []
 
     def update(t, x, u, params):
@@ -241,7 +304,7 @@ def test_each_function_runs_once(make_block):
     chain = interconnect(blocks, [("two.u", "one.y")], inputs={"u": "one.u"},
                          outputs={"y": "two.y"}, name="chain")
     trace(chain)
-    assert sorted(calls) == ["output"] * 2 + ["update"] * 2
+    assert sorted(calls) == ["output"] * 4 + ["update"] * 4
 
 
 def test_equal_expressions_are_one_object(loop):
