@@ -55,13 +55,18 @@ def _scales(table: Table, layout: Layout,
     for signal, stated in layout.units.items():
         if signal == "time":
             continue
-        fallback = robot.units.get(signal) if robot else None
+        robots = robot.units.get(signal) if robot else None
+        implied = layout.implied.get(signal)
+        fallback = robots or implied
         scales = [to_si(unit or fallback or DEFAULT_UNITS[signal], signal,
                         f"{table.source}: column {table.names[index]!r}")
                   for unit, index in zip(stated, layout.columns[signal])]
         factors += [factor for factor, _ in scales]
         units[signal] = tuple(unit for _, unit in scales)
         written = next((unit for unit in stated if unit), fallback)
+        if implied and not robots and not any(stated) and scales[0][1] not in ("N m", "N") \
+                and signal in ("u", "tau"):
+            notes.append(f"{signal} is in {implied}, not a torque, as its name says.")
         if written and any(factor != 1 for factor, _ in scales):
             notes.append(f"Converted {signal} from {written} to {scales[0][1]}.")
         elif not written and any(note.startswith(f"Read {signal} ") for note in layout.decisions):

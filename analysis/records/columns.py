@@ -1,23 +1,28 @@
-"""Which column of a log is which signal of which joint, by the aliases and the user's map.
+"""Which column of a log is which signal of which joint, by the table of names and the user's map.
 
-Every column goes to the pattern with the most literal characters that fits it, so that
-``q_target_0`` is a reference although ``q_{joint}`` fits too.  A signal that two patterns claim is
-ambiguous, and the user is asked.
+A signal that two groups of columns claim is ambiguous, and the user is asked.
 """
 
 import dataclasses
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 
-from clie_blocks.analysis.records.aliases import ALIASES, IMPLIED_UNITS, TIME_UNITS
+from clie_blocks.analysis.records.aliases import TIME_UNITS
 from clie_blocks.analysis.records.model import SIGNALS
+from clie_blocks.analysis.records.patterns import Group, assign, claims
 from clie_blocks.analysis.records.units import split_unit
 from clie_blocks.errors import RecordError, nearest
+
+_Groups = Mapping[str | None, Sequence[Group]]
 
 
 @dataclasses.dataclass(frozen=True)
 class Layout:
-    """Columns matches: per signal one column index per joint, and what had to be guessed."""
+    """Columns of the signals: one index per joint, and what had to be guessed.
+
+    `units` are those in the header; `implied` are those that the source of the names defines.
+    """
 
     time: int
     columns: dict[str, list[int]]
@@ -25,6 +30,7 @@ class Layout:
     joints: tuple[str, ...]
     decisions: tuple[str, ...]
     mask: int | None = None
+    implied: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def order(self) -> list[int]:
         """Indices to read: the time, then each signal's columns side by side, then the mask."""
@@ -55,27 +61,31 @@ def find_columns(names: Sequence[str], source: str, user_map: Mapping[str, str] 
     """
     _refuse_twins(names, source)
     user_map = _checked(user_map, source)
-    matches = _assign([split_unit(name) for name in names], user_map)
-    time = _needed(matches, "time", names, source, user_map).columns[""]
-    q = _needed(matches, "q", names, source, user_map)
+    groups = assign([split_unit(name) for name in names], user_map)
+    for signal in ("time", "q"):
+        if not groups.get(signal):
+            raise RecordError(_missing(signal, names, source, user_map, groups))
+    _refuse_ambiguous(groups, names, source)
+    time, q = claims(groups["time"])[0].columns[""], claims(groups["q"])[0]
     tokens = _ordered(q, joints, source)
     chosen, notes = {"q": q}, []
     for signal in SIGNALS:
-        if signal != "q" and (signal in matches or signal in user_map):
-            group = _whole(matches, signal, names, source, user_map, tokens)
+        if signal != "q" and (signal in groups or signal in user_map):
+            group = _whole(groups, signal, source, user_map, tokens)
             if group is None:
-                notes.append(_partial(signal, matches[signal], names, tokens))
+                notes.append(_partial(signal, groups[signal], names, tokens))
             else:
                 chosen[signal] = group
+    notes += _stand_in(chosen, groups)
     columns = {signal: [group.columns[token] for token in tokens]
                for signal, group in chosen.items()}
-    implied = {signal: IMPLIED_UNITS.get(group.pattern) for signal, group in chosen.items()}
-    notes = [*notes, *_readings(names, time, columns), *_unused(names, time, columns),
-             *(f"{signal} is in {unit}, not a torque, as its name says."
-               for signal, unit in implied.items() if unit)]
-    return Layout(time, columns, _units(names, time, columns, implied),
+    notes = [*notes, *_readings(names, time, columns), *_meanings(chosen),
+             *_unused(names, time, columns)]
+    return Layout(time, columns, _units(names, time, columns),
                   _joint_names(tokens, joints, notes), tuple(notes),
-                  list(names).index("valid") if "valid" in names else None)
+                  list(names).index("valid") if "valid" in names else None,
+                  {signal: group.names.unit for signal, group in chosen.items()
+                   if group.names and group.names.unit})
 
 
 def _checked(user_map: Mapping[str, str] | None, source: str) -> dict[str, str]:
@@ -91,16 +101,6 @@ def _checked(user_map: Mapping[str, str] | None, source: str) -> dict[str, str]:
     return user_map
 
 
-@dataclasses.dataclass
-class _Found:
-    """The columns that one pattern of one signal took: joint token to column index."""
-
-    pattern: str
-    columns: dict[str, int]
-
-
-_Groups = dict[str | None, dict[str, _Found]]  # by signal, None for what only looks like one
-
 def _refuse_twins(names: Sequence[str], source: str) -> None:
     seen = set()
     for name in names:
@@ -110,78 +110,46 @@ def _refuse_twins(names: Sequence[str], source: str) -> None:
         seen.add(name)
 
 
-def _assign(headers: Sequence[tuple[str, str | None]], user_map: Mapping[str, str]) -> _Groups:
-    """Give each column to the user's pattern, else to the most literal alias that fits.
-
-    A column that fits letter by letter comes before one that fits in other letters, so that ``T``
-    is no clock beside ``t``.
-    """
-    patterns: list[tuple[str | None, str, bool]] = [
-        (signal, pattern, True) for signal, pattern in user_map.items()]
-    aliases = [(signal, pattern, False) for signal, group in ALIASES.items()
-               if signal not in user_map for pattern in group]
-    patterns += sorted(aliases, key=lambda entry: -len(re.sub(r"\{\w+\}", "", entry[1])))
-    regexes = [(signal, pattern, _regex(pattern, own)) for signal, pattern, own in patterns]
-    matches: _Groups = {}
-    left = list(enumerate(headers))
-    for flags in (0, re.IGNORECASE):
-        compiled = [(signal, pattern, re.compile(text, flags))
-                    for signal, pattern, text in regexes]
-        taken = [index for index, header in left if _take(matches, index, header, compiled)]
-        left = [(index, header) for index, header in left if index not in taken]
-    return matches
+SHELL_SAFE = re.compile(r"[-@%+=:,./{}\w]+")
 
 
-def _take(matches: _Groups, index: int, header: tuple[str, str | None],
-          compiled: Sequence[tuple[str | None, str, re.Pattern[str]]]) -> bool:
-    """Put one column where it belongs; whether it belongs anywhere."""
-    name, unit = header
-    for signal, pattern, regex in compiled:
-        match = regex.fullmatch(name) or (unit is not None and regex.fullmatch(f"{name}[{unit}]"))
-        if match:
-            token = (match.groups() or ("",))[0]
-            group = matches.setdefault(signal, {}).setdefault(pattern, _Found(pattern, {}))
-            return group.columns.setdefault(token, index) == index
-    return False
+def as_option(signal: str, pattern: str) -> str:
+    """The option that maps a signal, quoted where a shell would take it apart."""
+    text = f"{signal}={pattern}"
+    return f"--map {text if SHELL_SAFE.fullmatch(text) else shlex.quote(text)}"
 
 
-def _regex(pattern: str, own: bool) -> str:
-    joint = r"(.+?)" if own else r"([^\W_].*?)"
-    parts = re.split(r"(\{\w+\})", pattern)
-    return "".join(r"(\d+)" if part == "{k}" else joint if part == "{joint}" else re.escape(part)
-                   for part in parts)
+def _refuse_ambiguous(groups: _Groups, names: Sequence[str], source: str) -> None:
+    """Refuse signals that several whole groups claim, all of them in one message."""
+    q = [set(group.columns) for group in claims(groups["q"])]
+    texts = []
+    for signal in ("time", *SIGNALS):
+        rivals = claims(groups.get(signal, ()))
+        if signal not in ("time", "q"):
+            rivals = [group for group in rivals if any(set(group.columns) >= one for one in q)]
+        if len(rivals) > 1:
+            columns = " and ".join(repr(names[next(iter(group.columns.values()))])
+                                   for group in rivals)
+            options = " or ".join(as_option(signal, group.pattern) for group in rivals)
+            texts.append(f"columns {columns} could both be {signal}; choose one: {options}")
+    if texts:
+        raise RecordError(f"{source}: {'; '.join(texts)}")
 
 
-def _needed(matches: _Groups, signal: str, names: Sequence[str], source: str,
-            user_map: Mapping[str, str]) -> _Found:
-    """The one pattern of a signal that every log must have."""
-    groups = list(matches.get(signal, {}).values())
-    if not groups:
-        raise RecordError(_missing(signal, names, source, user_map))
-    return _only(groups, signal, names, source)
-
-
-def _whole(matches: _Groups, signal: str, names: Sequence[str], source: str,
-           user_map: Mapping[str, str], tokens: Sequence[str]) -> _Found | None:
-    """The one pattern of a signal that has all joints."""
-    groups = list(matches.get(signal, {}).values())
-    whole = [group for group in groups if set(group.columns) >= set(tokens)]
+def _whole(groups: _Groups, signal: str, source: str, user_map: Mapping[str, str],
+           tokens: Sequence[str]) -> Group | None:
+    """The one group of a signal that has all joints."""
+    whole = claims(group for group in groups.get(signal, ())
+                   if set(group.columns) >= set(tokens))
     if whole:
-        return _only(whole, signal, names, source)
+        return whole[0]
     if signal not in user_map:
         return None
-    if len(groups) == 1 and _counts(groups[0].columns, tokens):
-        return _numbered(groups[0], tokens)
+    own = groups.get(signal, ())
+    if len(own) == 1 and _counts(own[0].columns, tokens):
+        return _numbered(own[0], tokens)
     raise RecordError(f"{source}: {user_map[signal]!r} is missing for at least one joint of "
-                      f"{', '.join(tokens)}; correct --map {signal}=...")
-
-
-def _only(groups: Sequence[_Found], signal: str, names: Sequence[str], source: str) -> _Found:
-    if len(groups) > 1:
-        claims = [names[next(iter(group.columns.values()))] for group in groups]
-        raise RecordError(f"{source}: columns {' and '.join(map(repr, claims))} could both be "
-                          f"{signal}; choose one: --map {signal}={groups[0].pattern}")
-    return groups[0]
+                      f"{', '.join(tokens)}; correct {as_option(signal, user_map[signal])}")
 
 
 def _counts(columns: Mapping[str, int], tokens: Sequence[str]) -> bool:
@@ -189,20 +157,45 @@ def _counts(columns: Mapping[str, int], tokens: Sequence[str]) -> bool:
     return len(columns) == len(tokens) and all(token.isdigit() for token in columns)
 
 
-def _numbered(group: _Found, tokens: Sequence[str]) -> _Found:
+def _numbered(group: Group, tokens: Sequence[str]) -> Group:
     """The user's numbered columns, taken in the order of the joints."""
     order = sorted(group.columns, key=int)
-    return _Found(group.pattern, {token: group.columns[number]
-                                  for token, number in zip(tokens, order)})
+    return dataclasses.replace(group, columns={
+        token: group.columns[number] for token, number in zip(tokens, order)})
 
 
-def _partial(signal: str, groups: Mapping[str, _Found], names: Sequence[str],
+def _stand_in(chosen: dict[str, Group], groups: _Groups) -> list[str]:
+    """Let what a motor was measured to give stand for a command that is not in the log."""
+    tau = chosen.get("tau")
+    if groups.get("u") or tau is None or tau.names is None or tau.names.side != "motor":
+        return []
+    chosen["u"] = tau
+    return ["The command u is not logged: the measured "
+            f"{'current' if tau.names.unit == 'A' else 'torque'} of the motor stands for it, so "
+            "that nothing can be said of the drive in between."]
+
+
+def _meanings(chosen: Mapping[str, Group]) -> list[str]:
+    """What the source of the names says of its signals: side of torques, and other remarks."""
+    notes = []
+    for signal, group in chosen.items():
+        if group.names and group.names.side == "joint":
+            notes.append(f"{signal} is on the joint side, by the names of its columns.")
+        if group.names and group.names.remark:
+            notes.append(group.names.remark)
+    return notes
+
+
+def _partial(signal: str, groups: Sequence[Group], names: Sequence[str],
              tokens: Sequence[str]) -> str:
-    shown = ", ".join(names[index] for group in groups.values()
+    shown = ", ".join(names[index] for group in groups
                       for index in list(group.columns.values())[:3])
-    return (f"Did not take {signal} from {shown}: not there for each of the joints "
-            f"{', '.join(tokens)}; if their numbers follow the joints, map them, as in "
-            f"--map {signal}=motor{{k}}.")
+    numbered = next((group.pattern for group in groups if _counts(group.columns, tokens)), None)
+    fix = (f"if their numbers follow the joints, map them: {as_option(signal, numbered)}"
+           if numbered else f"to use it, log it for every joint, and name its columns as in "
+           f"{as_option(signal, signal + '_{joint}')}")
+    of = f"for each of the joints {', '.join(tokens)}" if any(tokens) else "for the joint of q"
+    return f"Did not take {signal} from {shown}: not there {of}; {fix}."
 
 
 def _unused(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]]) -> list[str]:
@@ -213,18 +206,30 @@ def _unused(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]
     return [f"Not used: {shown}."] if left else []
 
 
-def _missing(signal: str, names: Sequence[str], source: str, user_map: Mapping[str, str]) -> str:
+def _missing(signal: str, names: Sequence[str], source: str, user_map: Mapping[str, str],
+             groups: _Groups) -> str:
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     if signal in user_map:
-        return (f"{source}: no column fits --map {signal}={user_map[signal]}; the log has "
+        return (f"{source}: no column fits {as_option(signal, user_map[signal])}; the log has "
                 f"{listed}")
     what = "a clock" if signal == "time" else "measured joint positions"
-    example = "time=stamp" if signal == "time" else "q=actual_pos_{joint}"
     return (f"{source}: no column is recognised as {signal}, and without {what} nothing can be "
-            f"identified; the log has {listed}; name the column with --map {example}")
+            f"identified; the log has {listed}; name the column, as in "
+            f"{as_option(signal, _example(signal, names, groups))}")
 
 
-def _ordered(q: _Found, joints: Sequence[str], source: str) -> list[str]:
+def _example(signal: str, names: Sequence[str], groups: _Groups) -> str:
+    """A pattern that columns without a meaning fit, for an example of the option."""
+    taken = {index for found in groups.values() for group in found
+             for index in group.columns.values()}
+    left = [split_unit(name)[0] for index, name in enumerate(names) if name and index not in taken]
+    if signal == "time":
+        return left[0] if left else "stamp"
+    numbered = [re.sub(r"\d+", "{k}", name, count=1) for name in left if re.search(r"\d", name)]
+    return (numbered or left or ["actual_pos_{joint}"])[0]
+
+
+def _ordered(q: Group, joints: Sequence[str], source: str) -> list[str]:
     """Tokens of the joints in the order of the robot, of their numbers, or of the log."""
     tokens = list(q.columns)
     if joints and set(tokens) == set(joints):
@@ -257,11 +262,11 @@ def _joint_names(tokens: Sequence[str], joints: Sequence[str],
     return tuple(tokens)
 
 
-def _units(names: Sequence[str], time: int, columns: Mapping[str, Sequence[int]],
-           implied: Mapping[str, str | None]) -> dict[str, list[str | None]]:
+def _units(names: Sequence[str], time: int,
+           columns: Mapping[str, Sequence[int]]) -> dict[str, list[str | None]]:
     units = {"time": [_time_unit(names[time])]}
     for signal, indices in columns.items():
-        units[signal] = [split_unit(names[index])[1] or implied.get(signal) for index in indices]
+        units[signal] = [split_unit(names[index])[1] for index in indices]
     return units
 
 

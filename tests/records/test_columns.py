@@ -20,12 +20,6 @@ def layout(header, **said):
      {"q": [1, 2], "u": [3, 4], "qd": [5, 6], "pe": [7, 8]}, ("joint1", "joint2")),
     ("time,q1,u1,qd1,pe1", {"q": [1], "u": [2], "qd": [3], "pe": [4]}, ("joint1",)),
     ("t,q_elbow,dq_elbow,tau_elbow", {"q": [1], "dq": [2], "tau": [3]}, ("elbow",)),
-    # Universal Robots: qd is a velocity there, and a current stands for the command
-    ("timestamp,target_q_0,target_q_1,target_qd_0,target_qd_1,actual_q_0,actual_q_1,actual_qd_0,"
-     "actual_qd_1,actual_current_0,actual_current_1,target_moment_0,target_moment_1",
-     {"q": [5, 6], "dq": [7, 8], "qd": [1, 2], "u": [9, 10]}, ("joint1", "joint2")),
-    ("timestamp,q_target_0,qd_target_0,q_actual_0,qd_actual_0,i_actual_0,m_target_0",
-     {"q": [3], "dq": [4], "qd": [1], "u": [5]}, ("joint1",)),
     # one column per joint and quantity, as simulators write them
     ("time,hip_pos,knee_pos,hip_vel,knee_vel,hip_effort,knee_effort,hip_pos_cmd,knee_pos_cmd",
      {"q": [1, 2], "dq": [3, 4], "tau": [5, 6], "qd": [7, 8]}, ("hip", "knee")),

@@ -137,7 +137,7 @@ def test_rows_without_a_stamp_are_dropped_and_counted(tmp_path):
     ("0.625", "0.625,7", r"log.csv:3: this line has 4 values, the header has 3 columns"),
     ("0.625,", "", r"log.csv:3: this line has 2 values"),
     ("time,q1,u1", "time,q1,q1", "two columns are called 'q1'"),
-    ("time,q1,u1", "time,foo,u1", r"no column is recognised as q.*--map q=actual_pos_\{joint\}"),
+    ("time,q1,u1", "time,foo,u1", r"no column is recognised as q.*as in --map q=foo"),
     ("time,q1,u1", "when,q1,u1", r"no column is recognised as time"),
     ("time,q1,u1\n", "", "has no header"),
     ("q1", "q1[furlong]", "unit 'furlong' is not known"),

@@ -1,0 +1,129 @@
+"""Which name of the table, or of the user's map, each column of a log fits.
+
+Every column goes to the pattern with the most literal characters that fits it, so that
+``q_target_0`` is a reference although ``q_{joint}`` fits too.
+"""
+
+import dataclasses
+import functools
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from clie_blocks.analysis.records.aliases import GOAL_WORDS, SOURCES, Names
+
+_GOAL = "|".join(GOAL_WORDS)
+PLACEHOLDERS = {
+    "{k}": r"(?P<joint>\d+)",
+    "{joint}": r"(?P<joint>(?<!^/)[^\W_][^/]*?)",  # a topic comes before the joint
+    "{topic}": rf"(?P<path>(?:(?!{_GOAL})\S)*[/.])",
+    "{goal}": rf"(?P<path>\S*(?:{_GOAL})\S*[/.])",
+}
+OWN = {**PLACEHOLDERS, "{joint}": "(?P<joint>.+?)"}  # in the user's map a joint may begin anyhow
+
+
+@dataclasses.dataclass
+class Group:
+    """The columns that one pattern took: joint to column index, and what the table says."""
+
+    pattern: str
+    columns: dict[str, int]
+    names: Names | None = None
+
+    @property
+    def second(self) -> bool:
+        """Whether it is only taken where nothing else is the signal."""
+        return self.names is not None and self.names.second
+
+
+@dataclasses.dataclass(frozen=True)
+class _Pattern:
+    """A pattern as written, the signal it gives, and its expression."""
+
+    signal: str | None
+    text: str
+    names: Names | None
+    regex: re.Pattern[str]
+
+
+def assign(headers: Sequence[tuple[str, str | None]],
+           user_map: Mapping[str, str]) -> dict[str | None, list[Group]]:
+    """Give each column to the user's pattern, else to the most literal name that fits.
+
+    A column that fits letter by letter comes before one that fits in other letters, so that ``T``
+    is no clock beside ``t``.
+
+    Parameters
+    ----------
+    headers : sequence of (str, str or None)
+        Name and unit of each column.
+    user_map : mapping
+        Signal to pattern.
+
+    Returns
+    -------
+    dict
+        Per signal the groups of columns that claim it; under None what only looks like a signal.
+
+    """
+    marks = tuple(source.mark for source in SOURCES
+                  if source.mark and any(source.mark in name for name, _ in headers))
+    found: dict[tuple[str | None, str], Group] = {}
+    left = list(enumerate(headers))
+    for flags in (0, re.IGNORECASE):
+        patterns = [*(_compiled(signal, pattern, None, flags, own=True)
+                      for signal, pattern in user_map.items()),
+                    *(pattern for pattern in _table(marks, flags)
+                      if pattern.signal not in user_map)]
+        left = [(index, header) for index, header in left
+                if not _take(found, index, header, patterns)]
+    groups: dict[str | None, list[Group]] = {}
+    for (signal, _), group in found.items():
+        groups.setdefault(signal, []).append(group)
+    return groups
+
+
+def claims(groups: Iterable[Group]) -> list[Group]:
+    """Groups that claim a signal: second names only where there is no first."""
+    groups = list(groups)
+    return [group for group in groups if not group.second] or groups
+
+
+@functools.cache
+def _table(marks: tuple[str, ...], flags: int) -> tuple[_Pattern, ...]:
+    """Patterns of the table, those of marked sources first, then the most literal."""
+    entries = [(source.mark in marks, names, text) for source in SOURCES
+               if not source.mark or source.mark in marks
+               for names in source.names for text in names.patterns()]
+    entries.sort(key=lambda entry: (not entry[0], -_literal(entry[2])))
+    return tuple(_compiled(names.signal, text, names, flags) for _, names, text in entries)
+
+
+def _literal(pattern: str) -> int:
+    """Letters that a pattern fixes; a path has a separator at least, that of a goal a word."""
+    least = {"{topic}": "/", "{goal}": "cmd/"}
+    return len(re.sub(r"\{\w+\}", lambda place: least.get(place[0], ""), pattern))
+
+
+def _compiled(signal: str | None, text: str, names: Names | None, flags: int,
+              own: bool = False) -> _Pattern:
+    places = OWN if own else PLACEHOLDERS
+    parts = re.split(r"(\{\w+\})", text)
+    written = "".join(places.get(part) or re.escape(part) for part in parts)
+    return _Pattern(signal, text, names, re.compile(written, flags))
+
+
+def _take(found: dict[tuple[str | None, str], Group], index: int,
+          header: tuple[str, str | None], patterns: Iterable[_Pattern]) -> bool:
+    """Put one column where it belongs; whether it belongs anywhere."""
+    name, unit = header
+    for pattern in patterns:
+        match = pattern.regex.fullmatch(name) or (
+            unit is not None and pattern.regex.fullmatch(f"{name}[{unit}]"))
+        if match:
+            parts = match.groupdict()
+            text = pattern.text
+            for place in ("{topic}", "{goal}"):
+                text = text.replace(place, parts.get("path") or "")
+            group = found.setdefault((pattern.signal, text), Group(text, {}, pattern.names))
+            return group.columns.setdefault(parts.get("joint") or "", index) == index
+    return False
