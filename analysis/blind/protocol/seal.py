@@ -88,8 +88,12 @@ def digest(content: bytes) -> str:
 
 
 def folder_digest(folder: Path) -> str:
-    """SHA-256 over names and contents of all files below a folder."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    """SHA-256 over names and contents of all files below a folder, but for hidden ones.
+
+    A killed run leaves hidden files, parts of those that it was writing.
+    """
+    files = sorted(path for path in folder.rglob("*")
+                   if path.is_file() and not path.name.startswith("."))
     return digest("".join(f"{path.relative_to(folder)} {digest(path.read_bytes())}\n"
                           for path in files).encode())
 

@@ -3,7 +3,7 @@
 import json
 import os
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +16,7 @@ from clie_blocks.output import progress, to_json, write
 TRIALS, DIAGNOSES = "trials", "diagnoses.json"
 OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
 Entry = TypeVar("Entry")
+Diagnose = Callable[[Path, int], dict[str, dict[str, Any]]]
 
 
 def seed_folders(folder: str | os.PathLike[str], seeds: Sequence[int]) -> dict[int, Path]:
@@ -44,27 +45,52 @@ def make_trials(folder: str | os.PathLike[str], trials: int, seed: int, jobs: in
 
     """
     folder = Path(folder)
-    if _already_made(folder, trials, seed):
+    if already_made(folder, trials, seed):
+        shutil.rmtree(folder / OPEN, ignore_errors=True)  # of a run killed after its seal
         return
     labels = dict(sorted(_make_in_parallel(folder, trials, seed, jobs, population)))
-    if _already_made(folder, trials, seed):  # another process was faster
+    if already_made(folder, trials, seed):  # another process was faster
         return
-    seal.append_event(folder, "made", trials=trials, seed=seed,
-                      digest=seal.folder_digest(folder / TRIALS))
-    seal.seal(folder, labels)
+    commit(folder, trials, seed, labels)
     shutil.rmtree(folder / OPEN)
 
 
-def _already_made(folder: Path, trials: int, seed: int) -> bool:
-    made = next((line for line in seal.read_log(folder) if line["event"] == "made"), None)
+def commit(folder: Path, trials: int, seed: int, labels: dict[str, dict[str, Any]]) -> None:
+    """Write the digest of the trials of a study into its log, and seal their labels."""
+    seal.append_event(folder, "made", trials=trials, seed=seed,
+                      digest=seal.folder_digest(folder / TRIALS))
+    seal.seal(folder, labels)
+
+
+def already_made(folder: Path, trials: int, seed: int) -> bool:
+    """Whether the trials of a study are made and sealed; another study there is an error."""
+    lines = seal.read_log(folder)
+    made = next((line for line in lines if line["event"] == "made"), None)
     if made is not None and (made["trials"], made["seed"]) != (trials, seed):
         raise ClieError(f"{folder} holds a study of {made['trials']} trials with seed "
                         f"{made['seed']}; choose another folder with -o DIR")
-    return made is not None
+    return any(line["event"] == "sealed" for line in lines)  # else killed between the two
 
 
-def diagnose_trials(folder: str | os.PathLike[str], jobs: int = 1) -> dict[str, dict[str, Any]]:
+def _diagnose_side_by_side(folder: Path, jobs: int) -> dict[str, dict[str, Any]]:
+    from clie_blocks.analysis.gap import batch
+
+    tasks = batch.find_tasks([folder / TRIALS])
+    return dict(batch.diagnose_all(tasks, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
+
+
+def diagnose_trials(folder: str | os.PathLike[str], jobs: int = 1,
+                    diagnose: Diagnose = _diagnose_side_by_side) -> dict[str, dict[str, Any]]:
     """Diagnose all trials of a study through the public interface; return answers by trial.
+
+    Parameters
+    ----------
+    folder : path-like
+        Of the study.
+    jobs : int
+        Trials diagnosed in parallel.
+    diagnose : callable, optional
+        ``diagnose(folder, jobs)`` returns answers by trial.
 
     Raises
     ------
@@ -72,15 +98,12 @@ def diagnose_trials(folder: str | os.PathLike[str], jobs: int = 1) -> dict[str, 
         If the trials are not those that were sealed.
 
     """
-    from clie_blocks.analysis.gap import batch
-
     folder = Path(folder)
-    made = next(line for line in seal.read_log(folder) if line["event"] == "made")
+    made = [line for line in seal.read_log(folder) if line["event"] == "made"][-1]
     if made["digest"] != seal.folder_digest(folder / TRIALS):
         raise ClieError(f"the trials in {folder / TRIALS} were changed since they were made; "
                         "their diagnoses would not be blind: make the study anew")
-    tasks = batch.find_tasks([folder / TRIALS])
-    answers = dict(batch.diagnose_all(tasks, jobs=jobs, folder=folder / f"{DIAGNOSES}.parts"))
+    answers = diagnose(folder, jobs)
     text = to_json(dict(sorted(answers.items())))
     write(folder / DIAGNOSES, text)
     seal.append_event(folder, "diagnosed", trials=len(answers), digest=seal.digest(text.encode()))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from clie_blocks.analysis.blind.protocol import study
+from clie_blocks.analysis.blind.protocol import seal, study
 from clie_blocks.errors import ClieError
 
 
@@ -18,3 +18,22 @@ def test_trials_that_were_changed_after_sealing_are_refused(free_study, tmp_path
     (tmp_path / study.TRIALS / "trial-001" / "robot.toml").write_text("joints = 2\n")
     with pytest.raises(ClieError, match="changed since they were made"):
         study.diagnose_trials(tmp_path)
+
+
+def test_a_run_killed_before_its_seal_makes_the_same_study(free_study, tmp_path, monkeypatch):
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    study.make_trials(whole, 2, 4)
+
+    def die(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(study.seal, "seal", die)
+        with pytest.raises(KeyboardInterrupt):
+            study.make_trials(killed, 2, 4)
+    (killed / study.TRIALS / "trial-000" / ".log-1.csv.gz.x7q").write_text("half a file")
+    study.make_trials(killed, 2, 4)
+    made, again = (seal.read_log(folder) for folder in (whole, killed))
+    assert [line["event"] for line in again] == ["made", "made", "sealed"]
+    assert {line["digest"] for line in again[:2]} == {made[0]["digest"]}
+    assert not (killed / study.OPEN).exists()
