@@ -114,7 +114,7 @@ def free_study(monkeypatch):
 
     def make_one(folder, index):
         trial = folder / study.TRIALS / f"trial-{index:03d}"
-        trial.mkdir(parents=True)
+        trial.mkdir(parents=True, exist_ok=True)
         (trial / "robot.toml").write_text("joints = 1\n")
         (folder / study.OPEN).mkdir(exist_ok=True)
         return trial.name, label
