@@ -85,6 +85,15 @@ def _ripple_probes(scene: Scene) -> list[Probe]:
                   {"order": 1.0 / scene.travel}) for order in orders]
 
 
+def counts_motor_turns(gear_ratio: float) -> bool:
+    """Whether a gear ratio tells how often the motor turns per turn of the joint.
+
+    One says nothing of the kind: robots whose torques are logged on the joint side have it, too,
+    whatever their gear.
+    """
+    return gear_ratio != 1.0
+
+
 TORQUE_RIPPLE = Cause(
     "torque_ripple", (Piece("load", _ripple),),
     (Number("sine", "N m"), Number("cosine", "N m"),

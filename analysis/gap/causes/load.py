@@ -46,8 +46,8 @@ def _gravity_probes(scene: Scene) -> list[Probe]:
 
 GRAVITY = Cause(
     "gravity", (Piece("load", _gravity),),
-    (Number("along", "1", -2.0, 2.0, scope="robot"),
-     Number("across", "1", -2.0, 2.0, scope="robot")), _gravity_probes)
+    (Number("along", "1", scope="robot"), Number("across", "1", scope="robot")),
+    _gravity_probes)
 
 
 def tip_mass(s: State) -> BodyTerms:

@@ -11,6 +11,8 @@ from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.records import Robot
 
 UNKNOWN_TOLERANCE = 10.0  # relative, of a parameter that is not stated: it may be anything
+# Of the RMS command of the joint that works hardest: a joint at rest has an offset, too.
+_LEAST_TORQUE = 1e-3
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -58,7 +60,18 @@ def nominal_model(robot: Robot, chain: PlanarChain, ratio: np.ndarray, logs: Seq
         inertia=inertia, damping=damping, load=np.zeros(n),
         inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
         damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
-        load_tolerance=stated_or(motor.torque_offset_tolerance, n, UNKNOWN_TOLERANCE))
+        load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs))
+
+
+def _load_tolerance(stated: np.ndarray | None, logs: Sequence[Log]) -> np.ndarray:
+    """Largest offset of each drive; one that is not stated is measured by the commands [N m].
+
+    No torque is large or small in itself: motor side it is the gear ratio times smaller.
+    """
+    if stated is not None:
+        return np.array(stated, float)
+    typical = np.sqrt(np.mean(np.concatenate([log.u for log in logs]) ** 2, axis=0))
+    return UNKNOWN_TOLERANCE * np.maximum(typical, _LEAST_TORQUE * typical.max() + 1e-12)
 
 
 def _stated_tolerance(tolerance: np.ndarray | float | None) -> np.ndarray | float:

@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
-from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
+from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE, counts_motor_turns
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.method.search import SearchMethod
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.noise import decimation
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -60,8 +61,7 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
                       ) -> list[float]:
     """Orders of the strongest lines of joint k."""
     problem, method = residuals.problem, residuals.method.search
-    top = max(method.ripple_most_per_motor_turn * problem.gear_ratio[k],
-              method.ripple_most_per_turn)
+    top = highest_order(problem.gear_ratio[k], method)
     width = np.pi / (2.0 * top)  # of a class of pose
     start = min(log.q[:, k].min() for log in problem.fit)
     travel = max(log.q[:, k].max() for log in problem.fit) - start
@@ -78,6 +78,17 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
     score[(orders < lowest) | (orders > top)] = 0.0
     return strongest_lines(orders, score, padded // classes, method.ripple_lines)
+
+
+def highest_order(gear_ratio: float, method: SearchMethod) -> float:
+    """Largest order that is sought [waves per joint turn].
+
+    A gear ratio of one says that torques are on the joint side, where the motor's turns are not
+    counted: any usual gear may stand between them and the joint's.
+    """
+    per_turn = (method.ripple_most_per_turn if counts_motor_turns(gear_ratio)
+                else method.ripple_most_behind_gear)
+    return max(method.ripple_most_per_motor_turn * gear_ratio, per_turn)
 
 
 def strongest_lines(orders: np.ndarray, score: np.ndarray, apart: int, count: int) -> list[float]:

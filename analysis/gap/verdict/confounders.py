@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE
+from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE, counts_motor_turns
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
@@ -47,14 +47,16 @@ def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) 
     """Whether the travel of an acting joint shows enough waves to be called a ripple.
 
     Cogging and commutation come at least once per motor turn, and one wave of them over the
-    travel is enough.
+    travel is enough.  Where the motor's turns are not known, waves must repeat.
     """
     problem, joints = hypothesis.problem, list(ripple.joints)
     course = np.concatenate([log.q for log in problem.fit])
     typical = np.concatenate([log.u for log in problem.fit]).std(axis=0)[joints] + 1e-12
     sine, cosine, order = (hypothesis.values[f"{ripple.name}.{name}"][joints]
                            for name in ("sine", "cosine", "order"))
-    is_synchronous = order >= method.synchronous_order * problem.gear_ratio[joints]
+    ratio = problem.gear_ratio[joints]
+    is_synchronous = ((order >= method.synchronous_order * ratio)
+                      & np.array([counts_motor_turns(each) for each in ratio]))
     enough = np.where(is_synchronous, 1.0, method.repeated_waves)
     has_waves = order * np.ptp(course, axis=0)[joints] >= 2 * np.pi * enough
     return bool(np.any(has_waves & _acting(np.hypot(sine, cosine) / typical, method)))
