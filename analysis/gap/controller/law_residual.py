@@ -1,7 +1,8 @@
 """Residual of a law in the commands of a log, from where its velocity filter is known.
 
 A filter that begins at rest with the log is known from the first sample on.  In a log that was cut
-out of a longer run it is known once it has forgotten how that run began.
+out of a longer run it is known once it has forgotten how that run began; behind samples that were
+lost, once it has forgotten what stands in their place.
 """
 
 import numpy as np
@@ -16,7 +17,20 @@ def first_known_sample(log: Log, law: ControlLaw) -> int:
     return 0 if log.at_rest else min(law.settling, len(log) // 2)
 
 
+def known_samples(log: Log, law: ControlLaw) -> np.ndarray:
+    """Mask of the samples at which the velocity that the law forms is known, shape (N,)."""
+    sample = np.arange(len(log))
+    known = sample >= first_known_sample(log, law)
+    if log.measured is None:
+        return known
+    last_lost = np.maximum.accumulate(np.where(log.measured, -law.settling - 1, sample))
+    settled = known & (sample - last_lost > law.settling)
+    return settled if settled.any() else known & log.measured
+
+
 def law_residual(law: ControlLaw, log: Log, delay: int = 0) -> np.ndarray:
     """Logged command less that of the law `delay` samples before it, shape (samples, n)."""
     residual = of_signals.law_residual(law, log.u, log.q_d - log.q, law.rate(log.q), log.pe, delay)
-    return residual[first_known_sample(log, law):]
+    if log.measured is None:
+        return residual[first_known_sample(log, law):]
+    return residual[known_samples(log, law)[delay:]]

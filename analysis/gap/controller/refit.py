@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import first_known_sample, law_residual
+from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -27,7 +27,7 @@ def with_fitted_gains(problem: Problem, law: StatedLaw, k: int) -> StatedLaw:
     columns, commands = [], []
     for log in problem.logs:
         usable = _within_limits(log, law, k)
-        usable[:first_known_sample(log, law)] = False
+        usable &= known_samples(log, law)
         terms = np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], axis=1)
         columns.append(terms[usable])
         commands.append((log.u - log.pe)[usable, k])
@@ -55,6 +55,8 @@ def integral_gains(problem: Problem, law: StatedLaw) -> np.ndarray:
         integrals, residuals = [], []
         for log in problem.logs:
             usable = _within_limits(log, law, k)
+            if log.measured is not None:
+                usable &= known_samples(log, law)
             integrals.append(_error_integral(log, problem.period)[usable, k])
             residuals.append((log.u - law.replay(log.q, log.q_d, log.pe))[usable, k])
         column, residual = np.concatenate(integrals), np.concatenate(residuals)

@@ -160,7 +160,7 @@ class Hypothesis:
         """Measured less simulated position in log j, shape (N, n) [rad]."""
         log = self.problem.logs[j]
         q, = self.simulator.positions(log, [self.of_log(j)], dithered)
-        return np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED)
+        return log.bridged(np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED))
 
     def with_values(self, values: Values) -> "Hypothesis":
         """Return the same hypothesis with other values."""

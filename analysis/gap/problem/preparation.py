@@ -13,13 +13,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.problem import position_path, torque_path
+from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.checks.clock import even_clock
+from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.replay import sample_time
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
 
+FASTER = 0.99  # of the median step, below which samples would be invented
 UNEVEN_CLOCK = 0.02  # standard deviation of the sample time over its mean: a log is resampled
 # Share of the standard deviation of the command, above which an unlogged reference moved.
 MOVED_REFERENCE = 0.5
@@ -43,7 +48,7 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
     """
     _check_one_robot(robot, records)
     _check_samples(records)
-    records = [on_even_clock(record) for record in records]
+    records = [on_even_clock(record, robot.controller) for record in records]
     robot, records = _form(robot, records)(robot, records)
     return with_damping(robot), records
 
@@ -70,15 +75,6 @@ def _check_samples(records: Sequence[Record]) -> None:
         if len(record) < 2:
             raise RecordError(f"{record.source} has {len(record)} sample(s); record "
                               "at least 20 s of motion at the period of the controller")
-        for key in ("q", "u", "qd", "pe", "tau"):
-            signal = getattr(record, key)
-            if signal is not None and not np.isfinite(signal).all():
-                unusable = ~np.isfinite(signal).all(axis=1)
-                raise RecordError(
-                    f"{record.source}: {key} is NaN or infinite in {unusable.sum()} of "
-                    f"{len(record)} samples, first at {record.time[np.argmax(unusable)]:.6g} s; "
-                    "the simulation "
-                    "needs every sample: cut the log there, or fill short gaps")
 
 
 def _form(robot: Robot, records: Sequence[Record]) -> Form:
@@ -108,14 +104,29 @@ def with_reference(record: Record, robot: Robot) -> Record:
                         "law.") if moved.any() else record
 
 
-def on_even_clock(record: Record) -> Record:
-    """Return a record on an even clock, itself where it already is."""
+def on_even_clock(record: Record, controller: Controller) -> Record:
+    """Return a record on an even clock, itself where it already is.
+
+    The ticks of a controller are even, whatever the stamps say.  Samples of a machine whose
+    controller is unknown were taken when their stamps say: those are brought to an even clock.
+    """
+    record = even_clock(record)
+    if controller.law == "unknown":
+        record = _resampled(record)
+    return on_ticks(record, record.sample_time)
+
+
+def _resampled(record: Record) -> Record:
+    """Record on an even clock, where the steps of its own vary otherwise than by lost rows."""
     from clie_blocks.analysis.records import resample
 
     steps, period = np.diff(record.time), record.sample_time
-    if np.std(steps) < UNEVEN_CLOCK * period:
+    steps = steps[(steps > 0) & (steps <= GAP * period)]
+    off_tick = steps / period - np.maximum(np.rint(steps / period), 1)
+    if np.std(off_tick) < UNEVEN_CLOCK:
         return record
-    return resample(record, float(np.mean(steps)))
+    mean = float(np.mean(steps))
+    return resample(record, mean if mean > FASTER * period else period, float(record.time[0]))
 
 
 def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:

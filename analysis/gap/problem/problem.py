@@ -13,7 +13,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
-from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_log
+from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.problem.preparation import prepare
@@ -161,7 +161,7 @@ class Problem:
         records = [records] if isinstance(records, Record) else list(records)
         robot, law, nominal, logs = loop_statement(loop, records)
         one = np.ones(robot.n)
-        fit, validation = _split(logs, _held_out(records, held_out))
+        fit, validation = _split([[log] for log in logs], _held_out(records, held_out))
         return cls(fit, validation, law, nominal, law.chain, one, one, 0 * one,
                    tuple(robot.joints), quiet=True, records=tuple(records))
 
@@ -225,14 +225,16 @@ def state_problem(robot: Robot, records: Sequence[Record],
                   held_out: Sequence[int] | None = None) -> Problem:
     """State the problem of a robot and its records, both in the form of eq. (11)."""
     law = _stated_law(robot.controller, records[0])
-    logs = [with_initial_state(as_log(record, robot, k), law) for k, record in enumerate(records)]
+    by_record = [[with_initial_state(log, law) for log in as_logs(record, robot, k)]
+                 for k, record in enumerate(records)]
+    logs = [log for pieces in by_record for log in pieces]
     if min(map(len, logs)) < LEAST_SAMPLES:
         raise NotIdentifiableError(
             f"{min(logs, key=len).name} has {min(map(len, logs))} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     chain = planar_chain(robot, _pose(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
-    fit, validation = _split(logs, _held_out(records, held_out))
+    fit, validation = _split(by_record, _held_out(records, held_out))
     return Problem(
         fit, validation, law, nominal_model(robot, chain, ratio, logs, law.period), chain,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
@@ -246,10 +248,12 @@ def _held_out(records: Sequence[Record], held_out: Sequence[int] | None) -> tupl
     return (len(records) - 1,) if len(records) > 1 else ()
 
 
-def _split(logs: Sequence[Log], held_out: Sequence[int],
+def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
            ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    return (tuple(log for k, log in enumerate(logs) if k not in held_out),
-            tuple(logs[k] for k in held_out))
+    """Logs to fit and logs held out; the pieces of a record stay together."""
+    return (tuple(log for k, pieces in enumerate(by_record) if k not in held_out
+                  for log in pieces),
+            tuple(log for k in held_out for log in by_record[k]))
 
 
 def _stated_law(controller: Controller, record: Record) -> StatedLaw:

@@ -13,11 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
 RATE = 100.0  # Hz, rate at which errors are compared
-_ORDER = 20  # of the autoregression
+ORDER = 20  # of the autoregression
 _BLOCK = 16  # samples that are whitened by one product
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
@@ -61,12 +62,20 @@ def sensor_noise(problem: Problem, k: int) -> float:
     """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
     rate = 1.0 / problem.period
     corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
-    inner = slice(_START_UP, -_START_UP)
-    by_log = [np.sqrt(np.mean(high_pass(log.q[:, k], 4, corner, rate)[inner] ** 2))
+    by_log = [np.sqrt(np.mean(high_pass(log.q[:, k], 4, corner, rate)[_inner(log)] ** 2))
               for log in problem.logs]
     whole_band = float(np.median(by_log)) / np.sqrt(1.0 - 2 * corner / rate)
     quantum = problem.resolution[k] / np.sqrt(12)
     return max(whole_band, quantum, 1e-9)
+
+
+def _inner(log: Log) -> slice | np.ndarray:
+    """Samples at which the noise is read: measured ones, away from both ends."""
+    away = min(_START_UP, len(log) // 4)
+    inner = slice(away, -away)
+    if log.measured is None:
+        return inner
+    return np.flatnonzero(log.measured)[inner]
 
 
 def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
@@ -80,7 +89,7 @@ def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]
     width = decimation(problem.period)
     covariance = np.sum([_covariance(response, width) for response in responses], axis=0)
     covariance[0] *= 1.0 + 1e-9
-    lags = np.abs(np.subtract.outer(range(_ORDER), range(_ORDER)))
+    lags = np.abs(np.subtract.outer(range(ORDER), range(ORDER)))
     predictor = np.linalg.solve(covariance[lags], covariance[1:])
     innovation = covariance[0] - predictor @ covariance[1:]
     return Noise(sigma=sigma[k], floor=float(np.linalg.norm(responses)),
@@ -91,7 +100,7 @@ def _covariance(response: np.ndarray, width: int) -> np.ndarray:
     """Covariance of the decimated response to white noise, by lag."""
     averaged = np.convolve(response, np.full(width, 1.0 / width))
     return np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
-                     for lag in range(0, (_ORDER + 1) * width, width)])
+                     for lag in range(0, (ORDER + 1) * width, width)])
 
 
 def whiten(x: np.ndarray, whitener: np.ndarray) -> np.ndarray:

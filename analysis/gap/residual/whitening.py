@@ -7,12 +7,20 @@ from typing import Protocol
 import numpy as np
 
 from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import Noise, decimated, sensor_noise_model, whiten
+from clie_blocks.analysis.gap.residual.noise import (
+    ORDER,
+    Noise,
+    decimated,
+    sensor_noise_model,
+    whiten,
+)
 from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 from clie_blocks.linear_filters import lfilter
 
 DIVERGED = 1e2  # rad: the error of a model that diverges
+LEAST_MEASURED = 0.5  # share of the samples in a mean that counts
 
 NoiseModel = Callable[[Problem, int, Sequence[np.ndarray]], Noise]
 
@@ -37,9 +45,12 @@ class ResidualModel:
         One per joint.
     initial_responses : list of list of ndarray
         ``initial_responses[j][k]``: orthonormal whitened responses of joint k to an unknown
-        initial state in log j.
+        state in log j, at its start and behind each gap.
     method : Method
         Thresholds of everything that reads the residuals.
+    counted : tuple of (ndarray or None)
+        Whitened rows of each log that rest on measured samples; None where all do.  The others
+        are zero.
 
     """
 
@@ -47,6 +58,7 @@ class ResidualModel:
     noises: tuple[Noise, ...]
     initial_responses: list[list[np.ndarray]]
     method: Method
+    counted: tuple[np.ndarray | None, ...] = ()
 
     def whitened(self, error: np.ndarray, j: int) -> list[np.ndarray]:
         """Residual of each joint for an error (N, n) of log j, without the initial response."""
@@ -76,12 +88,21 @@ class ResidualModel:
 
     def _diverged(self, j: int, k: int) -> np.ndarray:
         """Residual of a model that diverges: a constant, initial response or not."""
-        return np.full(len(self.initial_responses[j][k]), DIVERGED / self.noises[k].sigma)
+        large = np.full(len(self.initial_responses[j][k]), DIVERGED / self.noises[k].sigma)
+        return _where(self._counted(j), large)
 
     def without_initial_response(self, x: np.ndarray, j: int, k: int) -> np.ndarray:
-        """Part of a whitened signal (or of columns) that no unknown initial state explains."""
-        basis = self.initial_responses[j][k]
+        """Part of a whitened signal (or of columns) that no unknown state explains."""
+        basis, x = self.initial_responses[j][k], _where(self._counted(j), x)
         return x - basis @ (basis.T @ x)
+
+    def samples(self, part: np.ndarray, j: int) -> float:
+        """Whitened samples that count in the residual of a joint in log j."""
+        counted = self._counted(j)
+        return float(len(part) if counted is None else np.count_nonzero(counted))
+
+    def _counted(self, j: int) -> np.ndarray | None:
+        return self.counted[j] if self.counted else None
 
 
 def residual_model(problem: Problem, hypothesis: JointModel, method: Method,
@@ -91,13 +112,40 @@ def residual_model(problem: Problem, hypothesis: JointModel, method: Method,
     noises = tuple(noise_model(problem, k, noise_responses(problem, k, inertia, damping))
                    for k in range(problem.n))
 
-    def whitened_response(k: int, samples: int) -> np.ndarray:
-        response = _initial_responses(problem, inertia, damping, k, samples)
-        return _orthonormal(whiten(decimated(response, problem.period), noises[k].whitener))
+    counted = tuple(counted_rows(log, problem.period) for log in problem.logs)
 
-    responses = [[whitened_response(k, len(log)) for k in range(problem.n)]
-                 for log in problem.logs]
-    return ResidualModel(problem, noises, responses, method)
+    def whitened_response(k: int, j: int) -> np.ndarray:
+        response = _state_responses(problem, inertia, damping, k, problem.logs[j])
+        white = whiten(decimated(response, problem.period), noises[k].whitener)
+        return _orthonormal(_where(counted[j], white))
+
+    responses = [[whitened_response(k, j) for k in range(problem.n)]
+                 for j in range(len(problem.logs))]
+    return ResidualModel(problem, noises, responses, method, counted)
+
+
+def counted_rows(log: Log, period: float) -> np.ndarray | None:
+    """Whitened rows that rest on measured samples, and none that is mostly filled in."""
+    if log.measured is None:
+        return None
+    seen = decimated(log.measured.astype(float), period) >= LEAST_MEASURED
+    return whiten((~seen).astype(float), np.ones(ORDER + 1)) == 0.0
+
+
+def _state_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int,
+                     log: Log) -> np.ndarray:
+    """Responses of the measured position to an unknown state at the start and behind each gap.
+
+    Two columns each, for a speed and a position, shape (N, 2 m).
+    """
+    first = _initial_responses(problem, inertia, damping, k, len(log))
+    behind = [np.pad(first, ((tick, 0), (0, 0)))[:len(log)] for tick in log.ends_of_gaps]
+    return np.concatenate([first, *behind], axis=1) if behind else first
+
+
+def _where(counted: np.ndarray | None, x: np.ndarray) -> np.ndarray:
+    """Rows that count; the others are zero."""
+    return x if counted is None else x * counted.reshape(-1, *[1] * (x.ndim - 1))
 
 
 def _initial_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int,

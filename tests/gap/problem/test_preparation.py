@@ -13,6 +13,8 @@ from clie_blocks.analysis.records.robot import Controller, Links, Motor
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(4000)
+UNKNOWN = Controller(law="unknown")
+PD = Controller(law="pd", kp=[1.0], kd=[1.0], sample_time=0.005)
 
 
 def motion(inertia, damping):
@@ -65,18 +67,36 @@ def test_without_a_command_the_position_error_stands_for_it():
         prepare(robot, [Record(time=TIME, q=q, robot=robot)])
 
 
-def test_a_jittered_clock_becomes_even():
+def test_samples_of_an_unknown_controller_are_brought_to_an_even_clock():
     q, _ = motion(1.0, 1.0)
     jitter = np.random.default_rng(0).uniform(-1e-3, 1e-3, TIME.size)
     record = on_even_clock(
-        Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None])
-    )
+        Record(time=TIME + jitter, q=np.interp(TIME + jitter, TIME, q[:, 0])[:, None]), UNKNOWN)
     assert np.std(np.diff(record.time)) < 1e-9
     inside = (record.time > 1) & (record.time < 18)
     np.testing.assert_allclose(record.q[inside, 0],
                                np.interp(record.time[inside], TIME, q[:, 0]), atol=5e-3)
     whole = dataclasses.replace(record)
-    assert on_even_clock(whole) is whole
+    assert on_even_clock(whole, UNKNOWN) is whole
+
+
+def test_samples_of_a_known_controller_stay_as_they_are_whatever_their_stamps():
+    q, u = motion(1.0, 1.0)
+    jitter = np.random.default_rng(0).normal(0.0, 0.1 * 0.005, TIME.size)
+    record = on_even_clock(Record(time=TIME + jitter, q=q, u=u, qd=q, pe=u), PD)
+    np.testing.assert_array_equal(record.q, q)
+    np.testing.assert_array_equal(record.u, u)
+    assert record.valid.all() and len(record.segments) == 1
+    assert record.sample_time == pytest.approx(0.005, rel=0.01)
+
+
+def test_a_coarse_clock_is_rebuilt_rather_than_refused():
+    q, u = motion(1.0, 1.0)
+    ticks = 0.0156 * np.floor(TIME / 0.0156)
+    record = on_even_clock(Record(time=ticks, q=q, u=u), UNKNOWN)
+    np.testing.assert_array_equal(record.q, q)
+    assert np.std(np.diff(record.time)) < 1e-9
+    assert record.sample_time == pytest.approx(0.005, rel=1e-3)
 
 
 def test_logs_of_two_robots_are_not_mixed(case):

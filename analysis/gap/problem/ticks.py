@@ -1,0 +1,156 @@
+"""Records on the ticks of their controller: one row per period, lost rows filled in and marked.
+
+A controller runs evenly even where its log does not.  So each sample belongs to a tick, whatever
+jitter its stamp has, and a lost row is a tick without a sample.  Models run through such a tick;
+what stands there only keeps signals finite, and never counts.  Where the clock was reset or stood
+still for long nothing leads from one side to the other: there the log is cut into pieces.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.records.model import Record, read_only
+from clie_blocks.errors import RecordError
+
+LONGEST_BRIDGE = 0.2  # s without samples that a model runs through; a longer gap cuts the log
+LEAST_BRIDGE = 3  # periods that are always run through, in logs of a few hertz
+LEAST_USABLE = 0.5  # share of the samples of a log
+FORGETTING = 0.02  # share of the phase of a clock against its ticks that each step forgets
+CONSTANT = 0.5  # share of steps without a change from which on a signal is held, not smooth
+MEASURED = ("q", "dq", "tau")  # smooth signals; the others are commanded
+NEEDED = ("q", "u", "qd", "pe")  # without one of these a sample does not count
+
+
+def on_ticks(record: Record, period: float) -> Record:
+    """Record with a row at every tick of its period [s]; itself where it is so already.
+
+    Rows that were filled in are not `valid`, and `segments` are the pieces.
+
+    Raises
+    ------
+    RecordError
+        If less than half of the samples can be used.
+
+    """
+    known, usable = _rows(record)
+    if usable.all() and _is_even(record.time, period):
+        return record
+    pieces = [_piece(record, known & _between(known, rows), usable, period)
+              for rows in _cut(record.time, usable, period)]
+    ends = np.cumsum([0, *(len(piece["time"]) for piece in pieces)]).tolist()
+    joined = {name: read_only(np.concatenate([piece[name] for piece in pieces]))
+              for name in pieces[0]}
+    extra = {name.removeprefix("+"): joined.pop(name) for name in list(joined) if "+" in name}
+    valid = joined.pop("valid") > 0
+    return record.replace(**joined, valid=valid, extra=extra,
+                          segments=list(zip(ends[:-1], ends[1:]))).noted(
+        *_sentences(valid, len(pieces)))
+
+
+def _rows(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of the rows of which something is known, and of those that count.
+
+    Of rows with one stamp the last counts.  A row that lacks a value keeps the others; one that
+    is complete, and marked as invalid, says nothing.
+    """
+    complete = np.ones(len(record), bool)
+    for name in NEEDED:
+        signal = getattr(record, name)
+        if signal is not None:
+            complete &= np.isfinite(signal).all(axis=1)
+    single = np.append(np.diff(record.time) != 0, True)
+    usable = record.valid & complete & single
+    if usable.mean() < LEAST_USABLE:
+        lost = np.flatnonzero(~usable)
+        raise RecordError(
+            f"{record.source}: {lost.size} of {len(record)} samples cannot be used, first at "
+            f"{record.time[lost[0]]:.6g} s: a signal is NaN or infinite, or the sample is marked "
+            "as invalid. A diagnosis needs at least half of them: check the export, or leave out "
+            "the signal that is empty")
+    return single & (record.valid | ~complete), usable
+
+
+def _between(mask: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Mask of the rows from the first to the last of some."""
+    inside = np.zeros_like(mask)
+    inside[rows[0]:rows[-1] + 1] = True
+    return inside
+
+
+def _is_even(time: np.ndarray, period: float) -> bool:
+    """Whether every step of a clock is one period, up to some jitter."""
+    steps = np.diff(time)
+    return bool(np.abs(steps - period).max() < 0.5 * period)
+
+
+def _cut(time: np.ndarray, usable: np.ndarray, period: float) -> list[np.ndarray]:
+    """Usable rows of each piece: between resets of the clock and gaps that are too long."""
+    rows = np.flatnonzero(usable)
+    steps = np.diff(time[rows])
+    longest = max(LONGEST_BRIDGE, LEAST_BRIDGE * period)
+    return np.split(rows, np.flatnonzero((steps < 0) | (steps > longest)) + 1)
+
+
+def ticks(stamps: np.ndarray, period: float) -> np.ndarray:
+    """Tick of each sample, counted from that of the first: a row that was lost leaves one out.
+
+    A late stamp belongs to the tick before it: the phase of the clock against the ticks is kept
+    from step to step, and forgotten slowly, since clocks drift.
+    """
+    steps, phase, moved = np.diff(stamps) / period, 0.0, []
+    for step in steps.tolist():
+        count = max(round(step + phase), 1)
+        phase = (1.0 - FORGETTING) * (step + phase - count)
+        moved.append(count)
+    return np.concatenate([[0], np.cumsum(np.array(moved, int))])
+
+
+def _piece(record: Record, rows: np.ndarray, usable: np.ndarray, period: float,
+           ) -> dict[str, np.ndarray]:
+    """Channels of one piece with a row per tick, from those rows of the record that are in it."""
+    known = ticks(record.time[rows], period)
+    every = np.arange(known[-1] + 1)
+    channels = {name: getattr(record, name) for name in record.signals}
+    channels.update({f"+{name}": value for name, value in record.extra.items()})
+    filled = {name: _at_ticks(known, value[rows], every, name in MEASURED)
+              for name, value in channels.items()}
+    return {**filled, "time": record.time[rows][0] + period * every,
+            "valid": np.isin(every, known[usable[rows]]).astype(float)}
+
+
+def _at_ticks(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bool,
+              ) -> np.ndarray:
+    """Signals at every tick, from those at the known ones."""
+    if len(known) == len(every) and np.isfinite(values).all():
+        return values
+    columns = values.reshape(len(values), -1).T
+    filled = [_filled(known, column, every, smooth) for column in columns]
+    return np.stack(filled, axis=1).reshape(len(every), *values.shape[1:])
+
+
+def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bool) -> np.ndarray:
+    """One signal at every tick: along a curve where it is smooth, held where it is constant."""
+    finite = np.isfinite(values)
+    if not finite.any():
+        return np.full(len(every), np.nan)
+    known, values = known[finite], values[finite]
+    if np.mean(np.diff(values) == 0.0) > CONSTANT:
+        return values[np.searchsorted(known, every, side="right").clip(min=1) - 1]
+    filled = np.interp(every, known, values)
+    if smooth and len(known) > 3:
+        from scipy.interpolate import CubicSpline
+
+        lost = np.setdiff1d(every[known[0]:known[-1]], known)
+        filled[lost] = CubicSpline(known, values)(lost)
+    return filled
+
+
+def _sentences(valid: np.ndarray, pieces: int) -> list[str]:
+    """What was done to a record."""
+    sentences = []
+    if (~valid).any():
+        sentences.append(f"{np.count_nonzero(~valid)} of {valid.size} samples are missing or "
+                         "cannot be used: models run through them, and they do not count.")
+    if pieces > 1:
+        sentences.append(f"The clock was reset, or stood still for more than {LONGEST_BRIDGE:g} "
+                         f"s: the log is cut into {pieces} pieces, each with a start of its own.")
+    return sentences

@@ -1,0 +1,95 @@
+"""Rows at the ticks of a controller: what was lost is marked, and nothing else is touched."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from clie_blocks.analysis.gap.problem.ticks import LONGEST_BRIDGE, on_ticks, ticks
+from clie_blocks.analysis.records import Record
+from clie_blocks.errors import RecordError
+
+PERIOD = 0.001  # s
+TIME = PERIOD * np.arange(3000)
+COURSE = np.stack([np.sin(2 * np.pi * TIME), np.cos(3.0 * TIME)], axis=1)
+STEPS = np.repeat([[0.0, 1.0], [0.5, -1.0], [0.2, 0.3]], 1000, axis=0)
+
+
+def make_record(time=TIME, keep=slice(None), **changes):
+    signals = {"q": COURSE, "u": 2.0 * COURSE, "qd": STEPS, "pe": 3.0 * COURSE, **changes}
+    return Record(time=time[keep], **{name: value[keep] for name, value in signals.items()})
+
+
+def test_a_whole_record_is_returned_as_it_is():
+    record = make_record()
+    assert on_ticks(record, PERIOD) is record
+
+
+@given(st.sets(st.integers(1, 2998), max_size=60))
+@settings(max_examples=40, deadline=None)
+def test_lost_rows_are_marked_and_the_others_stay(lost):
+    kept = np.setdiff1d(np.arange(3000), list(lost))
+    record = on_ticks(make_record(keep=kept), PERIOD)
+    assert len(record) == 3000
+    np.testing.assert_array_equal(np.flatnonzero(~record.valid), sorted(lost))
+    for name, whole in (("q", COURSE), ("u", 2.0 * COURSE), ("qd", STEPS), ("pe", 3.0 * COURSE)):
+        np.testing.assert_array_equal(getattr(record, name)[kept], whole[kept])
+        assert np.isfinite(getattr(record, name)).all()
+    np.testing.assert_allclose(record.time, TIME, atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.08), st.floats(-0.002, 0.002))
+@settings(max_examples=40, deadline=None)
+def test_a_sample_belongs_to_its_tick_whatever_the_jitter_and_drift_of_its_stamp(
+        seed, jitter, drift):
+    rng = np.random.default_rng(seed)
+    tick = np.sort(rng.choice(3000, 2900, replace=False))
+    tick -= tick[0]
+    stamps = PERIOD * (tick * (1.0 + drift) + jitter * rng.standard_normal(tick.size))
+    np.testing.assert_array_equal(ticks(stamps, PERIOD), tick)
+
+
+def test_a_smooth_signal_is_bridged_along_a_curve_and_a_constant_one_is_held():
+    kept = np.delete(np.arange(3000), np.arange(990, 1020))
+    record = on_ticks(make_record(keep=kept), PERIOD)
+    np.testing.assert_allclose(record.q, COURSE, atol=1e-5)
+    assert set(np.unique(record.qd[:, 0])) == {0.0, 0.5, 0.2}
+
+
+def test_a_long_gap_and_a_reset_cut_the_log_into_pieces():
+    gap = int(1.5 * LONGEST_BRIDGE / PERIOD)
+    kept = np.delete(np.arange(3000), np.arange(1000, 1000 + gap))
+    record = on_ticks(make_record(keep=kept), PERIOD)
+    assert record.segments == ((0, 1000), (1000, 3000 - gap)) and record.valid.all()
+    np.testing.assert_array_equal(record.q, COURSE[kept])
+    reset = on_ticks(make_record(np.where(np.arange(3000) < 1400, TIME, TIME - TIME[1400])),
+                     PERIOD)
+    assert reset.segments == ((0, 1400), (1400, 3000)) and reset.valid.all()
+    assert "2 pieces" in reset.decisions[-1]
+
+
+@pytest.mark.parametrize("name", ["q", "u", "qd", "pe"])
+def test_a_value_that_is_missing_makes_its_sample_not_count(name):
+    signal = {"q": COURSE, "u": 2.0 * COURSE, "qd": STEPS, "pe": 3.0 * COURSE}[name].copy()
+    signal[[100, 101, 2000], 1] = np.nan
+    record = on_ticks(make_record(**{name: signal}), PERIOD)
+    np.testing.assert_array_equal(np.flatnonzero(~record.valid), [100, 101, 2000])
+    assert np.isfinite(getattr(record, name)).all()
+    logged = np.isfinite(signal)
+    np.testing.assert_array_equal(getattr(record, name)[logged], signal[logged])
+
+
+def test_of_two_rows_with_one_stamp_the_last_counts():
+    twice = np.insert(np.arange(3000), 500, 500)
+    course = COURSE[twice]
+    course[500] = 7.0
+    record = on_ticks(Record(time=TIME[twice], q=course), PERIOD)
+    np.testing.assert_array_equal(record.q, COURSE)
+    assert record.valid.all()
+
+
+def test_a_log_that_is_mostly_holes_is_refused_with_the_place_of_the_first():
+    q = COURSE.copy()
+    q[1000:] = np.nan
+    with pytest.raises(RecordError, match="2000 of 3000 samples cannot be used, first at 1 s"):
+        on_ticks(make_record(q=q), PERIOD)
