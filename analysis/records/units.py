@@ -17,8 +17,9 @@ TO_SI = {
     "m/s": (1.0, "m/s"), "mm/s": (1e-3, "m/s"),
     "N m": (1.0, "N m"), "mN m": (1e-3, "N m"), "kN m": (1e3, "N m"), "N": (1.0, "N"),
     "A": (1.0, "A"), "mA": (1e-3, "A"), "V": (1.0, "V"), "mV": (1e-3, "V"),
-    "duty": (1.0, "duty"), "%": (1.0, "%"), "1": (1.0, "1"),
+    "duty": (1.0, "duty"), "%": (1.0, "%"), "1": (1.0, "u"), "u": (1.0, "u"),
 }
+FORCES = ("N m", "N")  # of a command that acts on the joint as it stands
 SPELLINGS = {
     "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "millis": "ms", "usec": "us",
     "micros": "us", "µs": "us", "μs": "us", "nsec": "ns", "nanos": "ns",
@@ -33,7 +34,7 @@ KINDS = {
     "time": ("s",),
     "q": ("rad", "m", "%"), "qd": ("rad", "m", "%"),
     "dq": ("rad/s", "m/s"),
-    "u": ("N m", "N", "A", "V", "duty", "%", "1"), "pe": ("N m", "N", "A", "V", "duty", "%", "1"),
+    "u": ("N m", "N", "A", "V", "duty", "%", "u"), "pe": ("N m", "N", "A", "V", "duty", "%", "u"),
     "tau": ("N m", "N", "A"),
 }
 

@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
+from clie_blocks.analysis.gap.report.joint_side import exported
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
     RECORDED_COMMAND,
@@ -54,7 +55,7 @@ def answer(result: Result) -> dict[str, Any]:
     """
     reduction, findings = result.reduction, established_findings(result)
     experiment, records = result.next_experiment, result.problem.records
-    return _with_units({
+    plain = _with_units({
         "schema_version": SCHEMA_VERSION,
         "verdict": result.verdict,
         "effects": findings + _effects(result, findings),
@@ -84,6 +85,7 @@ def answer(result: Result) -> dict[str, Any]:
         "evidence": evidence.to_json(result.evidence),
         "seconds": result.seconds,
     }, units_of(records))
+    return {**plain, "export": exported(result)}
 
 
 def _with_units(content: Any, units: Units) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.document import document
-from clie_blocks.analysis.gap.report.exports import corrected_model, force_per_command
+from clie_blocks.analysis.gap.report.mjcf import corrected_model
 from clie_blocks.analysis.gap.report.wording import Answer
 from clie_blocks.analysis.report.render import drawings, html
 from clie_blocks.output import to_json, write
@@ -39,8 +39,9 @@ def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
     -------
     list of str
         ``NAME.html``, one self-contained page; ``NAME.json``, the answer; ``NAME.xml``, the
-        corrected joints for MuJoCo; ``NAME.next.csv``, set-points of the recommended run, if
-        there is one that the controller of the logs can follow.
+        corrected model for MuJoCo, or the changes of the user's simulator; ``NAME.next.csv``,
+        set-points of the recommended run, if there is one that the controller of the logs can
+        follow.
 
     """
     experiment, set_points = result.next_experiment, {}
@@ -50,7 +51,7 @@ def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
                                                 "set_points": f"{name}.next.csv"}}
     page = document(result, answer, name)
     texts = {"html": html(page, drawings(page)),
-             "xml": corrected_model(result, force_per_command(result)),
+             "xml": corrected_model(result),
              **set_points}
     paths = [str(write(Path(folder) / f"{name}.{ending}", text))
              for ending, text in texts.items()]

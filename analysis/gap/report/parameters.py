@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.report.exports import force_per_command, joint_side, simulator_names
+from clie_blocks.analysis.gap.report.exports import simulator_names
+from clie_blocks.analysis.gap.report.joint_side import PLACES
 from clie_blocks.analysis.gap.report.summary import joint_names
 from clie_blocks.analysis.gap.report.wording import (
     JOINT_PARAMETERS,
     Answer,
     Row,
     effect_title,
+    join_words,
     number,
-    simulator_units,
-    units_of,
 )
 from clie_blocks.analysis.report.document import Section, Table
 from clie_blocks.effects import LIBRARY
@@ -25,9 +25,21 @@ from clie_blocks.effects import LIBRARY
 LEAST = 0.05  # probability from which the parameters of a cause are shown
 OBSERVED = ("dead_time",)  # delay, lag and friction together: not a parameter of a simulator
 ABSENT = 1e6  # a limit or an onset beyond it is never reached
+TITLE = "Parameters for your simulator"
+SIMULATORS = ("mujoco", "urdf", "isaac")
+CHANGED = {"datasheet": "less stated", "simulator": "add to your simulator",
+           "loop": "add to your loop"}
+ABSOLUTE = (
+    "Joint side: motor torques times the gear ratio, but for gain, limit and times. The armature "
+    "does not contain the inertia of stated links, since their bodies bring it. The .xml file "
+    "next to this page is the same as a MuJoCo model that runs as it is written.")
+DIFFERENCES = (
+    "Your simulator holds the rest already: add the changes to what it has; multiply its gain by "
+    "the ratio of the new to the old one, and put a new limit in the place of the old one. The "
+    ".xml file next to this page lists the same changes.")
 JOINT_NAMES = {"inertia": ("joint armature", "<inertial>", "armature"),
                "damping": ("joint damping", "<dynamics damping>", "viscousFriction"),
-               "load": ("qfrc_applied", "none", "none")}
+               "load": ("motor biasprm, sign reversed", "none", "effort offset, sign reversed")}
 
 
 def parameters_section(answer: Answer) -> Section:
@@ -44,7 +56,15 @@ def parameters_section(answer: Answer) -> Section:
                    "Joint model, motor side: refitted, and as stated.")
     return Section("Identified parameters", (
         "The intervals hold if the cause is the right one; they are widened by what it leaves "
-        "unexplained.",), tables=(*tables, stated))
+        "unexplained. A positive offset pushes backward.", *_per_unit_of_u(answer)),
+        tables=(*tables, stated))
+
+
+def _per_unit_of_u(answer: Answer) -> Iterator[str]:
+    """That torques are no torques, and what to state to get them."""
+    why = answer["export"]["not_exported"]
+    if why:
+        yield f"Torques, inertias and friction are per unit of u: {why}."
 
 
 def _effect_rows(effect: Row, joints: Sequence[str]) -> Iterator[tuple[str, ...]]:
@@ -95,23 +115,37 @@ def simulator_section(result: Result, answer: Answer) -> Section | None:
     """The corrected joints as a simulator of joints takes them; None without a correction."""
     if answer["verdict"] in ("none", "unexplained"):
         return None
-    units = units_of(result.problem.records)
-    named = simulator_units(units)
-    force, rate = named["force"], f"{units['q']}/s"
-    shown = (("armature", named["inertia"], "joint armature", "-", "armature"),
-             ("damping", f"{force}/({rate})", "joint damping", "<dynamics damping>",
-              "viscousFriction"),
-             ("frictionloss", force, "joint frictionloss", "<dynamics friction>",
-              "dynamicFrictionEffort"),
-             ("gear", "1", "motor gear", "mechanicalReduction", "scale of the effort"),
-             ("limit", force, "motor forcerange", "<limit effort>", "effort_limit"),
-             ("delay", "s", "actuator delay", "-", "DelayedPDActuator max_delay"))
-    joints = joint_side(result, force_per_command(result))
-    rows = tuple((row["name"], number(row[key], 4), unit, *names)
-                 for row in joints for key, unit, *names in shown if row[key] is not None)
-    return Section(
-        "Parameters for your simulator",
-        ("Joint side: motor torques times the gear ratio. The armature does not contain the "
-         "inertia of stated links, since their bodies bring it. The .xml file next to this page "
-         "holds the same values as MuJoCo text.",),
-        tables=(Table(("joint", "value", "unit", "MuJoCo", "URDF or Gazebo", "Isaac"), rows),))
+    export = answer["export"]
+    if export["not_exported"]:
+        return Section(TITLE, (f"Torques of this diagnosis are per unit of u. They are not "
+                               f"exported, since {export['not_exported']}.",))
+    changes = export["basis"] != "datasheet"
+    shown = [row for row in export["joints"] if _is_shown(row, changes)]
+    rows = tuple((row["joint"], row["parameter"], number(row["value"], 6), _change(row),
+                  row["unit"], *(getattr(PLACES[row["parameter"]], name) for name in SIMULATORS))
+                 for row in shown)
+    head = ("joint", "parameter", "value", CHANGED[export["basis"]], "unit", "MuJoCo",
+            "URDF or Gazebo", "Isaac")
+    points = tuple(f"{name}: {PLACES[name].meaning}."
+                   for name in dict.fromkeys(row["parameter"] for row in shown))
+    points += tuple(_missing(row) for row in export["not_in_the_file"]) + tuple(
+        f"Controller of {row['joint']}: {row['parameter']} {number(row['value'], 6)} "
+        f"{row['unit']} ran, {number(row['stated'], 6)} stated." for row in export["controller"])
+    return Section(TITLE, (DIFFERENCES if changes else ABSOLUTE,), points=points,
+                   tables=(Table(head, rows),))
+
+
+def _is_shown(row: Row, changes: bool) -> bool:
+    """Whether a parameter is there, or has changed where the simulator holds the rest."""
+    return bool(row["change"]) if changes else bool(row["value"] or row["before"])
+
+
+def _change(row: Row) -> str:
+    return "new" if row["before"] is None else number(row["change"], 6)
+
+
+def _missing(row: Row) -> str:
+    values = ", ".join(f"{name} {join_words(number(one, 6) for one in entry['value'])} "
+                       f"{entry['unit']}" for name, entry in row["parameters"].items())
+    return (f"Not in the file: {effect_title(row['effect'])} at {join_words(row['joints'])}, "
+            f"{values}. MuJoCo: {simulator_names(row['effect'])[0]}.")

@@ -75,12 +75,6 @@ def local_unit(unit: str, units: Units) -> str:
     return unit.replace("N m", units["u"]).replace("rad", units["q"])
 
 
-def simulator_units(units: Units) -> dict[str, str]:
-    """Units of forces and inertias in a simulator: those of an axis that slides, or turns."""
-    return {"force": "N", "inertia": "kg"} if units["q"] == "m" else {
-        "force": "N m", "inertia": "kg m^2"}
-
-
 def units_of(records: Sequence[Record]) -> Units:
     """Units of positions and commands; rad and N m without records."""
     if not records:

@@ -17,7 +17,7 @@ from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report import write_report
 from clie_blocks.analysis.gap.report.answer import answer
-from clie_blocks.analysis.gap.report.exports import joint_side, simulator_names
+from clie_blocks.analysis.gap.report.exports import simulator_names
 from clie_blocks.analysis.gap.report.localisation import block_section
 from clie_blocks.analysis.gap.report.plots import figure
 from clie_blocks.analysis.gap.report.torque_map import torque_map_section
@@ -25,7 +25,6 @@ from clie_blocks.analysis.gap.report.wording import (
     join_words,
     local_unit,
     percent,
-    simulator_units,
     with_prefix,
 )
 from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
@@ -103,23 +102,18 @@ def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
     expected = found.problem.gear_ratio * values["coulomb.level"]
     np.testing.assert_allclose([float(joint.get("frictionloss")) for joint in joints], expected,
                                rtol=1e-5)
-    for row, ratio in zip(joint_side(found), found.problem.gear_ratio):
-        assert row["gear"] == ratio
+    for motor, ratio in zip(root.iter("general"), found.problem.gear_ratio, strict=True):
+        assert float(motor.get("gear")) == ratio
+    offsets = [float(motor.get("biasprm").split()[0]) for motor in root.iter("general")]
+    np.testing.assert_allclose(offsets, -values["load"], rtol=1e-5)
 
 
 def test_simulator_text_is_read_by_mujoco(diagnosed, paths):
     mujoco = pytest.importorskip("mujoco")
-    found, root = diagnosed, ElementTree.parse(paths[2]).getroot()
-    world = root.find("worldbody")
-    for joint in list(world):
-        world.remove(joint)
-        body = ElementTree.SubElement(world, "body")
-        body.append(joint)
-        ElementTree.SubElement(body, "geom", size="0.1")
-    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
-    np.testing.assert_allclose(model.dof_damping, [row["damping"] for row in joint_side(found)],
-                               rtol=1e-5)
-    np.testing.assert_allclose(model.actuator_gear[:, 0], found.problem.gear_ratio, rtol=1e-5)
+    model, values = mujoco.MjModel.from_xml_path(paths[2]), diagnosed.model.hypothesis.values
+    ratio = diagnosed.problem.gear_ratio
+    np.testing.assert_allclose(model.dof_damping, ratio * values["damping"], rtol=1e-5)
+    np.testing.assert_allclose(model.actuator_gear[:, 0], ratio, rtol=1e-5)
 
 
 def test_words():
@@ -133,14 +127,6 @@ def test_units_follow_the_machine():
     axis = {"q": "m", "u": "V"}
     assert local_unit("kg m^2", axis) == "V s^2/m" and local_unit("N m s/rad", axis) == "V s/m"
     assert local_unit("kg m^2", {"q": "rad", "u": "N m"}) == "kg m^2"
-    assert simulator_units(axis) == {"force": "N", "inertia": "kg"}
-
-
-def test_a_voltage_becomes_a_force_in_the_simulator(diagnosed):
-    plain, forced = joint_side(diagnosed), joint_side(diagnosed, 35.0)
-    assert forced[0]["damping"] == pytest.approx(35.0 * plain[0]["damping"])
-    assert forced[0]["frictionloss"] == pytest.approx(35.0 * plain[0]["frictionloss"])
-    assert forced[0]["gear"] == plain[0]["gear"]
 
 
 def test_every_known_effect_has_its_names():

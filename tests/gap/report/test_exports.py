@@ -1,68 +1,113 @@
-"""The exported numbers, put into a MuJoCo model, move as the corrected model does."""
+"""The files of a report, used as they tell their user, reproduce the predicted improvement."""
 
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.report.exports import corrected_model
+from clie_blocks.analysis.records import Record
+from tests.gap.report import simulators
 
-SUBSTEPS = 8  # a step of 0.125 ms
-LOG = 2  # kept back by the diagnosis
-
-
-def robot_in_mujoco(mujoco, found):
-    """MuJoCo model of the exported joints and motors; the link of a single joint hangs on it."""
-    root = ElementTree.fromstring(corrected_model(found))
-    chain, world = found.problem.chain, root.find("worldbody")
-    step = found.problem.period / SUBSTEPS
-    ElementTree.SubElement(root, "option", timestep=str(step), integrator="implicitfast",
-                           gravity=f"0 0 {-chain.g}")
-    for k, joint in enumerate(list(world)):
-        world.remove(joint)
-        joint.attrib |= {"axis": "0 -1 0", "solreffriction": f"{4 * step} 1",
-                         "solimpfriction": "0.9999 0.9999 0.001"}
-        body = ElementTree.SubElement(world, "body", pos=f"0 {k} 0")
-        body.append(joint)
-        ElementTree.SubElement(body, "inertial", pos=f"{chain.com[k]} 0 0",
-                               mass=str(max(chain.mass[k], 1e-9)), diaginertia="1e-9 1e-9 1e-9")
-    return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+pytestmark = pytest.mark.slow
+PART = 0.5  # of the dry friction, which the user's simulator has already
+THINNER = 0.9  # times the damping of the robot, which it has
 
 
-def moved(mujoco, found, log):
-    """Positions of the MuJoCo robot under the stated law in the experiment of a log."""
-    model, law = robot_in_mujoco(mujoco, found), found.problem.law
-    data = mujoco.MjData(model)
-    data.qpos[:] = log.start
-    data.qfrc_applied[:] = -found.problem.gear_ratio * found.model.hypothesis.values["load"]
-    out, measured = np.empty_like(log.q), np.empty_like(log.q)
-    memory = np.zeros((2, found.problem.n))
-    for i in range(len(log)):
-        out[i] = data.qpos
-        measured[i] = data.qpos + log.dither[i]
-        x = measured[i] - measured[0]
-        rate = law.numerator[0] * x + memory[0]
-        memory[0] = law.numerator[1] * x - law.denominator[1] * rate + memory[1]
-        memory[1] = law.numerator[2] * x - law.denominator[2] * rate
-        data.ctrl[:] = law.command(log.q_d[i] - measured[i], rate, log.pe[i])
-        mujoco.mj_step(model, data, SUBSTEPS)
-    return out
+def written(found, folder):
+    """Text of the file for the simulator, as the report writes it."""
+    found.report(folder, "robot")
+    return (folder / "robot.xml").read_text()
 
 
-@pytest.mark.parametrize("cause, seed", [("coulomb", 5), ("time_delay", 3),
-                                         ("actuator_saturation", 3)])
-def test_a_simulator_with_the_exported_numbers_moves_as_the_corrected_model(case, cause, seed):
-    mujoco = pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+def gap_in_mujoco(text, found):
+    """Gap of a MuJoCo model on the logs that validate the diagnosis."""
+    problem, model = found.model.hypothesis.problem, simulators.loaded(text)
+    logs = [problem.logs[j] for j in validation_logs(problem)]
+    return simulators.gap([simulators.run(model, problem, log) for log in logs], logs)
+
+
+@pytest.fixture(scope="module")
+def rubbing(case):
+    """Diagnosis of a robot with dry friction."""
+    made = case("coulomb", 5)
+    return diagnose(Problem.from_logs(made.robot, made.records), effects=("coulomb",))
+
+
+@pytest.mark.parametrize("cause, seed", [
+    ("coulomb", 5), ("time_delay", 3), ("actuator_saturation", 3), ("asymmetric_coulomb", 3),
+    ("actuator_lag", 3)])
+def test_the_file_as_it_is_written_reproduces_the_predicted_gap(case, tmp_path, cause, seed):
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
     made = case(cause, seed)
     found = diagnose(Problem.from_logs(made.robot, made.records), effects=(cause,))
-    k = made.causes[cause] - 1
-    log = found.problem.logs[LOG]
-    before, after = (
-        np.std(fit.hypothesis.error(LOG)[:, k]) for fit in (found.nominal, found.model)
-    )
-    corrected = log.q - found.model.hypothesis.error(LOG)
-    apart = np.std(moved(mujoco, found, log) - corrected, axis=0)[k]
-    assert apart < 0.15 * before  # what the cause explains is in the simulator
-    assert apart < 0.5 * after  # and the engine's own way adds less than the noise
+    reached, told = gap_in_mujoco(written(found, tmp_path), found), found.reduction
+    assert reached == pytest.approx(told.after, rel=0.06)
+    closed = 100.0 * (told.before - reached) / (told.before - told.floor)
+    assert closed == pytest.approx(told.percent, abs=10.0) and closed > 75.0
+
+
+def test_without_the_constant_load_the_gap_stays(rubbing, tmp_path):
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    root = ElementTree.fromstring(written(rubbing, tmp_path))
+    for motor in root.iter("general"):
+        assert float(motor.get("biasprm").split()[0]) != 0.0
+        motor.set("biasprm", "0 0 0")
+    without = gap_in_mujoco(ElementTree.tostring(root, encoding="unicode"), rubbing)
+    assert without > 2.0 * rubbing.reduction.after
+
+
+def poorer(text):
+    """The user's simulator: part of the dry friction, less damping, no constant load."""
+    root = ElementTree.fromstring(text)
+    for joint in root.iter("joint"):
+        joint.set("damping", str(THINNER * float(joint.get("damping"))))
+        if joint.get("frictionloss"):
+            joint.set("frictionloss", str(PART * float(joint.get("frictionloss"))))
+    for motor in root.iter("general"):
+        motor.set("biasprm", "0 0 0")
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def changed(text, changes):
+    """A simulator with the changes of a file made as the file says, by the names of MuJoCo."""
+    root = ElementTree.fromstring(text)
+    joints = {joint.get("name"): joint for joint in root.iter("joint")}
+    motors = {motor.get("joint"): motor for motor in root.iter("general")}
+    for joint in ElementTree.fromstring(changes).iter("joint"):
+        own, motor = joints[joint.get("name")], motors[joint.get("name")]
+        for change in joint:
+            value = float(change.get("value"))
+            kind, attribute = change.get("mujoco").partition(",")[0].split()
+            assert (kind, change.tag) in (("joint", "add"), ("motor", "add"))
+            if attribute == "biasprm":
+                value, own_value = value / float(motor.get("gear")), motor.get("biasprm").split()
+                motor.set("biasprm", f"{float(own_value[0]) + value} 0 0")
+            else:
+                own.set(attribute, str(float(own.get(attribute, 0.0)) + value))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def test_against_a_simulator_only_the_difference_is_written(rubbing, tmp_path):
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    whole = written(rubbing, tmp_path / "whole")
+    own, problem = poorer(whole), rubbing.problem
+    model, records = simulators.loaded(own), []
+    for log, record in zip(problem.logs, problem.records, strict=True):
+        q = simulators.run(model, problem, log)
+        records.append(Record(time=record.time, q=q, qd=log.q_d, pe=log.pe))
+    found = diagnose(problem.beside(records))
+    changes = written(found, tmp_path / "changes")
+    print(found, changes)
+    reached = gap_in_mujoco(changed(own, changes), rubbing)
+    print(gap_in_mujoco(own, rubbing), reached, found.reduction, rubbing.reduction.after)
+    assert reached == pytest.approx(found.reduction.after, rel=0.1)
+    assert gap_in_mujoco(own, rubbing) > 2.0 * reached
+    added = {joint.get("name"): {change.get("parameter"): float(change.get("value"))
+                                 for change in joint}
+             for joint in ElementTree.fromstring(changes).iter("joint")}
+    for joint in ElementTree.fromstring(whole).iter("joint"):
+        lacked = (1.0 - PART) * float(joint.get("frictionloss", 0.0))
+        if lacked:
+            assert added[joint.get("name")]["frictionloss"] == pytest.approx(lacked, rel=0.1)

@@ -1,0 +1,95 @@
+"""The exported MuJoCo model, loaded as it is written, moves as the corrected model does."""
+
+import dataclasses
+import types
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.causes import CAUSES
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.mjcf import corrected_model
+from clie_blocks.analysis.records.robot import Links, Nominal
+from tests.gap.factories import make_check
+from tests.gap.report import simulators
+
+LOAD = np.array([0.02, -0.03, 0.01])  # of each joint's RMS command
+CASES = {
+    "coulomb": {"level": 0.05}, "asymmetric_coulomb": {"forward": 0.08, "backward": 0.02},
+    "quadratic_drag": {"drag": 0.05}, "spring": {"stiffness": 0.1},
+    "actuator_saturation": {"limit": 0.9}, "actuator_lag": {"time": 0.004},
+    "time_delay": {"time": 0.0035}, "torque_gain_error": {"error": -0.1},
+    "gravity": {"along": 0.05, "across": 0.02}, "payload": {"mass": 0.3}}
+SMALL = 3e-6  # rad, a tenth of a step of these encoders
+
+
+def scaled(problem, name, value):
+    """A parameter in the size of the robot's own torques and motion."""
+    logs = problem.logs
+    u, q = (np.concatenate([getattr(log, key) for log in logs]) for key in ("u", "q"))
+    torque, travel = np.sqrt(np.mean(u**2, axis=0)), np.ptp(q, axis=0)
+    speed = np.sqrt(np.mean((np.diff(q, axis=0) / problem.period) ** 2, axis=0))
+    per = {"level": torque, "forward": torque, "backward": torque, "limit": torque,
+           "drag": torque / speed**2, "stiffness": torque / travel, "along": torque[:1],
+           "across": torque[:1]}
+    if problem.chain.known:
+        per |= {"along": np.ones(1), "across": np.ones(1)}
+    return np.broadcast_to(value * per.get(name, 1.0), problem.n).copy()
+
+
+def corrected(problem, name, **values):
+    """What `corrected_model` reads of a diagnosis whose model holds a cause and a load."""
+    cause = next(one for one in CAUSES if one.name == name and not one.variant)
+    chosen = {key: scaled(problem, key, value) for key, value in values.items()}
+    member = Member(cause, tuple(range(problem.n)), chosen, chosen)
+    hypothesis = build_hypothesis(problem, (member,))
+    torque = np.std(np.concatenate([log.u for log in problem.logs]), axis=0)
+    values = {**hypothesis.values, "load": LOAD[:problem.n] * torque}
+    return types.SimpleNamespace(
+        problem=problem, verdict="effect", findings=(), controller=make_check(problem.n),
+        reduction=types.SimpleNamespace(before=1.0, after=0.5, judged_on="held-out logs"),
+        model=types.SimpleNamespace(hypothesis=hypothesis.with_values(values)))
+
+
+@pytest.fixture(scope="module")
+def joints(case):
+    """Joints without stated links."""
+    made = case("none", 3)
+    return short(Problem.from_logs(made.robot, made.records))
+
+
+@pytest.fixture(scope="module")
+def arm(case):
+    """Two stated links that push each other, and weigh."""
+    made = case("none", 4)
+    links = Links(length=[0.5, 0.4], mass=[2.0, 1.0], com=[0.25, 0.2], inertia=[0.05, 0.02],
+                  joint_viscous_friction=[0.0, 0.0])
+    robot = dataclasses.replace(made.robot, links=links,
+                                nominal=Nominal(gravity=True, coupling=True))
+    return short(Problem.from_logs(robot, made.records))
+
+
+def short(problem, samples=2000):
+    """The first seconds of the first log, at rest at its start."""
+    log = problem.logs[0]
+    cut = {key: getattr(log, key)[:samples] for key in ("q", "u", "q_d", "pe")}
+    quiet = dataclasses.replace(log, **cut, dither=np.zeros_like(cut["q"]))
+    return dataclasses.replace(problem, fit=(quiet,), held_out=(), quiet=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot, name", [
+    *(("joints", name) for name in CASES if name != "payload"),
+    *(("arm", name) for name in ("coulomb", "gravity", "payload"))])
+def test_the_file_moves_as_the_corrected_model(request, robot, name):
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    problem = request.getfixturevalue(robot)
+    found = corrected(problem, name, **CASES[name])
+    hypothesis, log = found.model.hypothesis, problem.logs[0]
+    expected = log.q - hypothesis.error(0, dithered=False)
+    nominal = log.q - build_hypothesis(problem, ()).error(0, dithered=False)
+    text = corrected_model(found)
+    apart = np.std(simulators.run(simulators.loaded(text), problem, log) - expected, axis=0)
+    moved = np.std(nominal - expected, axis=0)
+    assert (apart < 0.02 * moved + SMALL).all()
