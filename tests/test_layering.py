@@ -12,8 +12,8 @@ LAYERS = {"clie_blocks": 0, "diagrams": 1, "analysis": 2}
 FILES = [path for folder in LAYERS for path in sorted((ROOT / folder).rglob("*.py"))]
 GAP = "clie_blocks.analysis.gap"
 # What stands on the stages, in the order in which it may be imported.
-ABOVE = ("explain", "command_reading", "backlash", "simulator_comparison", "diagnosis", "batch",
-         "calibration", "command")
+ABOVE = ("explain", "command_reading", "backlash", "simulator_comparison", "diagnosis", "tasks",
+         "batch", "calibration", "command")
 
 
 def load_structure():

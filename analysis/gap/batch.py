@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clie_blocks import __version__
+from clie_blocks.analysis.gap.tasks import Task, find_tasks
+from clie_blocks.analysis.records.reading import Reading
 from clie_blocks.errors import ClieError, MissingExtraError, RecordError
 from clie_blocks.output import progress, to_json
 
@@ -26,15 +28,6 @@ if TYPE_CHECKING:
     from clie_blocks.analysis.records import Record, Robot
 
 PARTS = ".parts"  # ending of a folder that only stores results for a later run, without reports
-
-
-@dataclasses.dataclass(frozen=True)
-class Task:
-    """One robot and its logs, as paths: a folder with ``robot.toml``, or log files and `robot`."""
-
-    name: str
-    paths: tuple[str, ...]
-    robot: str | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +42,8 @@ class Options:
         Effects to look for (all when empty), and effects to leave out.
     simulated : tuple of str
         Logs of the user's own simulator in the same experiments.
+    reading : Reading
+        How the logs are read: columns, unit of the clock, topics.
 
     """
 
@@ -56,44 +51,7 @@ class Options:
     effects: tuple[str, ...] = ()
     exclude: tuple[str, ...] = ()
     simulated: tuple[str, ...] = ()
-
-
-def find_tasks(paths: Sequence[str | os.PathLike[str]],
-               robot: str | os.PathLike[str] | None = None) -> list[Task]:
-    """Return the tasks that some paths name.
-
-    Parameters
-    ----------
-    paths : list of path-like
-        Folders with ``robot.toml``, folders of such folders, known data sets, or log files of one
-        robot.
-    robot : path-like, optional
-        Robot file of log files.
-
-    Raises
-    ------
-    RecordError
-        If a path holds nothing that can be diagnosed.
-
-    """
-    places = [Path(path) for path in paths]
-    robot = None if robot is None else str(robot)
-    for path in places:
-        if not path.exists():
-            raise RecordError(f"{path} does not exist; give a log, or a folder with robot.toml "
-                              "and logs")
-    if all(path.is_file() for path in places):
-        return [Task(places[0].stem.partition(".")[0], tuple(map(str, places)), robot)]
-    return [Task(folder.name, (str(folder),), robot)
-            for path in places for folder in _robot_folders(path, robot)]
-
-
-def _robot_folders(path: Path, robot: str | None) -> list[Path]:
-    """The folder itself if it holds one robot, otherwise the folders of robots inside it."""
-    if robot or (path / "robot.toml").is_file():
-        return [path]
-    return sorted(folder for folder in path.iterdir()
-                  if (folder / "robot.toml").is_file()) or [path]
+    reading: Reading = Reading()
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
@@ -128,35 +86,47 @@ def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = 
 def state(task: Task, options: Options = Options()) -> Problem:
     """Problem of a task, with the hold-out log and the simulator's logs that the user named."""
     from clie_blocks.analysis.gap.problem.problem import Problem
-    from clie_blocks.analysis.records import read_record
 
-    robot, records = _read_logs(task)
-    problem = Problem.from_logs(robot, records, _held_out(options.holdout, records))
+    robot, records = _read_logs(task, options.reading)
+    held_out = _held_out(options.holdout, records)
+    problem = Problem.from_logs(robot, records, held_out)
     if not options.simulated:
         return problem
-    return problem.beside([read_record(path, robot) for path in options.simulated])
+    from clie_blocks.analysis.records.read import read_logs
+
+    return problem.beside(read_logs(options.simulated, robot, **options.reading.keywords()))
 
 
-def _read_logs(task: Task) -> tuple[Robot, list[Record]]:
-    from clie_blocks.analysis.records import read_record, read_robot, read_trial
+def _read_logs(task: Task, reading: Reading) -> tuple[Robot, list[Record]]:
+    from clie_blocks.analysis.records import read_robot, read_trial
+    from clie_blocks.analysis.records.read import no_robot, read_logs
 
     if len(task.paths) == 1 and Path(task.paths[0]).is_dir() and task.robot is None:
-        return read_trial(task.paths[0])
-    if task.robot is None:
-        raise RecordError(f"{task.paths[0]}: no robot file; give --robot robot.toml with what is "
-                          "known of robot and controller")
-    robot = read_robot(task.robot)
-    return robot, [read_record(path, robot) for path in task.paths]
+        return read_trial(task.paths[0], **reading.keywords())
+    stated = None if task.robot is None else read_robot(task.robot)
+    records = read_logs(task.paths, stated, **reading.keywords())
+    robot = stated or records[0].robot
+    if robot is None:
+        raise no_robot(Path(task.paths[0]), records)
+    return robot, records
 
 
 def _held_out(holdout: str | None, records: Sequence[Record]) -> list[int] | None:
+    """Position of the log that the user named: by file name, by its beginning, or by number."""
     if holdout is None:
         return None
-    names = [str(Path(record.source).name) for record in records]
-    for k, name in enumerate(names):
-        if holdout in (name, name.partition(".")[0], str(k + 1)):
-            return [k]
-    raise RecordError(f"--holdout {holdout}: no such log; there are {', '.join(names)}")
+    names = [Path(record.source).name for record in records]
+    wanted = Path(holdout).name
+    named = [k for k, name in enumerate(names) if wanted in (name, name.partition(".")[0])]
+    found = named or [k for k in range(len(names)) if wanted == str(k + 1)]
+    if len(found) != 1:
+        reason = "several logs are called so" if found else "no such log"
+        numbered = ", ".join(f"{k} ({name})" for k, name in enumerate(names, 1))
+        raise RecordError(f"--holdout {holdout}: {reason}; give the number of one of {numbered}")
+    if len(records) == 1:
+        raise RecordError(f"--holdout {holdout}: it is the only log, and nothing would be left to "
+                          "fit a model to; leave out --holdout, or add a log")
+    return found
 
 
 def diagnose_all(tasks: Sequence[Task], options: Options = Options(), jobs: int = 1,
@@ -195,7 +165,9 @@ def diagnose_all(tasks: Sequence[Task], options: Options = Options(), jobs: int 
             yield task.name, stored
     if jobs == 1 and executor is None:
         for task in waiting:
-            yield task.name, _finish(task, options, folder)
+            with progress(f"diagnosing {task.name}"):
+                answer = _finish(task, options, folder)
+            yield task.name, answer
         return
     yield from _spread(waiting, options, jobs, folder, executor)
 

@@ -8,6 +8,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.errors import ClieError
 from clie_blocks.output import command_parser, run_main, to_json, write
 
@@ -21,7 +22,7 @@ def main(argv: list[str] | None = None) -> int:
 
     tasks = batch.find_tasks(args.paths, args.robot)
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
-                            simulated=tuple(map(str, args.simulated)))
+                            simulated=tuple(map(str, args.simulated)), reading=reading(args))
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -50,11 +51,19 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
             if not args.quiet:
                 print(summary_line(name, answer), flush=True,
                       file=sys.stderr if args.json else sys.stdout)
+            if args.output and "error" not in answer:
+                print(f"report: {Path(args.output) / name}.html", flush=True, file=sys.stderr)
     return answers
 
 
 def _names(text: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes, 1 or more")
+    return int(text)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -67,8 +76,10 @@ def _parser() -> argparse.ArgumentParser:
                "--json, data goes to stdout (one robot: its answer; several: by name) and "
                "verdicts go to stderr.")
     parser.add_argument("paths", nargs="+", type=Path, metavar="PATH",
-                        help="folder with robot.toml and logs, folder of such folders, or logs")
-    parser.add_argument("--robot", metavar="FILE", type=Path, help="robot.toml of the logs")
+                        help="folder with robot.toml and logs, folder of such folders, or logs of "
+                             "one robot")
+    parser.add_argument("--robot", metavar="FILE", type=Path,
+                        help="robot.toml of the logs; else the one beside them")
     parser.add_argument("--holdout", metavar="LOG",
                         help="hold-out log, used for validation only, by name or number; the last "
                              "by default")
@@ -78,7 +89,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")
-    parser.add_argument("--jobs", type=int, default=1, help="robots diagnosed in parallel")
+    add_reading_options(parser)
+    parser.add_argument("--jobs", type=_count, default=1, help="robots diagnosed in parallel")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     return parser

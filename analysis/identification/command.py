@@ -1,6 +1,7 @@
 """``clie identify``: parameters of a recorded robot, every method in one table."""
 
 import argparse
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,13 +12,14 @@ from clie_blocks.analysis.identification.columns import EXTRA
 from clie_blocks.analysis.identification.identification import Bias
 from clie_blocks.analysis.identification.prediction import Prediction
 from clie_blocks.analysis.identification.regression import Estimate
-from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.read import read_logs, refuse_twins
+from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.output import (
     command_parser,
     print_table,
+    progress,
     run_main,
     save_figure,
     to_json,
@@ -32,18 +34,21 @@ def main(argv: list[str] | None = None) -> int:
     """Identify a robot from logs; of several the last is held out unless stated otherwise."""
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
-    columns = dict(options.map) or None
-    records = _read(options.logs, robot, columns)
-    held_out = _read(options.holdout, robot, columns)
-    if not options.holdout and len(records) > 1:
-        records, held_out = records[:-1], records[-1:]
-    result = identify(records, held_out, [name for name in options.extra.split(",") if name])
+    with progress("identifying"):
+        stated = reading(options).keywords()
+        records = read_logs(options.logs, robot, **stated)
+        held_out = read_logs(options.holdout, robot, **stated)
+        refuse_twins([*records, *held_out])
+        if not options.holdout and len(records) > 1:
+            records, held_out = records[:-1], records[-1:]
+        result = identify(records, held_out, [name for name in options.extra.split(",") if name])
     if options.json:
         print(to_json(as_dict(result)))
     else:
         show(result)
     if options.output:
-        save(result, options.output)
+        for path in save(result, options.output):
+            print(f"wrote {path}", file=sys.stderr)
     return 0
 
 
@@ -63,14 +68,15 @@ def show(result: Identification) -> None:
         print(f"WARNING {text}")
 
 
-def save(result: Identification, folder: str) -> None:
-    """Write identification.json, and the convergence of CLIE as clie.png and clie.svg."""
-    write(f"{folder}/identification.json", to_json(as_dict(result)))
-    if result.last_pass is not None:
-        from clie_blocks.analysis.identification.plots import convergence_figure
+def save(result: Identification, folder: str) -> list[str]:
+    """Write identification.json, and how CLIE converged as clie.png and clie.svg; their paths."""
+    paths = [str(write(f"{folder}/identification.json", to_json(as_dict(result))))]
+    if result.last_pass is None:
+        return paths
+    from clie_blocks.analysis.identification.plots import convergence_figure
 
-        save_figure(convergence_figure(result.last_pass, result.robot.joints,
-                                       _command_unit(result.robot)), folder, "clie")
+    return [*paths, *save_figure(convergence_figure(
+        result.last_pass, result.robot.joints, _command_unit(result.robot)), folder, "clie")]
 
 
 def as_dict(result: Identification) -> dict[str, Any]:
@@ -153,19 +159,6 @@ def _show_predictions(result: Identification, predictions: Sequence[Prediction])
          for p in predictions for k, name in enumerate(result.robot.joints)], "<<>>>>>")
 
 
-def _read(paths: Sequence[str], robot: Robot | None,
-          columns: dict[str, str] | None) -> list[Record]:
-    return [record for path in paths for record in read_records(path, robot, columns=columns)]
-
-
-def _signal_and_column(text: str) -> tuple[str, str]:
-    signal, separator, column = text.partition("=")
-    if not separator:
-        raise argparse.ArgumentTypeError(f"{text!r} is not SIGNAL=COLUMN, as "
-                                         "q=actual_pos_{joint}")
-    return signal, column
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "clie identify", "Identify a recorded robot; of several logs the last is held out and "
@@ -173,8 +166,7 @@ def _parser() -> argparse.ArgumentParser:
         output_help="write identification.json and how CLIE converged, clie.svg")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one with the log")
-    parser.add_argument("--map", action="append", type=_signal_and_column, default=[],
-                        metavar="SIGNAL=COLUMN", help="name a column, as q=actual_pos_{joint}")
+    add_reading_options(parser)
     parser.add_argument("--holdout", nargs="+", default=[], metavar="LOG",
                         help="logs to predict only")
     parser.add_argument("--with", dest="extra", default="", metavar="TERMS",

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -24,10 +25,11 @@ from clie_blocks.analysis.records.checks.capability import (
 )
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.read import read_records
+from clie_blocks.analysis.records.read import read_logs
+from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.output import command_parser, run_main, to_json
+from clie_blocks.output import command_parser, progress, run_main, to_json
 
 SCHEMA_VERSION = 1
 NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
@@ -93,13 +95,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Check logs; the worst exit code counts."""
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
-    records = [record for path in options.logs
-               for record in read_records(path, robot, columns=_columns(options.map),
-                                          time_unit=options.time_unit)]
+    with progress("reading"):
+        records = read_logs(options.logs, robot, **reading(options).keywords())
     if options.fix_units:
         records = [fix_units(record, check_record(record, robot)) for record in records]
-    reports = [check_log(record, robot, [other for other in records if other is not record])
-               for record in records]
+    with progress("checking"):
+        reports = [check_log(record, robot, [other for other in records if other is not record])
+                   for record in records]
     if options.json:
         print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
     else:
@@ -112,8 +114,15 @@ def main(argv: Sequence[str] | None = None) -> int:
                                   f"check-{number}"):
                 print(f"wrote {path}", file=sys.stderr)
     if not options.json and all(report.exit_code == 0 for report in reports):
-        print(f"\nNext: clie identify {' '.join(options.logs)}", file=sys.stderr)
+        print(f"\nNext: {_next(options)}", file=sys.stderr)
     return _exit_code(reports)
+
+
+def _next(options: argparse.Namespace) -> str:
+    """Command that learns from the logs, with what was stated to read them."""
+    stated = [] if options.robot is None else ["--robot", options.robot]
+    return shlex.join(["clie", "identify", *options.logs, *stated,
+                       *reading(options).arguments()])
 
 
 def as_text(report: Report) -> str:
@@ -194,17 +203,6 @@ def _exit_code(reports: Sequence[Report]) -> int:
     return 1
 
 
-def _columns(pairs: Sequence[str]) -> dict[str, str] | None:
-    return dict(pair.split("=", 1) for pair in pairs) or None
-
-
-def _pair(text: str) -> str:
-    if "=" not in text:
-        raise argparse.ArgumentTypeError(f"{text!r} is not SIGNAL=COLUMN, as "
-                                         "q=actual_pos_{joint}")
-    return text
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "clie check", "Report whether a log is sound, and what it can show.",
@@ -212,9 +210,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Exit: 0 usable, 1 errors found, 2 usage, 3 cannot be read, 4 not identifiable.")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one next to the log")
-    parser.add_argument("--map", action="append", type=_pair, default=[], metavar="SIGNAL=COLUMN",
-                        help="name a column, as q=actual_pos_{joint}")
-    parser.add_argument("--time-unit", choices=("s", "ms", "us", "ns"))
+    add_reading_options(parser)
     parser.add_argument("--fix-units", action="store_true",
                         help="apply the unit factors that the checks propose, and report them")
     return parser

@@ -98,7 +98,7 @@ def test_logs_of_a_trial_come_in_the_order_of_their_numbers(tmp_path):
 def test_what_is_no_trial(tmp_path):
     with pytest.raises(RecordError, match="is not a folder"):
         read_trial(tmp_path / "none")
-    with pytest.raises(RecordError, match="no known format"):
+    with pytest.raises(RecordError, match="is empty, but no log; put logs beside robot.toml"):
         read_trial(tmp_path)
     write_trial(tmp_path / "trial")
     (tmp_path / "trial" / "robot.toml").write_text("joints = 2\n")
