@@ -3,11 +3,21 @@
 import difflib
 from collections.abc import Iterable
 
+LONGEST = 2000  # characters of a message; the middle of a longer one is left out
+
 
 class ClieError(Exception):
-    """A fault that the user can fix; its text says what, where, why and how to fix it."""
+    """A fault that the user can fix; its text says what, where, why and how to fix it.
+
+    What it quotes from files is `visible`, and a value of a million characters is cut.
+    """
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        text = visible(super().__str__(), keep="\n")
+        half = LONGEST // 2
+        return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
 
 
 class RecordError(ClieError):
@@ -37,6 +47,16 @@ class MissingExtraError(ClieError):
     def __str__(self) -> str:
         job, package, extra = self.args
         return f'{job} needs {package}: pip install "clie-blocks[{extra}]"'
+
+
+def visible(text: object, keep: str = "") -> str:
+    r"""Return a text with its control characters written out, such as ``\x1b`` for escape.
+
+    Texts from files are shown so: a terminal would obey them, and no XML may hold them.  Those in
+    `keep` stay.
+    """
+    return "".join(letter if letter.isprintable() or letter in keep else repr(letter)[1:-1]
+                   for letter in str(text))
 
 
 def nearest(name: object, known: Iterable[object]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import contextvars
+import io
 import json
 import os
 import sys
@@ -12,12 +14,14 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clie_blocks.errors import ClieError
+from clie_blocks.errors import ClieError, visible
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+TRACEBACK = "CLIE_TRACEBACK"  # of the environment: show where an unexpected error was raised
 Main = Callable[[list[str] | None], int | None]
+_WATCHED = contextvars.ContextVar("watched", default=False)  # whether a progress is shown
 
 
 def write(path: str | os.PathLike[str], content: str | bytes) -> Path:
@@ -55,11 +59,14 @@ def _umask() -> int:
     return current
 
 
+def plain(text: str) -> str:
+    """Return a text for a picture, where a dollar would begin a formula."""
+    return visible(text, keep="\n").replace("$", r"\$")
+
+
 def save_figure(figure: Figure, folder: str | os.PathLike[str], stem: str,
                 formats: tuple[str, ...] = ("png", "svg")) -> list[str]:
     """Save a Matplotlib figure as ``STEM.png``, ``STEM.svg`` and return the paths."""
-    import io
-
     import matplotlib
 
     paths = []
@@ -92,21 +99,34 @@ def _plain(value: Any) -> Any:
 
 
 @contextlib.contextmanager
-def progress(label: str, total: float) -> Iterator[Callable[[float], None]]:
-    """Progress bar on stderr, for work over two seconds; silent when nobody watches.
+def progress(label: str, total: float | None = None) -> Iterator[Callable[[float], None]]:
+    """Progress on stderr, for work over two seconds; silent when nobody watches.
 
-    Yields ``advance(amount)``, which reports work done in the unit of `total`.
+    Yields ``advance(amount)``, which reports work done in the unit of `total`; without a total the
+    time since the start is shown.  Within another progress only that one is shown.
     """
+    if _WATCHED.get() or not sys.stderr.isatty():
+        yield lambda amount: None
+        return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(),
-               TextColumn("{task.percentage:3.0f}%"), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True,
-                  disable=not console.is_terminal) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda amount: bar.advance(task, amount)
+    text = TextColumn("{task.description}", markup=False)
+    columns = (text, BarColumn(), TimeElapsedColumn()) if total is None else (
+        text, BarColumn(), TextColumn("{task.percentage:3.0f}%"), TimeRemainingColumn())
+    watched = _WATCHED.set(True)
+    try:
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(label, total=total)
+            yield lambda amount: bar.advance(task, amount)
+    finally:
+        _WATCHED.reset(watched)
 
 
 def command_parser(prog: str, description: str, *, output: str | None = None,
@@ -194,9 +214,12 @@ def run_main(main: Main) -> None:
 def guarded(main: Main, argv: list[str] | None = None) -> int:
     """Return the exit code of ``main(argv)``; errors go to stderr in words.
 
-    The code is 0 ok, 1 negative result, 2 usage, 3 bad data, 4 not identifiable, 5 diverged or
-    130 interrupted.
+    The code is 0 ok, 1 negative result, 2 usage, 3 bad data, 4 not identifiable, 5 diverged,
+    70 a fault of this program or 130 interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a letter that it does not have is written out
+            stream.reconfigure(errors="backslashreplace")
     try:
         return main(argv) or 0
     except ClieError as error:
@@ -208,3 +231,21 @@ def guarded(main: Main, argv: list[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # the reader of our pipe has gone
         return 0
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        print(f"error: {_fault(error)}", file=sys.stderr)
+        return 3 if isinstance(error, (OSError, MemoryError)) else 70
+
+
+def _fault(error: Exception) -> str:
+    """Message of what no part of the program expected."""
+    if isinstance(error, MemoryError):
+        return ("there is not enough memory for this; cut the logs into shorter runs, or export "
+                "only the signals that are needed")
+    if isinstance(error, OSError) and error.filename is not None:
+        return visible(f"cannot use {error.filename}: {error.strerror}; check that it exists and "
+                       "that you may use it")
+    return visible(f"{type(error).__name__}: {error}"[:400] + "; this is a fault of clie, not of "
+                   f"your data: please report it with what the same command prints after "
+                   f"'export {TRACEBACK}=1'")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from clie_blocks.analysis.identification.clie import LastPass
+from clie_blocks.output import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,9 +18,9 @@ def convergence_figure(last: LastPass, joints: tuple[str, ...], unit: str) -> Fi
     figure = Figure(figsize=(9, 6), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     for name, error in zip(joints, last.e_u, strict=True):
-        above.plot(error, lw=0.8, label=f"input error, {name}")
+        above.plot(error, lw=0.8, label=plain(f"input error, {name}"))
     ratios = last.theta_hat / last.theta[:, None]
-    labels = [f"{symbol}_hat {joint}" for symbol in "abd" for joint in joints]
+    labels = [plain(f"{symbol}_hat {joint}") for symbol in "abd" for joint in joints]
     for ratio, label in zip(ratios, labels, strict=True):
         below.plot(ratio, lw=0.8, label=label)
     above.set_ylabel(f"input error [{unit}]")

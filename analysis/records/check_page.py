@@ -8,7 +8,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.output import save_figure
+from clie_blocks.output import plain, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,8 +32,8 @@ def save_page(record: Record, findings: Sequence[Finding], verdict: str,
             _marks(axis, record, findings, k)
     for k, axis in enumerate(axes[-1]):
         axis.set_xlabel("time [s]")
-        axes[0][k].set_title(record.joints[k])
-    figure.suptitle(f"{record.source}: {verdict}", fontsize=9)
+        axes[0][k].set_title(plain(record.joints[k]))
+    figure.suptitle(plain(f"{record.source}: {verdict}"), fontsize=9)
     return save_figure(figure, folder, stem, formats=("png",))
 
 

@@ -6,7 +6,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from clie_blocks.errors import RecordError, nearest
+from clie_blocks.errors import RecordError, nearest, visible
+
+LONGEST_NAME = 100  # characters
 
 
 class FixedDict(dict):
@@ -53,6 +55,7 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
 def _word(value: Any, choices: Sequence[str], where: str) -> str:
     if not isinstance(value, str):
         raise RecordError(f"{where} must be text in quotes, got {value!r}")
+    value = visible(value, keep="\n\t")
     if choices and value not in choices:
         raise RecordError(f"{where} = {value!r} is not known; {nearest(value, choices)}")
     return value
@@ -94,6 +97,15 @@ def _frozen(array: Any) -> np.ndarray:
     array = np.array(array, float)
     array.flags.writeable = False
     return array
+
+
+def check_name(name: str, where: str) -> str:
+    """Return a name that can be printed in a line, in a drawing and in a simulator's file."""
+    if not name.isprintable() or len(name) > LONGEST_NAME:
+        raise RecordError(f"{where} {name[:40]!r} has characters that cannot be printed, or more "
+                          f"than {LONGEST_NAME} of them; name it in letters, digits and marks, "
+                          "such as elbow_1")
+    return name
 
 
 def per_joint(array: np.ndarray | None, n: int, where: str) -> np.ndarray | None:

@@ -10,9 +10,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from clie_blocks.analysis.records.fields import FixedDict
+from clie_blocks.analysis.records.fields import FixedDict, check_name
 from clie_blocks.analysis.records.robot import Robot
-from clie_blocks.errors import RecordError, nearest
+from clie_blocks.errors import RecordError, nearest, visible
 
 __all__ = ["SIGNALS", "Record", "Robot"]
 
@@ -103,7 +103,8 @@ class Record:
         self._put("units", self._all_units())
         self._put("valid", self._mask())
         self._put("segments", self._ranges())
-        self._put("decisions", tuple(str(sentence) for sentence in self.decisions))
+        self._put("source", visible(self.source))
+        self._put("decisions", tuple(map(visible, self.decisions)))
         self._put("extra", FixedDict({name: self._extra(name, value)
                                       for name, value in dict(self.extra).items()}))
 
@@ -220,6 +221,8 @@ class Record:
         if len(names) != self.n:
             self._fail(f"has {self.n} joints but {len(names)} names: {', '.join(names)}; name "
                        "each joint once")
+        for name in names:
+            check_name(name, f"{self.source or 'record'}: the joint name")
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             self._fail(f"names more than one joint {twice[0]!r}; every joint needs its own name")

@@ -11,7 +11,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from clie_blocks.analysis.records.fields import FixedDict, check_value, file_field, per_joint
+from clie_blocks.analysis.records.fields import (
+    FixedDict,
+    check_name,
+    check_value,
+    file_field,
+    per_joint,
+)
 from clie_blocks.errors import RecordError
 
 LAWS = ("pd", "cascade", "servo", "unknown")
@@ -299,6 +305,10 @@ class Robot:
         if len(set(names)) != self.n:
             raise RecordError(f"{self.source or 'robot'}: {self.n} joints need {self.n} different "
                               f"names, got {', '.join(map(str, names))}")
+        where = self.source or "robot"
+        check_name(self.name, f"{where}: the name")
+        for name in names:
+            check_name(name, f"{where}: the joint name")
         object.__setattr__(self, "joints", names)
         for name in ("experiments", "units", "columns"):
             object.__setattr__(self, name, FixedDict(dict(getattr(self, name))))

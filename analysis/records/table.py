@@ -8,9 +8,9 @@ from typing import IO, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.errors import RecordError
+from clie_blocks.errors import RecordError, visible
 
-IN_MEMORY = 200_000_000  # bytes; beyond that the values go to a file that the arrays map
+IN_MEMORY = 50_000_000  # bytes; beyond that the values go to a file that the arrays map
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,6 +37,9 @@ class Table:
     source: str
     decisions: list[str] = dataclasses.field(default_factory=list)
     time_unit: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(map(visible, self.names)))
 
 
 def table_of(columns: Mapping[str, ArrayLike], source: str, **fields: Any) -> Table:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clie_blocks.analysis.report.document import Document, Picture
+from clie_blocks.errors import visible
 from clie_blocks.output import write
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def svg(picture: Picture) -> str:
 def _attribute(text: str) -> str:
     from markupsafe import escape
 
-    return str(escape(text))
+    return str(escape(visible(text)))
 
 
 def _template(name: str) -> Template:
@@ -75,6 +76,7 @@ def _template(name: str) -> Template:
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
+        finalize=lambda value: visible(value, keep="\n") if type(value) is str else value,
         autoescape=".html" in name, trim_blocks=True, lstrip_blocks=True)
     environment.filters["plain"] = lambda text: str(text).replace("<", "&lt;")
     environment.filters["cell"] = lambda text: (

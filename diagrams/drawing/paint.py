@@ -12,6 +12,7 @@ import numpy as np
 from clie_blocks.diagrams.drawing import shapes
 from clie_blocks.diagrams.drawing.plan import Box, Layout, Piece, Point, Run
 from clie_blocks.diagrams.drawing.texts import font
+from clie_blocks.output import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +65,8 @@ def paint(plan: Layout, shades: Shades | None = None, value_label: str = "",
     axes.set(xlim=(-MARGIN, width - MARGIN), ylim=(plan.height + MARGIN, -MARGIN - head))
     axes.axis("off")
     if title:
-        axes.text(0, -head / 2 - 2, title, fontproperties=font(11, True), color=INK, va="center")
+        axes.text(0, -head / 2 - 2, plain(title), fontproperties=font(11, True), color=INK,
+                  va="center")
     for box in plan.boxes.values():
         _box(axes, box, shades)
     for run in plan.runs:
@@ -194,7 +196,7 @@ def _colour_bar(figure: Figure, shades: Shades, label: str, plan: Layout, width:
     bar = figure.add_axes((1 - (BAR - 18) / width, 0.5 - tall / 2 / height, 12 / width,
                            tall / height))
     painted = figure.colorbar(shades.mappable(), cax=bar)
-    painted.set_label(label, fontproperties=font(8.5))
+    painted.set_label(plain(label), fontproperties=font(8.5))
     for tick in bar.get_yticklabels():
         tick.set_fontproperties(font(7.5))
     painted.outline.set_linewidth(0.6)

@@ -6,6 +6,8 @@ import re
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from clie_blocks import output
+
 if TYPE_CHECKING:
     from matplotlib.font_manager import FontProperties
 
@@ -38,7 +40,7 @@ def symbol(name: str) -> str:
 
 def plain(name: str) -> str:
     """Return a name as words, safe against mathtext."""
-    return name.replace("_", " ").replace("$", r"\$").strip()
+    return output.plain(name.replace("_", " ")).strip()
 
 
 def wrapped(name: str, limit: int = 16) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap
-from clie_blocks.analysis.gap.report.plots import AFTER, BEFORE, PANELS, plain
+from clie_blocks.analysis.gap.report.plots import AFTER, BEFORE, PANELS
 from clie_blocks.analysis.gap.report.wording import (
     Units,
     effect_title,
@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.report.wording import (
     with_prefix,
 )
 from clie_blocks.analysis.report.document import Picture, Section
+from clie_blocks.output import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.records.readers.options import library_errors
-from clie_blocks.analysis.workers import SAFE_PATH
 from clie_blocks.errors import RecordError
 
 MEMORY = 4_000_000_000  # bytes of address space
@@ -84,7 +83,8 @@ def _environment() -> dict[str, str]:
     """Environment of the child: the paths of this one made absolute, no program of its own."""
     places = [os.path.abspath(place) for place in
               os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]
-    return {**os.environ, **ONE_THREAD, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(places)}
+    return {**os.environ, **ONE_THREAD, "PYTHONSAFEPATH": "1",
+            "PYTHONPATH": os.pathsep.join(places)}
 
 
 def _size(path: Path) -> int:
