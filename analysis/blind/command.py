@@ -19,14 +19,17 @@ FAIR = 0.5  # share of single effects named right below which the result is nega
 def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
-    It is 1 if less than half of the single effects were named right, else 0.
+    It is 1 if less than half of the single effects were named right, or if imperfect logs miss a
+    target for certain, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
-    from clie_blocks.analysis.blind.report.page import save_page
-
     if importlib.util.find_spec("mujoco") is None:
         raise MissingExtraError("making blind trials", "mujoco", "mujoco")
+    if options.imperfect:
+        return _imperfect(options)
+    from clie_blocks.analysis.blind.report.page import save_page
+
     text = to_json(scoreboard(options))
     write(options.output / "scoreboard.json", text)
     board = json.loads(text)
@@ -35,6 +38,24 @@ def main(argv: list[str] | None = None) -> int:
     print(f"page: {page}", file=sys.stderr)
     share = board["top_1"]["rate"]
     return 1 if share is not None and share < FAIR else 0
+
+
+def _imperfect(options: argparse.Namespace) -> int:
+    """Run the study of imperfect logs, and return the exit code."""
+    from clie_blocks.analysis.blind.imperfect.study import run_study
+    from clie_blocks.analysis.blind.protocol.targets import MISSED
+    from clie_blocks.analysis.blind.report import imperfect
+    from clie_blocks.analysis.blind.scoring.imperfect import score_imperfect
+
+    board = score_imperfect(*run_study(options.output, options.trials, options.seed,
+                                       options.jobs))
+    text = to_json({"schema_version": 1, "command": _command(options), "seeds": options.seed,
+                    **board})
+    write(options.output / f"{imperfect.STEM}.json", text)
+    page = imperfect.save_page(json.loads(text), options.output)
+    print(text if options.json else "\n".join(imperfect.terminal_lines(json.loads(text))))
+    print(f"page: {page}", file=sys.stderr)
+    return int(any(row["reached"] == MISSED for row in board["targets"]))
 
 
 def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
@@ -107,8 +128,8 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 
 def _command(options: argparse.Namespace) -> str:
-    parts = ["clie blind", f"--trials {options.trials}",
-             "--seed " + " ".join(map(str, options.seed))]
+    parts = ["clie blind --imperfect" if options.imperfect else "clie blind",
+             f"--trials {options.trials}", "--seed " + " ".join(map(str, options.seed))]
     parts += [f"--{name}" for name in ("baselines", "ablations") if getattr(options, name)]
     parts += [f"--leave-out {options.leave_out}"] if options.leave_out else []
     parts += [f"--subset {options.subset}"] if options.subset else []
@@ -121,6 +142,10 @@ def _command(options: argparse.Namespace) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser("clie blind", __doc__ or "", output="blind",
                             output_help="folder of the study; a later run continues it")
+    parser.add_argument("--imperfect", action="store_true",
+                        help="instead, standard robots whose logs or robot file are damaged as "
+                             "loggers and exporters do, beside the same robots undamaged; goes "
+                             "with --trials, --seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1],
                         help="of the trials; several make one study")

@@ -242,21 +242,27 @@ def log_at(rate: float) -> Change:
 
 def two_rates(export: Export, rng: np.random.Generator) -> Choice:
     """One log at half the rate of the others."""
-    if len(export.logs) < 2:
-        raise DoesNotApplyError("one log")
-    name = str(rng.choice(list(export.logs)))
+    name = _one_of_several(export, rng)
     export.logs[name] = {head: column[::2] for head, column in export.logs[name].items()}
     return {"log": name}
 
 
 def one_log(export: Export, rng: np.random.Generator) -> Choice:
     """A single experiment."""
-    name = str(rng.choice(list(export.logs)))
+    name = _one_of_several(export, rng)
     export.logs = {name: export.logs[name]}
     return {"log": name}
 
 
+def _one_of_several(export: Export, rng: np.random.Generator) -> str:
+    if len(export.logs) < 2:
+        raise DoesNotApplyError("one log")
+    return str(rng.choice(list(export.logs)))
+
+
 def short_logs(export: Export, rng: np.random.Generator) -> Choice:
     """Logs that end after a few seconds."""
+    if max(np.ptp(table["time"]) for table in export.logs.values()) < SHORT:
+        raise DoesNotApplyError("the logs are short as they are")
     export.keep(lambda table: table["time"] < table["time"][0] + SHORT)
     return {}

@@ -1,8 +1,10 @@
 """What the diagnosis is meant to reach, next to what a study measured."""
 
+from collections.abc import Sequence
 from typing import Any
 
-TARGETS = (  # key, words, target, whether more is better
+Target = tuple[str, str, float, bool]  # key, words, target, whether more is better
+TARGETS: tuple[Target, ...] = (
     ("top_1_medium_strong", "single effect ranked first, medium and strong", 0.92, True),
     ("top_1_mild", "single effect ranked first, mild", 0.80, True),
     ("top_3", "single effect among the first three", 0.97, True),
@@ -20,6 +22,11 @@ REACHED, OPEN, MISSED = "yes", "not shown", "no"
 
 
 def compare_with_targets(board: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of `compare` for a scoreboard of `score.score`."""
+    return compare({**board, "ece": board["calibration"]["ece"]}, TARGETS)
+
+
+def compare(figures: dict[str, Any], targets: Sequence[Target]) -> list[dict[str, Any]]:
     """Return one row per target: key, words, target, measured, interval, reached.
 
     Reached means that the measured figure is as good as the target; not shown, that it is worse
@@ -27,28 +34,25 @@ def compare_with_targets(board: dict[str, Any]) -> list[dict[str, Any]]:
 
     Parameters
     ----------
-    board : dict
-        From `score.score`.
+    figures : dict
+        Figures with their intervals, see `scoring.intervals`.
+    targets : sequence of tuple
+        Key of a figure, words, target, whether more is better.
 
     """
     rows = []
-    for key, words, target, more in TARGETS:
-        value, interval, of = _measurement(board, key)
+    for key, words, target, more in targets:
+        held = figures[key]
+        value = next((held[name] for name in ("rate", "median", "value") if name in held), None)
         if value is None:
             continue
-        best = interval[1] if more else interval[0]
+        best = held["interval"][1 if more else 0]
         reached = (REACHED if _as_good(value, target, more)
                    else OPEN if _as_good(best, target, more) else MISSED)
         rows.append({"key": key, "words": words, "target": target, "more_is_better": more,
-                     "measured": value, "interval": interval, "of": of, "reached": reached})
+                     "measured": value, "interval": held["interval"], "of": held["of"],
+                     "reached": reached})
     return rows
-
-
-def _measurement(board: dict[str, Any], key: str) -> tuple[float | None, list[float], int]:
-    """Value, interval and number of trials of a figure."""
-    held = board["calibration"]["ece"] if key == "ece" else board[key]
-    value = next((held[name] for name in ("rate", "median", "value") if name in held), None)
-    return value, held["interval"], held["of"]
 
 
 def _as_good(value: float, target: float, more: bool) -> bool:

@@ -73,7 +73,8 @@ def document(board: dict[str, Any]) -> Document:
     mood = UNSURE if share is None else GOOD if share >= 0.9 else UNSURE if share >= 0.7 else BAD
     return Document(
         "Blind trials", f"Single effect named right: {percent(board['top_1'])}.", mood,
-        (_targets(board), _headlines(board), _calibration_and_reduction(board), _confusion(board),
+        (targets_section(board), _headlines(board), _calibration_and_reduction(board),
+         _confusion(board),
          *(_slice(board, key, text) for key, text in SLICES.items() if board[key]),
          *further_sections(board), protocol_section(board), _errors(board)),
         (("trials", str(board["trials"])), ("seeds", ", ".join(map(str, board["seeds"]))),
@@ -81,7 +82,8 @@ def document(board: dict[str, Any]) -> Document:
          ("achieved / achievable gap reduction", format_number(board["shrinkage"]["median"]))))
 
 
-def _targets(board: dict[str, Any]) -> Section:
+def targets_section(board: dict[str, Any]) -> Section:
+    """Return the section that holds the measured figures against their targets."""
     rows, marks = [], []
     for row in board["targets"]:
         sign = "\u2265" if row["more_is_better"] else "\u2264"

@@ -1,0 +1,85 @@
+"""Sealed trials of imperfect logs: standard robots, a third of them left as they are.
+
+Each robot is made twice: the undamaged twins are a study of their own in a folder below, with a
+seal of their own; the damaged copies are the study, and its labels are the damages.
+"""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, HARMLESS
+from clie_blocks.analysis.blind.imperfect.export import DoesNotApplyError, Export
+from clie_blocks.analysis.blind.population.maker import Population, Trial
+from clie_blocks.analysis.blind.population.standard import draw_trial, plan
+from clie_blocks.analysis.blind.protocol import study
+from clie_blocks.output import progress
+
+UNDAMAGED = "undamaged"  # folder of the twins
+SOUND = "none"  # the damage of a trial that has none
+ONE_SOUND_OF, ONE_HEALTHY_OF = 3, 4  # consecutive trials
+
+
+def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
+    """Draw a standard trial; every fourth robot has no effect, for false alarms to show."""
+    if index % ONE_HEALTHY_OF == ONE_HEALTHY_OF - 1:
+        return draw_trial(rng, index, "none", (), None)
+    return draw_trial(rng, index, *plan(seed, index - index // ONE_HEALTHY_OF))
+
+
+ROBOTS = Population(_draw, (2,))
+
+
+def make_trials(folder: Path, trials: int, seed: int, jobs: int = 1) -> None:
+    """Make twins and damaged copies, and seal the labels of both; an existing study is kept."""
+    study.make_trials(folder / UNDAMAGED, trials, seed, jobs, ROBOTS)
+    if study.already_made(folder, trials, seed):
+        return
+    twins = sorted((folder / UNDAMAGED / study.TRIALS).iterdir())
+    study.commit(folder, trials, seed, damage_all(twins, folder / study.TRIALS, seed))
+
+
+def damage_all(twins: Sequence[Path], folder: Path, seed: int) -> dict[str, dict[str, Any]]:
+    """Copy robots with damages; return the damage of each and what it chose, by trial.
+
+    The damages come in turn, in laps of a random order that hold the harmless ones twice; one that
+    a robot cannot have waits for the next robot.
+    """
+    rng = np.random.default_rng([seed, len(DAMAGES)])
+    waiting: list[str] = []
+    labels = {}
+    with progress("damaging logs", len(twins)) as advance:
+        for index, twin in enumerate(twins):
+            if index % ONE_SOUND_OF == 0:
+                sound = index + int(rng.integers(ONE_SOUND_OF))
+            if index == sound:
+                shutil.copytree(twin, folder / twin.name, dirs_exist_ok=True)
+                labels[twin.name] = {"damage": SOUND}
+            else:
+                labels[twin.name] = _damage_one(twin, folder / twin.name, waiting, rng)
+            advance(1)
+    return labels
+
+
+def _damage_one(twin: Path, folder: Path, waiting: list[str],
+                rng: np.random.Generator) -> dict[str, Any]:
+    """Copy a robot with the first waiting damage that it can have, and strike that out."""
+    export = Export.read(twin)
+    while True:
+        for name in waiting:
+            try:
+                chosen = DAMAGES[name].change(export, rng)
+            except DoesNotApplyError:
+                continue
+            export.write(folder)
+            waiting.remove(name)
+            return {"damage": name, **chosen}
+        waiting += _lap(rng)
+
+
+def _lap(rng: np.random.Generator) -> list[str]:
+    twice = [name for name, one in DAMAGES.items() if one.kind == HARMLESS]
+    return list(map(str, rng.permutation([*DAMAGES, *twice])))
