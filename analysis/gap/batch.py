@@ -44,6 +44,8 @@ class Options:
         Logs of the user's own simulator in the same experiments.
     reading : Reading
         How the logs are read: columns, unit of the clock, topics.
+    trust_logs : bool
+        Correct nothing in the logs, and stop for nothing that a check finds in them.
 
     """
 
@@ -52,6 +54,7 @@ class Options:
     exclude: tuple[str, ...] = ()
     simulated: tuple[str, ...] = ()
     reading: Reading = Reading()
+    trust_logs: bool = False
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
@@ -60,7 +63,8 @@ def _diagnose(task: Task, options: Options) -> Diagnosis:
     return diagnose(state(task, options), effects=options.effects, exclude=options.exclude)
 
 
-def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None) -> Problem:
+def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None,
+         trust_logs: bool = False) -> Problem:
     """State the problem of a folder with ``robot.toml`` and logs, or of log files of one robot.
 
     Parameters
@@ -69,18 +73,21 @@ def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = 
         A folder, or log files.
     robot : path-like, optional
         Robot file of log files.
+    trust_logs : bool
+        Correct nothing in the logs, and stop for nothing that a check finds in them.
 
     Raises
     ------
     RecordError
-        If a path holds nothing that can be diagnosed, or the paths are of several robots.
+        If a path holds nothing that can be diagnosed, the paths are of several robots, or the
+        logs are not what they seem to be.
 
     """
     tasks = find_tasks(paths, robot)
     if len(tasks) != 1:
         raise RecordError(f"{', '.join(map(str, paths))}: {len(tasks)} robots, and a problem is "
                           f"of one; name one of {', '.join(task.name for task in tasks)}")
-    return state(tasks[0])
+    return state(tasks[0], Options(trust_logs=trust_logs))
 
 
 def state(task: Task, options: Options = Options()) -> Problem:
@@ -89,7 +96,7 @@ def state(task: Task, options: Options = Options()) -> Problem:
 
     robot, records = _read_logs(task, options.reading)
     held_out = _held_out(options.holdout, records)
-    problem = Problem.from_logs(robot, records, held_out)
+    problem = Problem.from_logs(robot, records, held_out, options.trust_logs)
     if not options.simulated:
         return problem
     from clie_blocks.analysis.records.read import read_logs

@@ -22,7 +22,8 @@ def main(argv: list[str] | None = None) -> int:
 
     tasks = batch.find_tasks(args.paths, args.robot)
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
-                            simulated=tuple(map(str, args.simulated)), reading=reading(args))
+                            simulated=tuple(map(str, args.simulated)), reading=reading(args),
+                            trust_logs=args.trust_log)
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -90,6 +91,9 @@ def _parser() -> argparse.ArgumentParser:
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")
     add_reading_options(parser)
+    parser.add_argument("--trust-log", action="store_true",
+                        help="take the logs as they are: correct nothing, stop for nothing that "
+                             "'clie check' finds")
     parser.add_argument("--jobs", type=_count, default=1, help="robots diagnosed in parallel")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")

@@ -20,7 +20,9 @@ from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.corrections import Correction, Examination, examine
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
@@ -87,6 +89,10 @@ class Problem:
         What is known of the robot, in the form of eq. (11); None of a loop.
     statement : Statement or None
         Robot and logs before preparation; None of a loop.
+    corrections : tuple of Correction
+        What was corrected in the logs before anything else.
+    log_warnings : tuple of Finding
+        What the checks of the logs found and could not correct.
 
     """
 
@@ -106,10 +112,12 @@ class Problem:
     simulated: tuple[Record, ...] = ()
     robot: Robot | None = None
     statement: Statement | None = None
+    corrections: tuple[Correction, ...] = ()
+    log_warnings: tuple[Finding, ...] = ()
 
     @classmethod
     def from_logs(cls, robot: Robot, records: Sequence[Record],
-                  held_out: Sequence[int] | None = None) -> Problem:
+                  held_out: Sequence[int] | None = None, trust_logs: bool = False) -> Problem:
         """State the problem of a robot and its logs.
 
         Parameters
@@ -120,19 +128,25 @@ class Problem:
             Its logs.
         held_out : sequence of int, optional
             Logs for validation only; by default the last, when there are two or more.
+        trust_logs : bool
+            Take the logs as they are: correct nothing in them, and stop for nothing.
 
         Raises
         ------
         RecordError
-            If a signal is missing from a record, or the logs do not belong together.
+            If a signal is missing from a record, the logs do not belong together, or they are
+            not what they seem to be and do not show what would be right.
         NotIdentifiableError
             If a log is too short, or nothing says what drove the machine.
 
         """
-        prepared_robot, prepared = prepare(robot, list(records))
+        seen = Examination(robot, tuple(records)) if trust_logs else examine(records, robot)
+        seen.raise_obstacles()
+        prepared_robot, prepared = prepare(robot, list(seen.records))
         problem = state_problem(prepared_robot, prepared, held_out)
         return dataclasses.replace(
-            problem, statement=Statement(robot, tuple(records), _held_out(records, held_out)))
+            problem, statement=Statement(robot, seen.records, _held_out(records, held_out)),
+            corrections=seen.corrections, log_warnings=seen.warnings)
 
     @classmethod
     def from_loop(cls, loop: InputOutputSystem, records: Record | Sequence[Record],
@@ -187,7 +201,8 @@ class Problem:
         prepared_robot, prepared = prepare(robot, [*records, *logs])
         problem = state_problem(prepared_robot, prepared[:len(records)], held_out)
         return dataclasses.replace(problem, statement=self.statement,
-                                   simulated=tuple(prepared[len(records):]))
+                                   simulated=tuple(prepared[len(records):]),
+                                   corrections=self.corrections, log_warnings=self.log_warnings)
 
     @property
     def n(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.report.joint_side import exported
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
     RECORDED_COMMAND,
@@ -39,7 +41,7 @@ from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 LEAST = 1e-4  # probabilities below are left out
 CONTRADICTED = 0.02  # factor on the probability of what an established cause speaks against
 
@@ -57,6 +59,7 @@ def answer(result: Result) -> dict[str, Any]:
     experiment, records = result.next_experiment, result.problem.records
     plain = _with_units({
         "schema_version": SCHEMA_VERSION,
+        "log": log_findings(result.problem),
         "verdict": result.verdict,
         "effects": findings + _effects(result, findings),
         "set_90": list(dict.fromkeys([*(row["effect"] for row in findings), *(
@@ -86,6 +89,13 @@ def answer(result: Result) -> dict[str, Any]:
         "seconds": result.seconds,
     }, units_of(records))
     return {**plain, "export": exported(result)}
+
+
+def log_findings(problem: Problem) -> dict[str, Any]:
+    """What was corrected in the logs, and what the checks found and could not correct."""
+    return {"corrections": [dataclasses.asdict(one) for one in problem.corrections],
+            "warnings": [{"check": one.check, "joint": one.joint, "what": one.what,
+                          "why": one.why, "fix": one.fix} for one in problem.log_warnings]}
 
 
 def _with_units(content: Any, units: Units) -> Any:

@@ -47,7 +47,9 @@ def checks_section(result: Result, units: Units) -> Section:
     table = Table(("joint", "logged command less that of the stated law, RMS",
                    "samples at the command limit", "smallest step of the position",
                    "sensor noise"), tuple(rows), marks=tuple(marks))
-    return Section("Checks", points=tuple(_remarks(result, limited)), tables=(table,))
+    return Section("Checks", points=(*map(str, result.problem.corrections),
+                                     *map(str, result.problem.log_warnings),
+                                     *_remarks(result, limited)), tables=(table,))
 
 
 def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:

@@ -48,7 +48,10 @@ def summary_line(name: str, answer: Answer) -> str:
     """Return one line for a terminal: verdict, joints, probabilities, and what it removes."""
     if "error" in answer:
         return f"{name}: not diagnosed"
-    return " ".join([f"{name}: {headline(answer)}", *_torque_map(answer)])
+    corrected = [f"{row['what']} {row['done']}"
+                 for row in answer.get("log", {}).get("corrections", ())]
+    return " ".join([f"{name}:", *(["Corrected in the logs:", *corrected] if corrected else []),
+                     headline(answer), *_torque_map(answer)])
 
 
 def headline(answer: Answer) -> str:
@@ -80,7 +83,7 @@ def _terms(row: Row) -> list[str]:
 
 
 def summary_lines(answer: Answer) -> list[str]:
-    """Return at most eight lines: which cause, where, how far, what is left, what next.
+    """Return the corrections of the logs, then at most eight lines: which cause, where, what next.
 
     Parameters
     ----------
@@ -88,9 +91,20 @@ def summary_lines(answer: Answer) -> list[str]:
         The JSON answer.
 
     """
-    return [*_law(answer), verdict_sentence(answer), *_where(answer), _how_far(answer),
+    return [*log_lines(answer), *_law(answer), verdict_sentence(answer), *_where(answer),
+            _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
             *_torque_map(answer), *_next_experiment(answer), _assumptions(answer)]
+
+
+def log_lines(answer: Answer) -> list[str]:
+    """What was corrected in the logs, one line each, and what could not be."""
+    log = answer.get("log", {})
+    names = list(dict.fromkeys(row["check"] for row in log.get("warnings", ())))
+    return [*(f"Corrected in the logs: {row['what']} {row['done']} {row['why']}"
+              for row in log.get("corrections", ())),
+            *([f"Warnings of the logs, which 'clie check' explains: {', '.join(names)}."]
+              if names else [])]
 
 
 def joint_names(answer: Answer) -> list[str]:
