@@ -16,8 +16,8 @@ from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
-from clie_blocks.analysis.gap.report.joint_side import exported
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.joint_side import exported
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
     RECORDED_COMMAND,
