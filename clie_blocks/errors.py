@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable
 
+CLOSE = 0.5  # likeness of two names, 0 to 1, from which on one may stand for the other
 LONGEST = 2000  # characters of a message; the middle of a longer one is left out
 
 
@@ -60,7 +61,7 @@ def visible(text: object, keep: str = "") -> str:
 
 
 def nearest(name: object, known: Iterable[object]) -> str:
-    """Return a hint that names the closest valid names, for the end of a message.
+    """Return a hint that names the valid names, for the end of a message.
 
     Parameters
     ----------
@@ -72,11 +73,13 @@ def nearest(name: object, known: Iterable[object]) -> str:
     Returns
     -------
     str
-        ``"did you mean 'x'? known: x, y"``; the list is cut after twelve names.
+        ``"did you mean 'x'? known: x, y"``; all names, those most alike first.
 
     """
     names = [str(k) for k in known]
-    close = difflib.get_close_matches(str(name), names, n=1, cutoff=0.5)
+    alike = {k: difflib.SequenceMatcher(None, str(name).lower(), k.lower()).ratio()
+             for k in names}
+    close = sorted((k for k in names if alike[k] >= CLOSE), key=lambda k: -alike[k])
     hint = f"did you mean {close[0]!r}? " if close else ""
-    listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
-    return f"{hint}known: {listed or 'none'}"
+    listed = [*close, *(k for k in names if k not in close)]
+    return f"{hint}known: {', '.join(listed) or 'none'}"

@@ -10,6 +10,7 @@ from typing import Any
 
 from clie_blocks.analysis.records.fields import check_value, per_joint
 from clie_blocks.analysis.records.model import DEFAULT_UNITS
+from clie_blocks.analysis.records.plain_file import check_plain_file
 from clie_blocks.analysis.records.robot import (
     Controller,
     Encoder,
@@ -25,6 +26,7 @@ SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Co
             "encoder": Encoder}
 TABLES = ("experiment", "units", "columns")
 TOP = ("name", "joints", "joint_names", *SECTIONS, *TABLES)
+LARGEST_INTEGER = 2**63
 LARGEST_FILE = 1_000_000
 
 
@@ -53,6 +55,7 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
 
 def _text(path: Path) -> str:
     try:
+        check_plain_file(path)
         if path.stat().st_size > LARGEST_FILE:
             raise RecordError(f"{path} is larger than {LARGEST_FILE} bytes; a robot file has a "
                               "few thousand: point at robot.toml, not at a log")
@@ -71,8 +74,23 @@ class _RobotFile:
         self.text = text
         try:
             self.table = tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
+        except RecursionError:
+            raise RecordError(f"{path} is not valid TOML: its lists or tables are nested too "
+                              "deeply; a robot file needs two levels") from None
+        except ValueError as error:  # of the syntax, or of a number of thousands of digits
             raise RecordError(f"{path} is not valid TOML: {error}") from None
+        self._refuse_huge(self.table)
+
+    def _refuse_huge(self, value: Any) -> None:
+        """Refuse integers beyond those of TOML: Python cannot even print one of 5000 digits."""
+        if isinstance(value, dict):
+            value = list(value.values())
+        if isinstance(value, list):
+            for item in value:
+                self._refuse_huge(item)
+        elif isinstance(value, int) and not -LARGEST_INTEGER <= value < LARGEST_INTEGER:
+            raise RecordError(f"{self.path} has an integer of more than 64 bits, which TOML does "
+                              "not have; write a large number as 1e30")
 
     def where(self, *keys: str) -> str:
         """Place of a key: file, line, section, key."""
@@ -160,10 +178,19 @@ def _section(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any], 
 
 def _refuse_unknown(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any],
                     known: Iterable[str]) -> None:
+    known = list(known)
     for key in table:
         if key not in known:
-            raise RecordError(f"{file.where(*keys, key)} is not a key of a robot file, and would "
-                              f"have no effect; {nearest(key, known)}")
+            place = "a key of a robot file" if not keys else f"a key of [{'.'.join(keys)}]"
+            raise RecordError(f"{file.where(*keys, key)} is not {place}, and would have no "
+                              f"effect; {_elsewhere(key, keys)}{nearest(key, known)}")
+
+
+def _elsewhere(key: str, keys: tuple[str, ...]) -> str:
+    """Where a key belongs that stands in the wrong section."""
+    places = [section for section, kind in SECTIONS.items() if section not in keys
+              and any(key in field.metadata["keys"] for field in dataclasses.fields(kind))]
+    return f"it belongs in [{places[0]}]; " if places else ""
 
 
 def _words(file: _RobotFile, name: str, known: Iterable[str]) -> dict[str, str]:

@@ -1,9 +1,12 @@
 """`robot.toml`: read whole, or refused with field, file, line and the nearest name."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from clie_blocks.analysis.records import read_robot
+from clie_blocks.analysis.records import robot as robot_module
 from clie_blocks.analysis.records.robot import Controller, Motor, Robot
 from clie_blocks.errors import RecordError
 
@@ -146,3 +149,29 @@ def test_every_blind_robot_is_understood(shared):
         assert robot.controller.law == "pd"
         assert robot.controller.discretisation == "tustin"
         assert {"log-1", "log-2", "log-3"} == set(robot.experiments)
+
+
+@pytest.mark.parametrize("section", ["motor", "links", "nominal", "controller", "encoder"])
+def test_an_unknown_key_is_answered_with_all_keys_of_its_section(tmp_path, section):
+    keys = [key for field in dataclasses.fields(robot_module.Robot) if field.name == section
+            for part in dataclasses.fields(type(field.default)) for key in part.metadata["keys"]]
+    key = max(keys, key=len)
+    with pytest.raises(RecordError, match=rf"is not a key of \[{section}\]") as refused:
+        read_robot(robot_file(tmp_path, f"joints = 1\n[{section}]\n{key[:-1]}x = 1\n"))
+    listed = str(refused.value).partition("known: ")[2].split(", ")
+    assert sorted(listed) == sorted(keys)
+    assert listed[0] == key
+
+
+@pytest.mark.parametrize("text, message", [
+    ("joints = 1\nKp = 2", r":2: Kp is not a key of a robot file.*it belongs in \[controller\]"),
+    ("joints = 1\n[motor]\nKp = 2", r":3: \[motor\] Kp .*it belongs in \[controller\]"),
+    ("joints = 1\n[controler]\nKp = 2", r":2: controler .*did you mean 'controller'\? known: "
+     "controller, .*name, joints, joint_names, motor, links, nominal.*columns"),
+    ("joints = 1\n[controller]\nkp = 2\nKd = 1", r"did you mean 'Kp'"),
+    ("joints = 1\n[units]\ntorque = 'N m'", "known: .*time, q, u, qd, pe, dq, tau"),
+    ("joints = 1\n[experiment.log-1]\nperiod = 1",
+     r"is not a key of \[experiment.log-1\].*periods_s")])
+def test_where_an_unknown_key_belongs(tmp_path, text, message):
+    with pytest.raises(RecordError, match=message):
+        read_robot(robot_file(tmp_path, text))
