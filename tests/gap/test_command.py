@@ -40,9 +40,12 @@ def test_data_goes_to_stdout_and_words_to_stderr(folder, result, capsys):
     assert main([str(folder), "-o", str(result), "--json"]) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["verdict"] == "none"
-    assert captured.err == "trial-1: The model agrees with the robot down to the sensor noise.\n"
+    sentence, page = captured.err.splitlines()
+    assert sentence == "trial-1: The model agrees with the robot down to the sensor noise."
+    assert page == f"report: {result / 'trial-1.html'}" and (result / "trial-1.html").is_file()
     assert main([str(folder), "-o", str(result)]) == 0
-    assert capsys.readouterr().out == captured.err
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == (f"{sentence}\n", f"{page}\n")
 
 
 def test_answers_of_several_robots_are_by_name(folder, result, capsys, monkeypatch):
