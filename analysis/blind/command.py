@@ -29,9 +29,12 @@ def main(argv: list[str] | None = None) -> int:
     if options.imperfect:
         return _imperfect(options)
     from clie_blocks.analysis.blind.report.page import save_page
+    from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
-    text = to_json(scoreboard(options))
+    figures, timings = without_timings(scoreboard(options))
+    text = to_json(figures)
     write(options.output / "scoreboard.json", text)
+    write(options.output / FILE, to_json(timings))
     board = json.loads(text)
     page = save_page(board, options.output)
     print(text if options.json else "\n".join(terminal_lines(board)))
@@ -72,7 +75,7 @@ def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
                  for seed, folder in folders.items()}
     labels = {seed: unseal(folder) for seed, folder in folders.items()}
     board = score(study.merge_seeds(diagnoses), study.merge_seeds(labels))
-    return {"schema_version": 2, "command": _command(options), "seeds": options.seed, **board,
+    return {"schema_version": 3, "command": _command(options), "seeds": options.seed, **board,
             "targets": compare_with_targets(board),
             **_further_studies(options, folders, diagnoses, labels)}
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from jinja2 import Template
 
 TEMPLATES = Path(__file__).parent
+KEPT = "\n\u2060"  # line ends, and the word joiner that keeps a range on one line
 
 
 def save_document(document: Document, folder: str | os.PathLike[str], stem: str) -> list[str]:
@@ -76,7 +77,7 @@ def _template(name: str) -> Template:
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
-        finalize=lambda value: visible(value, keep="\n") if type(value) is str else value,
+        finalize=lambda value: visible(value, keep=KEPT) if type(value) is str else value,
         autoescape=".html" in name, trim_blocks=True, lstrip_blocks=True)
     environment.filters["plain"] = lambda text: str(text).replace("<", "&lt;")
     environment.filters["cell"] = lambda text: (

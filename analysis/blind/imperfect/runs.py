@@ -13,9 +13,10 @@ from typing import Any
 from clie_blocks import __version__
 from clie_blocks.analysis.blind.protocol import seal
 from clie_blocks.analysis.blind.protocol.study import TRIALS
+from clie_blocks.analysis.blind.scoring.timings import FILE
 from clie_blocks.output import progress, to_json, write
 
-ANSWERS, TIMINGS = "answers", "timings.json"
+ANSWERS = "answers"
 LIMIT = 900.0  # s of wall clock after which nobody waits for an answer
 NO_ANSWER = 124  # exit code
 COMMAND = (sys.executable, "-m", "clie_blocks.analysis.gap.command")
@@ -44,7 +45,7 @@ def run_all(folder: Path, jobs: int, kept: Path) -> dict[str, dict[str, Any]]:
             answers[trial.name] = answer
             advance(1)
     seconds = {name: answer.pop("seconds", None) for name, answer in answers.items()}
-    write(folder / TIMINGS, to_json({"seconds": seconds}))
+    write(folder / FILE, to_json({"seconds": seconds}))
     return answers
 
 

@@ -78,7 +78,6 @@ def document(board: dict[str, Any]) -> Document:
          *(_slice(board, key, text) for key, text in SLICES.items() if board[key]),
          *further_sections(board), protocol_section(board), _errors(board)),
         (("trials", str(board["trials"])), ("seeds", ", ".join(map(str, board["seeds"]))),
-         ("seconds per trial", format_number(board["seconds"]["median"])),
          ("achieved / achievable gap reduction", format_number(board["shrinkage"]["median"]))))
 
 
@@ -112,9 +111,7 @@ def _calibration_and_reduction(board: dict[str, Any]) -> Section:
             ("achieved over achievable gap reduction, median",
              value_with_interval(board["shrinkage"])),
             ("gap after a right diagnosis, relative to the true model, median",
-             value_with_interval(board["against_true_model"])),
-            ("seconds per trial, median", value_with_interval(board["seconds"])),
-            ("seconds per trial, largest", format_number(board["seconds"]["largest"])))
+             value_with_interval(board["against_true_model"])))
     pictures = (
         Picture("reliability", reliability(calibration["reliability"]),
                 "Stated against observed share of right decisions, with 95 % intervals; the "

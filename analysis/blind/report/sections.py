@@ -93,9 +93,8 @@ def _comparison(board: dict[str, Any]) -> Section:
                 short_rate(row["unknown_detected"]))),
         _method_table(rows, ("90 % set contains the truth %", "calibration error"), lambda row: (
             short_rate(row["set_coverage"]), value_with_interval(row["ece"]))),
-        _method_table(rows, ("gap relative to the true model", "time [s]"), lambda row: (
-            value_with_interval(row["against_true_model"]),
-            format_number(row["seconds"]["median"]))))
+        _method_table(rows, ("gap relative to the true model",), lambda row: (
+            value_with_interval(row["against_true_model"]),)))
     picture = Picture("compared", shares({row["method"]: row["top_1"] for row in rows}),
                       "Single effect named right; bars are 95 % intervals.")
     return Section("What each stage contributes, and what other methods reach", (
@@ -110,7 +109,7 @@ def _comparison(board: dict[str, Any]) -> Section:
         "factor the gap on the unseen log grows. Where an interval contains 0 (last column: 1), "
         "these trials do not distinguish the two. Then: how often the cause is found; what "
         "happens with two causes, none, and one outside the library; how well the probabilities "
-        "are calibrated; the gap after right diagnoses, and the median time.",),
+        "are calibrated; the gap after right diagnoses.",),
         tables=(*_paired_tables(rows[1:]), *tables), pictures=(picture,))
 
 

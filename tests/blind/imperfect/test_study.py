@@ -13,6 +13,7 @@ from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, HARMLESS
 from clie_blocks.analysis.blind.imperfect.export import Export
 from clie_blocks.analysis.blind.population.standard import plan
 from clie_blocks.analysis.blind.protocol import seal, study
+from clie_blocks.analysis.blind.scoring import timings
 from clie_blocks.errors import ClieError
 
 ROBOT = """joints = 1
@@ -128,7 +129,7 @@ def test_a_later_run_reads_what_is_there_and_writes_the_same_pages(free_robots, 
 
 def test_seconds_are_kept_apart_from_answers_and_pages(free_robots, tmp_path):
     main(["--imperfect", "--trials", "3", "--seed", "4", "-o", str(tmp_path)])
-    seconds = json.loads((tmp_path / runs.TIMINGS).read_text())["seconds"]
+    seconds = json.loads((tmp_path / timings.FILE).read_text())["seconds"]
     assert set(seconds) == {f"trial-{k:03d}" for k in range(3)} and min(seconds.values()) >= 0
     assert "seconds" not in (tmp_path / study.DIAGNOSES).read_text()
     assert "seconds" not in (tmp_path / "imperfect.json").read_text()
