@@ -17,7 +17,7 @@ from clie_blocks.analysis.blind.imperfect.log_damages import Change, Choice
 HARMLESS, POORER, DESCRIPTION = "harmless", "poorer", "description"
 KINDS = {
     HARMLESS: "nothing that counts is lost: the right class must still come first",
-    POORER: "the log tells less: right, or an honest doubt",
+    POORER: "the log tells less: right, or honestly uncertain",
     DESCRIPTION: "files contradict themselves: the fault must be named or corrected"}
 CONTROLLER = "velocity_filter_mismatch"  # the vocabulary's own word for a wrong description
 NUMBERS = ("parametric",)  # a number of the file that is off may be reported so
