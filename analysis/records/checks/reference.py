@@ -84,8 +84,8 @@ def _scale(record: Record, robot: Robot | None, k: int, wanted: np.ndarray,
         signal = "q" if "q" in causes else "qd"
         return [Finding("warning", "units.reference", what,
                         "The gains would be wrong by as much.",
-                        f"State the unit in the header, as {signal}_{name}[deg]; --fix-units "
-                        "converts it.", joint=name,
+                        f"State the unit in the header, as {signal}_{name}[deg], or in "
+                        "[units].", joint=name,
                         rescale=(signal, 1 / DEGREE) if len(causes) == 1 else None)]
     return [Finding("error", "reference.side", what, "The control error would be meaningless.",
                     "Divide the motor side by the gear ratio.", joint=name)]

@@ -70,7 +70,7 @@ def _scale(record: Record, robot: Robot | None, k: int, scale: float) -> list[Fi
             return [Finding("warning", "units.velocity", f"Its velocity is {scale:.4g} times the "
                             f"rate of its position, as if dq were in {unit}.",
                             "Friction would be wrong by 57.3.", "State the unit in the header, as "
-                            f"dq_{name}[deg/s], or in [units]; --fix-units converts it.",
+                            f"dq_{name}[deg/s], or in [units].",
                             joint=name, rescale=rescale)]
     if abs(scale - 1) > 0.05:
         return [Finding("warning", "velocity.scale", f"Its velocity is {scale:.4g} times the rate "
