@@ -3,7 +3,8 @@
 Where the law leaves part of the logged command, the logs are read in two ways.  If the command was
 recorded as it acted, models that follow it leave less; if the law ran as stated and the column
 holds something else, models under the law do.  The refitted nominal model tells which: by the odds
-of the verdict, as it does of any two explanations.
+of the verdict, as it does of any two explanations.  Where it diverges in both, the stated law is
+left out, and an observer leads the models, as on a machine of unknown law.
 """
 
 import dataclasses
@@ -13,11 +14,15 @@ import numpy as np
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import ExplainSteps
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 FOLLOWED = "models follow the recorded command there, whatever made it"
+OPEN_LOOP = ("a model under the stated law diverges, so that models follow the recorded commands "
+             "beside an observer")
+ALIKE = "the difference hardly moves the models, so that the stated law is kept"
 NOT_FOLLOWED = "the stated law explains the motion better than the recorded command"
 
 
@@ -29,18 +34,28 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
     """
     if not controller.unexplained:
         return controller
-    readings = [dataclasses.replace(controller, recorded=recorded) for recorded in (True, False)]
-    fitted = [steps.fit_nominal(reading.corrected(problem), method, steps.noise_model)
-              for reading in readings]
+    followed = dataclasses.replace(controller, recorded=True)
+    readings = [followed, controller]
+    fitted = [_fit_nominal(reading, problem, method, steps) for reading in readings]
+    if all(nominal.has_diverged for _, nominal in fitted):
+        return _with_decision(dataclasses.replace(followed, open_loop=True), problem, OPEN_LOOP)
+    if _are_alike(*fitted[0], fitted[1][1], method):
+        return _with_decision(controller, problem, ALIKE)
     excess = np.array([nominal.excess for _, nominal in fitted])
     best = int(np.argmin(excess))
-    probability = _probability(excess, best, method)
-    if _are_alike(*fitted[best], fitted[1 - best][1], method):
-        probability = 1.0
-    names = [problem.joints[k] for k in controller.unexplained]
-    said = (f"{', '.join(names)}: no known law gives the logged command; "
-            f"{NOT_FOLLOWED if best else FOLLOWED}")
-    return dataclasses.replace(readings[best], reading=probability).with_decisions((said,))
+    chosen = dataclasses.replace(readings[best], reading=_probability(excess, best, method))
+    return _with_decision(chosen, problem, NOT_FOLLOWED if best else FOLLOWED)
+
+
+def _fit_nominal(reading: ControllerCheck, problem: Problem, method: Method,
+                 steps: ExplainSteps) -> tuple[ResidualModel, Fit]:
+    read = with_observer(reading.corrected(problem), method)
+    return steps.fit_nominal(read, method, steps.noise_model)
+
+
+def _with_decision(reading: ControllerCheck, problem: Problem, said: str) -> ControllerCheck:
+    names = ", ".join(problem.joints[k] for k in reading.unexplained)
+    return reading.with_decisions((f"{names}: no known law gives the logged command; {said}",))
 
 
 def _probability(excess: np.ndarray, best: int, method: Method) -> float:
@@ -50,11 +65,12 @@ def _probability(excess: np.ndarray, best: int, method: Method) -> float:
     return float(1.0 / (1.0 + np.exp(scores[1 - best] - scores[best])))
 
 
-def _are_alike(residuals: ResidualModel, best: Fit, other: Fit, method: Method) -> bool:
-    """Whether both readings predict the same motion, down to what a healthy robot leaves."""
-    if best.has_diverged or other.has_diverged:
+def _are_alike(residuals: ResidualModel, one: Fit, other: Fit, method: Method) -> bool:
+    """Whether two readings predict the same motion, down to what a right model may leave."""
+    if one.has_diverged or other.has_diverged:
         return False
     apart = [part for j in range(len(residuals.problem.logs)) for part in residuals.whitened(
-        best.hypothesis.error(j) - other.hypothesis.error(j), j)]
-    squares = np.concatenate(apart) ** 2
-    return bool(np.mean(squares) * residuals.problem.n < method.calibration.healthy)
+        one.hypothesis.error(j) - other.hypothesis.error(j), j)]
+    difference = float(np.mean(np.concatenate(apart) ** 2)) * residuals.problem.n
+    calibration = method.calibration
+    return difference < calibration.healthy + calibration.misfit * max(one.excess, 0.0)

@@ -258,6 +258,7 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
     """Nominal model in the stated loop and on the stated split of the logs.
 
     Models that follow recorded commands stay with them: the law that made these is not known.
+    A stated loop that diverges says nothing of the robot.
     """
     if controller.recorded:
         return first.nominal
@@ -265,7 +266,8 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
     if not (controller.misdescribed or pooled):
         return first.nominal
     stated = with_observer(problem, method)
-    return stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
+    nominal = stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
+    return first.nominal if nominal.has_diverged else nominal
 
 
 def _signal_findings(problem: Problem, first: Explanation, controller: ControllerCheck,

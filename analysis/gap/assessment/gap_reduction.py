@@ -38,8 +38,9 @@ class GapReduction:
     judged_on : str
         ``held-out logs``, ``blocks left out of the fit`` or ``the fitted logs``.
     earned : float
-        Probability that the corrected model predicts unseen data clearly better: the share of the
-        draws of the bootstrap that say so; 1 where there is nothing to remove, or no unseen data.
+        Probability that the corrected model predicts unseen data better: the share of the draws
+        of the bootstrap that say so, 0 where it removes next to nothing; 1 where there is nothing
+        to remove, or no unseen data.
     """
 
     before: float
@@ -62,10 +63,17 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
     judged_on, before, after = _validation(nominal, corrected, residuals)
     method, period = residuals.method.assessment, nominal.problem.period
     percent, drawn = _percent_and_draws(before, after, floor, period, method)
-    is_judged = percent is not None and judged_on != FITTED and drawn.size
-    return GapReduction(
-        rms(before), rms(after), floor, percent, _interval(drawn), judged_on != FITTED, judged_on,
-        earned=float(np.mean(drawn > method.earned_percent)) if is_judged else 1.0)
+    unseen = judged_on != FITTED
+    earned = _earned(percent, drawn, method) if unseen else 1.0
+    return GapReduction(rms(before), rms(after), floor, percent, _interval(drawn), unseen,
+                        judged_on, earned)
+
+
+def _earned(percent: float | None, drawn: np.ndarray, method: AssessmentMethod) -> float:
+    """Probability that unseen data bear a corrected model out; 1 where they cannot tell."""
+    if percent is None or not drawn.size:
+        return 1.0
+    return float(np.mean(drawn > 0.0)) if percent >= method.earned_percent else 0.0
 
 
 def reduction_percent(before: list[np.ndarray], after: list[np.ndarray], floor: float,

@@ -21,7 +21,12 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_fitted_gains,
     with_integral,
 )
-from clie_blocks.analysis.gap.controller.terms import Terms, find_terms, with_recorded_commands
+from clie_blocks.analysis.gap.controller.terms import (
+    Terms,
+    find_terms,
+    with_recorded_commands,
+    with_unknown_law,
+)
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -57,6 +62,8 @@ class ControllerCheck:
         The law that ran, as far as the logs show it.
     decisions : tuple of str
         What was decided, one sentence each.
+    differences : tuple of str
+        Those of them that say how the law that ran differs from the stated one.
     other_gains : tuple of int
         Joints whose gains are not the stated ones.
     delayed : bool
@@ -69,6 +76,8 @@ class ControllerCheck:
         Joints whose command follows neither the stated law nor any that was found.
     recorded : bool
         Where the law leaves part of a command, models follow the recorded command.
+    open_loop : bool
+        Models follow all recorded commands, and the stated law is left out.
     reading : float
         Probability that this is what moved the robot, rather than the law as it is known.
 
@@ -82,12 +91,14 @@ class ControllerCheck:
     step: np.ndarray
     law: Law
     decisions: tuple[str, ...]
+    differences: tuple[str, ...] = ()
     other_gains: tuple[int, ...] = ()
     delayed: bool = False
     integral: tuple[float, ...] = ()
     terms: tuple[Terms, ...] = ()
     unexplained: tuple[int, ...] = ()
     recorded: bool = False
+    open_loop: bool = False
     reading: float = 1.0
 
     @property
@@ -106,6 +117,8 @@ class ControllerCheck:
 
     def corrected(self, problem: Problem) -> Problem:
         """Problem with the law that ran."""
+        if self.open_loop:
+            return with_unknown_law(problem)
         corrected = dataclasses.replace(problem, law=self.law)
         if self.integral:
             corrected = with_integral(corrected, np.array(self.integral))
@@ -137,13 +150,14 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     unexplained = [k for k in _joints(error > limit) if k not in other_gains]
     law, corners, other_filter = _other_filters(problem, law, limit, unexplained, decisions)
     unexplained = [k for k in unexplained if k not in other_filter]
+    differences = tuple(decisions)
     terms = find_terms(problem, law, limit, unexplained)
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
     named = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
     return ControllerCheck(
-        error, limit, other_filter, corners, coarse, step, law, tuple(decisions), other_gains,
-        delayed, integral, terms, tuple(k for k in unexplained if k not in named),
+        error, limit, other_filter, corners, coarse, step, law, tuple(decisions), differences,
+        other_gains, delayed, integral, terms, tuple(k for k in unexplained if k not in named),
         recorded=bool(terms))
 
 

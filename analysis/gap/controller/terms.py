@@ -9,7 +9,7 @@ Its prediction error is then the same filter of missing torques and of sensor no
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,6 +22,8 @@ UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
          "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
          "constant": "N m"}
 MOST_TERMS = 2  # beyond gains: more explain a command by their number
+RATES = ("filtered", "direct", "difference")  # ways to form the velocity of the reference
+SAME_GAIN = 0.02  # of Kd: a gain on the reference velocity that is Kd
 AT_LIMIT = 1.0 - 1e-9  # of the limit of a command
 
 
@@ -35,18 +37,28 @@ class Terms:
         The joint.
     coefficients : dict
         Term of `UNITS` -> coefficient.
+    kd : float
+        Gain on the velocity [N m s/rad].
 
     """
 
     joint: int
     coefficients: dict[str, float]
+    kd: float = 0.0
+
+    @property
+    def is_velocity_error(self) -> bool:
+        """Whether the gain Kd acts on the error of the velocity, and not on the velocity."""
+        gain = self.coefficients.get("reference velocity", 0.0)
+        return abs(gain - self.kd) < SAME_GAIN * self.kd
 
     def describe(self, name: str) -> str:
         """The terms as a sentence."""
         parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}"
                           for term, value in self.coefficients.items())
-        return (f"{name}: the command contains what the stated law does not have ({parts}); the "
-                "robot file is wrong, or somebody changed the controller")
+        error = ": Kd acts on dqd - dq" if self.is_velocity_error else ""
+        return (f"{name}: the command contains what the stated law does not have ({parts}{error})"
+                "; the robot file is wrong, or somebody changed the controller")
 
 
 def find_terms(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequence[int],
@@ -71,6 +83,15 @@ def with_recorded_commands(problem: Problem, joints: Sequence[int]) -> Problem:
     return problem.with_logs(following)
 
 
+def with_unknown_law(problem: Problem) -> Problem:
+    """Problem of a machine that is driven by its recorded commands, under no law."""
+    law = problem.stated_law
+    zero = np.zeros(problem.n)
+    open_loop = dataclasses.replace(law, kp=zero, kd=zero, saturation=zero + np.inf)
+    driven = problem.with_logs(lambda log: dataclasses.replace(log, pe=log.u))
+    return dataclasses.replace(driven, law=open_loop)
+
+
 def command_beyond_law(law: StatedLaw, log: Log) -> np.ndarray:
     """Logged command less that of the law without limits, (N, n) [N m]; 0 where both meet one."""
     free = dataclasses.replace(law, saturation=np.full_like(law.saturation, np.inf))
@@ -84,7 +105,7 @@ def command_beyond_law(law: StatedLaw, log: Log) -> np.ndarray:
 def _terms_of(problem: Problem, law: StatedLaw, limit: float, k: int) -> Terms | None:
     gains = ((), ("Kp", "Kd"))
     for count, beside in itertools.product(range(1, MOST_TERMS + 1), gains):
-        for variant in _reference_rates(law):
+        for variant in RATES:
             for names in itertools.combinations(tuple(UNITS)[2:], count):
                 terms = _fitted(problem, law, k, (*beside, *names), variant, limit)
                 if terms is not None:
@@ -105,8 +126,9 @@ def _fitted(problem: Problem, law: StatedLaw, k: int, names: Sequence[str], vari
     if max(left) > limit:
         return None
     stated = {"Kp": law.kp[k], "Kd": law.kd[k]}
-    return Terms(k, {name: float(value + stated.get(name, 0.0))
-                     for name, value in zip(names, scaled)})
+    coefficients = {name: float(value + stated.get(name, 0.0))
+                    for name, value in zip(names, scaled)}
+    return Terms(k, coefficients, coefficients.get("Kd", float(law.kd[k])))
 
 
 def _regression(log: Log, law: StatedLaw, k: int, names: Sequence[str], variant: str,
@@ -132,14 +154,11 @@ def _column(log: Log, law: StatedLaw, k: int, name: str, variant: str) -> np.nda
     return rate if name == "reference velocity" else np.gradient(rate, period)
 
 
-def _reference_rates(law: StatedLaw) -> Iterator[str]:
-    """Ways to form the velocity of the reference: as that of the position, or directly."""
-    yield "filtered"
-    if law.corners is not None:
-        yield "direct"
-
-
 def _reference_rate(log: Log, law: StatedLaw, k: int, variant: str) -> np.ndarray:
+    """Velocity of the reference: as that of the position, as it is, or as a difference."""
+    reference = log.q_d[:, k]
     if variant == "filtered":
         return law.rate(log.q_d)[:, k]
-    return np.gradient(log.q_d[:, k], law.period)
+    if variant == "direct":
+        return np.gradient(reference, law.period)
+    return np.diff(reference, prepend=reference[0]) / law.period

@@ -15,8 +15,7 @@ class AssessmentMethod:
         1.02, "factor on the noise floor", "a smaller gap holds nothing that could be removed")
     earned_percent: float = threshold(
         10.0, "% of the reducible gap",
-        "a model that removes less on unseen data does not predict clearly better: the tolerance "
-        "of a refit alone moves the prediction by some percent")
+        "where a cause removes less on unseen data, nine tenths of the gap are something else")
     fold_block: float = threshold(
         2.0, "s", "least length of a block that is left out of a fit")
     fold_blocks: int = threshold(10, "blocks", "of a log that is long enough")

@@ -82,6 +82,7 @@ def answer(result: Result) -> dict[str, Any]:
         "next_experiment": experiment and experiment.as_dict(),
         "controller_as_stated": result.controller.as_stated,
         "controller": _controller(result.controller),
+        "controller_differences": list(result.controller.differences),
         "decisions": list(result.controller.decisions),
         "log_decisions": list(dict.fromkeys(
             sentence for record in records for sentence in record.decisions)),
@@ -125,7 +126,7 @@ def _theorem_2(result: Result) -> dict[str, Any]:
 
 def _judged_by(result: Result) -> str:
     """What drives the models that are compared."""
-    if not result.problem.law.holds_joints:
+    if result.controller.open_loop or not result.problem.law.holds_joints:
         return WITH_OBSERVER
     return RECORDED_COMMAND if result.controller.recorded else CLOSED_LOOP
 
@@ -133,12 +134,13 @@ def _judged_by(result: Result) -> str:
 def _controller(check: ControllerCheck) -> list[Row]:
     """Joints whose command the stated law does not give, and what it contains beyond."""
     rows = [{"joint": one.joint + 1, "terms": {
-        name: {"value": value, "unit": UNITS[name]} for name, value in one.coefficients.items()}}
-        for one in check.terms]
-    rows += [{"joint": k + 1, "terms": {}} for k in check.unexplained]
+        name: {"value": value, "unit": UNITS[name]} for name, value in one.coefficients.items()},
+        "velocity_error": one.is_velocity_error} for one in check.terms]
+    rows += [{"joint": k + 1, "terms": {}, "velocity_error": False} for k in check.unexplained]
     return [{**row, "error": check.replay_error[row["joint"] - 1],
              "limit": check.limit[row["joint"] - 1], "unit": "N m",
-             "followed": check.recorded, "probability": check.reading} for row in rows]
+             "followed": check.recorded, "led": check.open_loop, "probability": check.reading}
+            for row in rows]
 
 
 def established_findings(result: Result) -> list[Row]:

@@ -100,11 +100,11 @@ def reduction_section(result: Result, answer: Answer, units: Units) -> Section:
 
 def _simulated(result: Result) -> str:
     """What drives a model."""
-    if result.problem.law.holds_joints:
+    if result.problem.law.holds_joints and not result.controller.open_loop:
         return ("in closed loop, from the recorded command" if result.controller.recorded else
                 "in closed loop, from reference and excitation alone")
     return ("from the recorded commands, with an observer that tracks the measured motion, since "
-            "no controller holds this machine")
+            "no known controller holds this machine")
 
 
 def _theorem_2(predicted: Row) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from clie_blocks.analysis.gap.report.control_law import law_lines
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
     CONFOUNDERS,
@@ -41,7 +42,7 @@ OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
 VALIDATED_ON = {"held-out logs": "on logs that were not fitted",
                 "blocks left out of the fit": "by cross-validation"}
 JUDGED_BY = {RECORDED_COMMAND: ", with the recorded command",
-             WITH_OBSERVER: ", with an observer, as no controller holds the machine"}
+             WITH_OBSERVER: ", with an observer, as no known controller holds the machine"}
 
 
 def summary_line(name: str, answer: Answer) -> str:
@@ -60,26 +61,8 @@ def headline(answer: Answer) -> str:
 
 
 def _law(answer: Answer) -> list[str]:
-    """What the stated law leaves of the logged commands; as a list of one or none."""
-    rows = answer.get("controller", ())
-    if not rows:
-        return []
-    names = joint_names(answer)
-    left = [f"{with_prefix(row['error'], row['unit'])} RMS at {names[row['joint'] - 1]} "
-            f"({number(row['error'] / row['limit'])} times its rounding)" for row in rows]
-    found = [f"it contains {join_words(_terms(row))} at {names[row['joint'] - 1]}"
-             for row in rows if row["terms"]]
-    missing = "" if len(found) == len(rows) else (
-        "an excitation pe that was not logged, or a part of the law, is missing")
-    followed = ("; models follow the recorded command" if rows[0]["followed"] else
-                "; the motion follows the stated law all the same")
-    return [f"The logged command is not that of the stated law, by {join_words(left)}: "
-            f"{'; '.join(filter(None, [*found, missing]))}{followed}."]
-
-
-def _terms(row: Row) -> list[str]:
-    return [f"{name} {number(entry['value'])} {entry['unit']}"
-            for name, entry in row["terms"].items()]
+    """How the law that ran differs from the stated one, one line each."""
+    return law_lines(answer, joint_names(answer))
 
 
 def summary_lines(answer: Answer) -> list[str]:

@@ -8,26 +8,36 @@ validated on logs that they were not fitted to.
 """
 
 import dataclasses
+import itertools
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.position_path import PositionPath
+from clie_blocks.analysis.gap.problem.torque_path import TorquePath
 from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
-from clie_blocks.analysis.gap.verdict.posterior import LIKELY, UNKNOWN, posterior
+from clie_blocks.analysis.gap.verdict.posterior import LIKELY, UNKNOWN, marginals, posterior
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 
 _HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
                "both": ("coulomb", "time_delay")}
 _WITH_DELAY = ("setpoint_delay", "both")
+_DRIVE_EFFECTS = {torque_path.TIMING: ("actuator_lag", "time_delay"),
+                  torque_path.GAIN: ("torque_gain_error",),
+                  torque_path.LIMIT: ("actuator_saturation",),
+                  torque_path.DEAD_ZONE: ("dead_zone",)}
+_DRIVE_PARAMETERS = {"actuator_lag": ("time", "s"), "time_delay": ("time", "s"),
+                     "torque_gain_error": ("error", "1"), "actuator_saturation": ("limit", "N m"),
+                     "dead_zone": ("width", "N m")}
 Entry = dict[str, Any]
 """A parameter in the answer: ``value``, ``unit`` and ``interval``, an entry per joint."""
 
@@ -88,7 +98,7 @@ def signal_findings(records: Sequence[Record], residuals: ResidualModel, check: 
         findings = (*_setpoint_delay(records, residuals, left_out),
                     *_coarse_positions(residuals, check))
     elif all(findings_of_torque_path(record) for record in records):
-        findings = _drive_findings(records, residuals.method.verdict, left_out)
+        findings = _drive_findings(records, residuals.method, left_out)
     return tuple(finding for finding in findings if finding.effect not in left_out)
 
 
@@ -231,27 +241,85 @@ def _coarse_positions(residuals: ResidualModel, check: ControllerCheck) -> Itera
                             {"step": _entry(check.step[joints], "rad")})
 
 
-def _drive_findings(records: Sequence[Record], method: VerdictMethod, left_out: Collection[str],
+def _drive_findings(records: Sequence[Record], method: Method, left_out: Collection[str],
                     ) -> Iterator[SignalFinding]:
-    """Lag or delay, and gain, of the drives whose torque is measured."""
-    timing = [name for name in ("actuator_lag", "time_delay") if name not in left_out]
-    by_effect: dict[str, list[tuple[int, float, float]]] = {
-        "actuator_lag": [], "time_delay": [], "torque_gain_error": []}
+    """Delay, gain, limit and dead zone of the drives whose torque is measured."""
+    by_effect: dict[str, list[_Shown]] = {}
     for k in range(records[0].n):
-        path = torque_path.pooled_torque_path(records, k)
-        if path is None:
-            continue
-        if timing and path.total_delay - path.half_widths["total_delay"] > records[0].sample_time:
-            by_effect[timing[0] if path.lag > path.delay else timing[-1]].append(
-                (k, path.total_delay, path.half_widths["total_delay"]))
-        if abs(path.gain - 1.0) > max(path.half_widths["gain"], method.gain_error):
-            by_effect["torque_gain_error"].append((k, path.gain - 1.0, path.half_widths["gain"]))
+        for shown in _of_drive(records, k, method, left_out):
+            by_effect.setdefault(shown.effect, []).append(shown)
     for effect, rows in by_effect.items():
-        if rows:
-            joints, value, half = map(np.array, zip(*rows))
-            name, unit = ("error", "1") if effect == "torque_gain_error" else ("time", "s")
-            yield SignalFinding(effect, tuple(joints.tolist()), method.certain,
-                                {name: _entry(value, unit, value - half, value + half)})
+        _, joints, probability, value, half = map(np.array, zip(*rows))
+        name, unit = _DRIVE_PARAMETERS[effect]
+        yield SignalFinding(effect, tuple(joints.tolist()), float(probability.min()),
+                            {name: _entry(value, unit, value - half, value + half)})
+
+
+class _Shown(NamedTuple):
+    """An effect of one drive, with its parameter and the half width of its interval."""
+
+    effect: str
+    joint: int
+    probability: float
+    value: float
+    half: float
+
+
+def _of_drive(records: Sequence[Record], k: int, method: Method, left_out: Collection[str],
+              ) -> list[_Shown]:
+    """Effects of one drive that are likely, by the odds of the verdict.
+
+    Paths with some of the elements are compared; what even the best of them leaves, beyond the
+    noise of the measured torque, speaks for something else.
+    """
+    paths = _paths_of_drive(records, k, method.verdict)
+    if not paths:
+        return []
+    excess = {held: (path.rms_error / path.noise) ** 2 - 1.0 for held, path in paths.items()}
+    rows = [Row(held, left, float(len(held))) for held, left in excess.items() if held]
+    odds = marginals(posterior(Table(excess[()], 0.0, 0, (), rows), method.calibration))
+    likely = tuple(element for element in torque_path.ELEMENTS if odds.get(element, 0.0) >= LIKELY)
+    return [_shown(paths[likely], element, k, odds[element], left_out) for element in likely
+            if not set(_DRIVE_EFFECTS[element]) <= set(left_out)]
+
+
+def _paths_of_drive(records: Sequence[Record], k: int, method: VerdictMethod,
+                    ) -> dict[tuple[str, ...], TorquePath]:
+    """Paths by the elements that they hold, for all sets of those that act at all."""
+    whole = torque_path.pooled_torque_path(records, k, tuple(torque_path.ELEMENTS))
+    if whole is None:
+        return {}
+    acting = [element for element in torque_path.ELEMENTS
+              if _acts(whole, element, records[0].sample_time, method)]
+    sets = itertools.chain.from_iterable(
+        itertools.combinations(acting, count) for count in range(len(acting) + 1))
+    paths = {held: torque_path.pooled_torque_path(records, k, held) for held in sets}
+    return {held: path for held, path in paths.items() if path is not None}
+
+
+def _acts(path: TorquePath, element: str, period: float, method: VerdictMethod) -> bool:
+    """Whether an element of a fitted path differs from what a sound drive has."""
+    half = path.half_widths
+    if element == torque_path.TIMING:
+        return path.total_delay - half["total_delay"] > period
+    if element == torque_path.GAIN:
+        return abs(path.gain - 1.0) > max(half["gain"], method.gain_error)
+    if element == torque_path.LIMIT:
+        return 0.0 < half["limit"] < path.limit
+    return path.width > half["width"] > 0.0
+
+
+def _shown(path: TorquePath, element: str, k: int, probability: float,
+           left_out: Collection[str]) -> _Shown:
+    """Effect that an element of a path is."""
+    effects = [name for name in _DRIVE_EFFECTS[element] if name not in left_out]
+    if element == torque_path.TIMING:
+        effect = effects[0] if path.lag > path.delay else effects[-1]
+        return _Shown(effect, k, probability, path.total_delay, path.half_widths["total_delay"])
+    value = {torque_path.GAIN: path.gain - 1.0, torque_path.LIMIT: path.limit,
+             torque_path.DEAD_ZONE: path.width}[element]
+    parameter = {torque_path.GAIN: "gain", torque_path.LIMIT: "limit"}.get(element, "width")
+    return _Shown(effects[0], k, probability, value, path.half_widths[parameter])
 
 
 def _entry(value: np.ndarray, unit: str, low: np.ndarray | None = None,

@@ -1,0 +1,49 @@
+"""What the check of the control law found, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from clie_blocks.analysis.gap.report.wording import (
+    Answer,
+    Row,
+    join_words,
+    number,
+    with_prefix,
+)
+
+
+def law_lines(answer: Answer, names: Sequence[str]) -> list[str]:
+    """How the law that ran differs from the stated one, one line each; names are of joints."""
+    return [f"{sentence}." for sentence in answer.get("controller_differences", ())] + _left(
+        answer.get("controller", ()), names)
+
+
+def _left(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
+    """What the stated law leaves of the logged commands; as a list of one or none."""
+    if not rows:
+        return []
+    left = [f"{with_prefix(row['error'], row['unit'])} RMS at {names[row['joint'] - 1]} "
+            f"({number(row['error'] / row['limit'])} times its rounding)" for row in rows]
+    found = [f"it contains {join_words(_terms(row))} at {names[row['joint'] - 1]}"
+             for row in rows if row["terms"]]
+    missing = "" if len(found) == len(rows) else (
+        "an excitation pe that was not logged, or a part of the law, is missing")
+    return [f"The logged command is not that of the stated law, by {join_words(left)}: "
+            f"{'; '.join(filter(None, [*found, missing]))}; {_driven_by(rows[0])}."]
+
+
+def _terms(row: Row) -> list[str]:
+    """Terms of a command that the stated law does not have."""
+    if row["velocity_error"]:
+        return ["Kd (dqd - dq) in the place of -Kd dq"]
+    return [f"{name} {number(entry['value'])} {entry['unit']}"
+            for name, entry in row["terms"].items()]
+
+
+def _driven_by(row: Row) -> str:
+    """What drives the models of a robot whose law is not the stated one."""
+    if row["led"]:
+        return "a model under that law diverges, so that an observer leads the models"
+    return ("models follow the recorded command" if row["followed"] else
+            "models follow the stated law, which the motion bears out")
