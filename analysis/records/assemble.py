@@ -7,6 +7,7 @@ import numpy as np
 
 from clie_blocks.analysis.records.clock import repeated_stamps, seconds, segments
 from clie_blocks.analysis.records.columns import Layout, find_columns
+from clie_blocks.analysis.records.joined_topics import keep_positions
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.table import Packed, Table, pack
@@ -32,6 +33,7 @@ def assemble(table: Table, robot: Robot | None = None, columns: Mapping[str, str
     if packed.stamps.size == 0:
         raise RecordError(f"{table.source} has a header but no samples with a time stamp; without "
                           "samples nothing can be learned; check the export")
+    packed, joined = keep_positions(packed, layout, MASKED_BY)
     stated = time_unit or layout.units["time"][0] or table.time_unit or (
         robot.units.get("time") if robot else None)
     time, clock_notes = seconds(packed.stamps, stated,
@@ -44,7 +46,7 @@ def assemble(table: Table, robot: Robot | None = None, columns: Mapping[str, str
         time=time, **shown, valid=valid & ~twins, joints=layout.joints, robot=robot,
         units={name: unit for name, unit in units.items() if name in signals},
         source=table.source, segments=ranges,
-        decisions=(*table.decisions, *layout.decisions, *notes, *clock_notes, *cut_notes,
+        decisions=(*table.decisions, *layout.decisions, *notes, *joined, *clock_notes, *cut_notes,
                    *twin_notes, *empty_notes, *_losses(packed.dropped, valid)))
 
 
