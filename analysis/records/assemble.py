@@ -9,11 +9,15 @@ from clie_blocks.analysis.records.clock import repeated_stamps, seconds, segment
 from clie_blocks.analysis.records.columns import Layout, find_columns
 from clie_blocks.analysis.records.joined_topics import keep_positions
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Robot, speaks_of_torque
 from clie_blocks.analysis.records.table import Packed, Table, pack
 from clie_blocks.analysis.records.units import to_si
 from clie_blocks.errors import RecordError
 
+UNKNOWN_COMMAND = (
+    "No unit is stated for u, and the robot file has no gain, inertia or torque: u may be a "
+    "torque, a current or a percentage, and results are per unit of u. State it in the header, as "
+    "u1 [N m], or in [units].")
 MASKED_BY = ("q", "u", "qd", "pe")  # a hole in one of these makes the sample useless
 
 
@@ -60,7 +64,8 @@ def _scales(table: Table, layout: Layout,
         robots = robot.units.get(signal) if robot else None
         implied = layout.implied.get(signal)
         fallback = robots or implied
-        scales = [to_si(unit or fallback or DEFAULT_UNITS[signal], signal,
+        assumed = _assumed_unit(signal, robot)
+        scales = [to_si(unit or fallback or assumed, signal,
                         f"{table.source}: column {table.names[index]!r}")
                   for unit, index in zip(stated, layout.columns[signal])]
         factors += [factor for factor, _ in scales]
@@ -72,10 +77,22 @@ def _scales(table: Table, layout: Layout,
         if written and any(factor != 1 for factor, _ in scales):
             notes.append(f"Converted {signal} from {written} to {scales[0][1]}.")
         elif not written and any(note.startswith(f"Read {signal} ") for note in layout.decisions):
-            notes.append(f"No unit is stated for {signal}; took {DEFAULT_UNITS[signal]}.")
+            notes.append(f"No unit is stated for {signal}; took {assumed}.")
+        if signal == "u" and not written and assumed != DEFAULT_UNITS["u"]:
+            notes.append(UNKNOWN_COMMAND)
     if layout.mask is not None:
         factors.append(1.0)
     return factors, units, notes
+
+
+def _assumed_unit(signal: str, robot: Robot | None) -> str:
+    """Unit of a signal for which none is stated.
+
+    A command is taken as a torque where the robot file says anything in terms of one.
+    """
+    if signal not in ("u", "pe") or robot is None or speaks_of_torque(robot):
+        return DEFAULT_UNITS[signal]
+    return "u"
 
 
 def _signals(layout: Layout,

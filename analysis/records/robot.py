@@ -320,3 +320,11 @@ class Robot:
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
         return dataclasses.replace(section, **changes)
+
+
+def speaks_of_torque(robot: Robot) -> bool:
+    """Whether a robot file states gains of its law, or anything in kg m^2, kg or N m."""
+    motor = dataclasses.asdict(robot.motor)
+    del motor["gear_ratio"]
+    return (robot.controller.law != "unknown" or robot.links.mass is not None
+            or any(value is not None for value in motor.values()))

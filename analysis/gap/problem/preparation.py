@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.problem import position_path, torque_path
+from clie_blocks.analysis.gap.problem.command_unit import in_one_unit
 from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
@@ -49,7 +50,7 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
     _check_one_robot(robot, records)
     _check_samples(records)
     records = [on_even_clock(record, robot.controller) for record in records]
-    robot, records = _form(robot, records)(robot, records)
+    robot, records = in_one_unit(*_form(robot, records)(robot, records))
     return with_damping(robot), records
 
 
@@ -135,11 +136,8 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
     With back-EMF the torque is k_t (duty V - k_t dq) / R: the first part is the command, the
     second is viscous friction.  A supply that sags shows as an error of the torque gain.
     """
-    motor, law = robot.motor, robot.controller
-    if motor.torque_constant is None or motor.resistance is None or law.supply is None:
-        scale, unit = np.ones(robot.n), "duty"
-    else:
-        scale, unit = law.supply * motor.torque_constant / motor.resistance, "N m"
+    law, torque = robot.controller, torque_at_full_duty(robot)
+    scale, unit = (np.ones(robot.n), "duty") if torque is None else (torque, "N m")
     note = f"u is {unit}, {scale[0]:.4g} {unit} at full duty; back-EMF counts as damping."
     kp, _ = gains(law)
     controller = dataclasses.replace(
@@ -151,8 +149,16 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
     turn = QUARTER_TURN if stated.nominal.gravity else 0.0
     return stated, [
         record.replace(u=None if record.u is None else record.u * scale, q=record.q - turn,
-                       qd=None if record.qd is None else record.qd - turn, units={},
+                       qd=None if record.qd is None else record.qd - turn, units={"u": unit},
                        robot=stated).noted(note) for record in records]
+
+
+def torque_at_full_duty(robot: Robot) -> np.ndarray | None:
+    """Torque of the stalled motors at their nominal supply [N m], shape (n,); None if unknown."""
+    motor, supply = robot.motor, robot.controller.supply
+    if motor.torque_constant is None or motor.resistance is None or supply is None:
+        return None
+    return supply * motor.torque_constant / motor.resistance
 
 
 def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
@@ -178,7 +184,8 @@ def position_error_as_command(robot: Robot, records: Sequence[Record],
     note = ("The command is not logged: the position error stands for it, so that torques are in "
             "rad of error and the damping includes that of the servo.")
     note = " ".join([note, *_position_paths(records[0])])
-    return stated, [record.replace(u=_reference(record) - record.q, robot=stated).noted(note)
+    return stated, [record.replace(u=_reference(record) - record.q, robot=stated,
+                                   units={**record.units, "u": record.units["q"]}).noted(note)
                     for record in records]
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.problem.preparation import torque_at_full_duty
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.wording import local_unit
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
@@ -128,7 +129,7 @@ def unit_at(problem: Problem, k: int, place: Place) -> str:
     if not problem.records:
         return place.unit
     record = problem.records[0]
-    command, force = record.units["u"][k], "N" if record.units["q"][k] == "m" else "N m"
+    command, force = logged_command(problem)[1][k], "N" if record.units["q"][k] == "m" else "N m"
     if place.unit == "u":
         return command
     unit = local_unit(place.unit, {"q": record.units["q"][k], "u": force})
@@ -147,6 +148,28 @@ def force_of(problem: Problem) -> np.ndarray:
     return force
 
 
+def logged_command(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Command of the diagnosis per command of the logs, shape (n,), and the unit of the latter.
+
+    A current or a duty cycle may have become a torque on the way.
+    """
+    one = np.ones(problem.n)
+    if not problem.records:
+        return one, ("N m",) * problem.n
+    used = problem.records[0].units["u"]
+    if problem.statement is None:
+        return one, used
+    robot = problem.statement.robot
+    logged = problem.statement.records[0].replace(robot=robot)
+    full = torque_at_full_duty(robot)
+    if robot.controller.law == "servo" and full is not None:
+        return full, ("duty",) * problem.n
+    force = force_per_command(logged)
+    if logged.units["u"] == used or force is None:
+        return one, used
+    return force, logged.units["u"]
+
+
 def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict[str, np.ndarray]:
     """Parameters of all joints by name of `PLACES`, each of shape (n,)."""
     force = force_of(problem)
@@ -154,6 +177,7 @@ def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict
     zero = np.zeros(problem.n)
     forward, backward = _friction(values, zero)
     gain, limit = _drive(members, values, problem.n)
+    command, _ = logged_command(problem)
     return {
         "armature": torque * values["inertia"] - problem.chain.diagonal,
         "damping": torque * values["damping"],
@@ -161,7 +185,8 @@ def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict
         "frictionloss": torque * (forward + backward) / 2,
         "stiffness": torque * values.get("spring.stiffness", zero),
         "offset": -torque * (values["load"] + (forward - backward) / 2),
-        "gear": problem.gear_ratio + zero, "gain": force * gain, "limit": limit,
+        "gear": problem.gear_ratio + zero, "gain": force * gain * command,
+        "limit": limit / command,
         "lag": values.get("actuator_lag.time", zero),
         "delay": values.get("time_delay.time", zero)}
 

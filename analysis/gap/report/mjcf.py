@@ -21,10 +21,11 @@ from clie_blocks.analysis.gap.report.joint_side import (
     entries,
     force_of,
     left_out,
+    logged_command,
     only_differences,
     why_not_exported,
 )
-from clie_blocks.analysis.gap.report.wording import with_prefix
+from clie_blocks.analysis.gap.report.wording import MIXED, units_of, with_prefix
 
 LONGEST_STEP = 1.25e-4  # s: of MuJoCo, whose dry friction then holds as in the corrected model
 SPECK = 1e-9  # kg, kg m^2: the engine refuses bodies without mass, and armature brings the inertia
@@ -84,7 +85,7 @@ def _how_to_use(result: Result, step: float) -> Iterator[str]:
 def _prediction(result: Result, unit: str) -> str:
     """What the corrected model predicts, on which data."""
     reduction = result.reduction
-    before, after = (with_prefix(value, unit.split(" ")[0])
+    before, after = (with_prefix(value, unit)
                      for value in (reduction.before, reduction.after))
     driven = "" if result.problem.law.holds_joints else (
         " with an observer, since no controller holds this machine")
@@ -96,8 +97,7 @@ def _units(problem: Problem) -> tuple[str, str]:
     """Units of positions and commands."""
     if not problem.records:
         return "rad", "N m"
-    q, u = (" or ".join(dict.fromkeys(problem.records[0].units[name])) for name in ("q", "u"))
-    return q, u
+    return units_of(problem.records)["q"], MIXED.join(dict.fromkeys(logged_command(problem)[1]))
 
 
 def _notes(result: Result) -> Iterator[str]:
@@ -140,7 +140,8 @@ def _gravity(chain: PlanarChain, values: Mapping[str, np.ndarray]) -> str:
         return f"0 0 {-float(chain.g):.9g}"
     along, across = (float(values[key].flat[0]) if key in values else 0.0
                      for key in ("gravity.along", "gravity.across"))
-    return f"{-chain.g * across:.9g} 0 {-chain.g * (chain.has_gravity + along):.9g}"
+    x, z = (0.0 - chain.g * share for share in (across, chain.has_gravity + along))
+    return f"{x:.9g} 0 {z:.9g}"
 
 
 def _bodies(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]:

@@ -16,6 +16,7 @@ Answer = Mapping[str, Any]  # the JSON answer
 Row = Mapping[str, Any]  # of one effect in it
 Units = Mapping[str, str]  # of positions ``q`` and commands ``u``
 
+MIXED = " or "  # between the units of joints that turn and of joints that slide
 TITLES = {"none": "no effect", "unknown": "an effect outside the library",
           "parametric": "parameters outside their tolerance"}
 JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
@@ -56,6 +57,8 @@ def with_prefix(value: float | None, unit: str) -> str:
 
 def display_scale(value: float, unit: str) -> tuple[float, str]:
     """Factor and unit, with its prefix, in which values of a size are read."""
+    if MIXED in unit:
+        return 1.0, unit
     for factor, prefix in ((1.0, ""), (1e3, "m")):
         if abs(value) * factor >= 1.0:
             return factor, prefix + unit
@@ -69,14 +72,25 @@ def join_words(words: Iterable[str], last: str = "and") -> str:
 
 
 def local_unit(unit: str, units: Units) -> str:
-    """Unit of a parameter for a machine that is not in rad and N m."""
-    if units["u"] != "N m":
-        unit = unit.replace("kg m^2", f"{units['u']} s^2/{units['q']}")
-    return unit.replace("N m", units["u"]).replace("rad", units["q"])
+    """Unit of a parameter for a machine that is not in rad and N m, such as an axis in m."""
+    q, u = units["q"], units["u"]
+    if unit == "1/turn":
+        return unit if q == "rad" else f"rad/{q}"
+    if u != "N m":
+        unit = unit.replace("kg m^2", "kg" if (q, u) == ("m", "N") else "N m s^2/rad")
+    unit = unit.replace("N m", u).replace("rad", q)
+    return _cancelled(unit, q) if u == q else unit
+
+
+def _cancelled(unit: str, q: str) -> str:
+    """Unit in which a position stands above and below the line, as for a servo's error."""
+    for above, below in ((f"{q} s^2/{q}", "s^2"), (f"{q} s/{q}", "s"), (f"{q}/{q}", "1")):
+        unit = unit.replace(above, below)
+    return unit
 
 
 def units_of(records: Sequence[Record]) -> Units:
-    """Units of positions and commands; rad and N m without records."""
+    """Units of positions and commands, of all joints; rad and N m without records."""
     if not records:
         return {"q": "rad", "u": "N m"}
-    return {name: str(np.atleast_1d(records[0].units[name])[0]) for name in ("q", "u")}
+    return {name: MIXED.join(dict.fromkeys(records[0].units[name])) for name in ("q", "u")}

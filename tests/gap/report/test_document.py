@@ -123,6 +123,16 @@ def test_words():
     assert [with_prefix(x, "rad") for x in (2.0, 2e-3, 2e-6)] == ["2 rad", "2 mrad", "2 urad"]
 
 
+@pytest.mark.parametrize("q, u, inertia, damping, wave", [
+    ("rad", "N m", "kg m^2", "N m s/rad", "1/turn"), ("m", "N", "kg", "N s/m", "rad/m"),
+    ("m", "V", "V s^2/m", "V s/m", "rad/m"), ("rad", "%", "% s^2/rad", "% s/rad", "1/turn"),
+    ("rad", "u", "u s^2/rad", "u s/rad", "1/turn"), ("rad", "rad", "s^2", "s", "1/turn")])
+def test_units_follow_position_and_command(q, u, inertia, damping, wave):
+    units = {"q": q, "u": u}
+    assert [local_unit(unit, units) for unit in ("kg m^2", "N m s/rad", "1/turn")] == [
+        inertia, damping, wave]
+
+
 def test_units_follow_the_machine():
     axis = {"q": "m", "u": "V"}
     assert local_unit("kg m^2", axis) == "V s^2/m" and local_unit("N m s/rad", axis) == "V s/m"
