@@ -27,6 +27,9 @@ SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Co
 TABLES = ("experiment", "units", "columns")
 TOP = ("name", "joints", "joint_names", *SECTIONS, *TABLES)
 LARGEST_INTEGER = 2**63
+DEEPEST = 8  # levels of lists and tables; a robot file needs four
+DOTS = re.compile(r"(?<!\d)\.|\.(?!\d)|\.\d+\.")  # all but the point of a number
+MOST_DOTS = 2000  # of sections, keys and sentences, for which the parser takes 0.2 s
 LARGEST_FILE = 1_000_000
 
 
@@ -72,43 +75,64 @@ class _RobotFile:
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
         self.text = text
+        self._refuse_long_keys()
         try:
             self.table = tomllib.loads(text)
         except RecursionError:
-            raise RecordError(f"{path} is not valid TOML: its lists or tables are nested too "
-                              "deeply; a robot file needs two levels") from None
-        except ValueError as error:  # of the syntax, or of a number of thousands of digits
+            raise self._too_deep() from None
+        except tomllib.TOMLDecodeError as error:
             raise RecordError(f"{path} is not valid TOML: {error}") from None
-        self._refuse_huge(self.table)
+        except ValueError:  # of an integer of thousands of digits
+            raise self._too_large() from None
+        self._refuse_strange(self.table, DEEPEST)
+        self.lines = _lines(text)
 
-    def _refuse_huge(self, value: Any) -> None:
-        """Refuse integers beyond those of TOML: Python cannot even print one of 5000 digits."""
-        if isinstance(value, dict):
-            value = list(value.values())
-        if isinstance(value, list):
-            for item in value:
-                self._refuse_huge(item)
+    def _refuse_long_keys(self) -> None:
+        """Refuse ``a.a.a. ...``, for which a parser of TOML takes hours."""
+        if len(DOTS.findall(self.text)) > MOST_DOTS:
+            raise self._too_deep()
+
+    def _refuse_strange(self, value: Any, depth: int) -> None:
+        """Refuse depths that no robot needs, and integers that Python refuses to print."""
+        if isinstance(value, (dict, list)):
+            if depth == 0:
+                raise self._too_deep()
+            for item in value.values() if isinstance(value, dict) else value:
+                self._refuse_strange(item, depth - 1)
         elif isinstance(value, int) and not -LARGEST_INTEGER <= value < LARGEST_INTEGER:
-            raise RecordError(f"{self.path} has an integer of more than 64 bits, which TOML does "
-                              "not have; write a large number as 1e30")
+            raise self._too_large()
+
+    def _too_large(self) -> RecordError:
+        return RecordError(f"{self.path} has an integer of more than 64 bits, which TOML does not "
+                           "have; write a large number as 1e30")
+
+    def _too_deep(self) -> RecordError:
+        return RecordError(f"{self.path} is not valid: its keys, lists or tables are nested more "
+                           f"than {DEEPEST} deep; write [section] and key = value below it")
 
     def where(self, *keys: str) -> str:
         """Place of a key: file, line, section, key."""
         section, key = ".".join(keys[:-1]), keys[-1]
         shown = f"[{section}] {key}" if section else key
-        return f"{self.path}:{self._line(section, key)}: {shown}"
+        line = self.lines.get(".".join(keys)) or self.lines.get(key, 1)
+        return f"{self.path}:{line}: {shown}"
 
-    def _line(self, section: str, key: str) -> int:
-        current = ""
-        for number, line in enumerate(self.text.splitlines(), 1):
-            header = re.match(r"\s*\[+([^\]]*)\]", line)
-            if header:
-                current = re.sub(r"[\"'\s]", "", header[1])
-                if current in (key, f"{section}.{key}"):
-                    return number
-            elif current == section and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
-                return number
-        return 1
+
+def _lines(text: str) -> dict[str, int]:
+    """Line on which each ``section`` and each ``section.key`` stands first."""
+    found: dict[str, int] = {}
+    section = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        header = re.match(r"\s*\[+([^\]]*)\]", line)
+        if header:
+            section = re.sub(r"[\"'\s]", "", header[1])
+            found.setdefault(section, number)
+            continue
+        key, equals, _ = line.partition("=")
+        if equals:
+            key = key.strip().strip("\"'")
+            found.setdefault(f"{section}.{key}" if section else key, number)
+    return found
 
 
 def _robot(file: _RobotFile) -> Robot:

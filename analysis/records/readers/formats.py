@@ -6,6 +6,7 @@ import zipfile
 from pathlib import Path
 from types import ModuleType
 
+from clie_blocks.analysis.records.plain_file import check_plain_file
 from clie_blocks.errors import RecordError
 
 # name: module in this folder
@@ -49,6 +50,7 @@ def recognise(path: str | os.PathLike[str]) -> str:
     """
     path = Path(path)
     try:
+        check_plain_file(path)
         if path.is_dir():
             return _folder(path)
         with open(path, "rb") as file:
