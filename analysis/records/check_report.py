@@ -113,9 +113,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             for path in save_page(report.record, report.findings, report.verdict, options.output,
                                   f"check-{number}"):
                 print(f"wrote {path}", file=sys.stderr)
-    if not options.json and all(report.exit_code == 0 for report in reports):
+    if not options.json and all(map(_shows_parameters, reports)):
         print(f"\nNext: {_next(options)}", file=sys.stderr)
     return _exit_code(reports)
+
+
+def _shows_parameters(report: Report) -> bool:
+    """Whether 'clie identify' has something to say of a log."""
+    return report.exit_code == 0 and report.record.u is not None \
+        and report.record.robot is not None
 
 
 def _next(options: argparse.Namespace) -> str:

@@ -67,8 +67,9 @@ def capabilities(record: Record, robot: Robot | None, known: Facts) -> list[Capa
                    _reason(driven, f"{slow:.0%} of the motion is slow")),
         Capability("gravity, payload", driven and sweep > WEIGHT_SWEEP,
                    _reason(driven, f"the widest sweep is {sweep:.3g} {record.units['q'][0]}")),
-        Capability("torque gain, load-dependent friction", driven and bool(moved),
-                   _reason(driven, "the command is logged")),
+        Capability("torque gain, load-dependent friction", _is_commanded(record) and bool(moved),
+                   "the command is logged" if _is_commanded(record) else
+                   "what the drive was asked for is not logged"),
         Capability("delay, actuator lag, elasticity", driven and rate >= FAST,
                    _reason(driven, f"logged at {rate:.4g} Hz; nothing shows below "
                            f"{1e3 / rate:.3g} ms")),
@@ -80,6 +81,12 @@ def capabilities(record: Record, robot: Robot | None, known: Facts) -> list[Capa
                    _reason(driven, f"{record.duration:.3g} s long")),
         Capability("how much of the gap is noise", not known.floor.caveat,
                    known.floor.caveat or f"{known.floor.repeats} {known.floor.method} compared")]
+
+
+def _is_commanded(record: Record) -> bool:
+    """Whether u is what was asked for, and not the torque or current that was measured."""
+    return record.u is not None and (
+        record.tau is None or not np.array_equal(record.u, record.tau, equal_nan=True))
 
 
 def best_experiment(record: Record, known: Facts) -> str:

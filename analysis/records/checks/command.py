@@ -102,7 +102,7 @@ def _torque(record: Record, robot: Robot | None, k: int, at: np.ndarray,
     if np.array_equal(tau, record.u[:, k]):
         return [Finding("warning", "torque.copied", "Its torque equals its command at every "
                         "sample.", "It shows nothing of the drive.",
-                        "It is not used; log the measured current or torque.", joint=name)]
+                        "Log both: what was commanded, and what was measured.", joint=name)]
     return _against_command(record, robot, k, at, width)
 
 
