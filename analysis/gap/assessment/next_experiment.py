@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,14 +65,25 @@ class NextExperiment:
         """Everything but the set-points, in plain types."""
         return {"separates": self.separates, "best": self.best, "menu": self.menu}
 
-    def set_points(self) -> str:
-        """The run as CSV text: time [s], then qd [rad] and pe [N m] of each joint."""
-        joints = range(1, self.run.q_d.shape[1] + 1)
-        head = ["time", *(f"qd{k}" for k in joints), *(f"pe{k}" for k in joints)]
+    def set_points(self, units: Mapping[str, Sequence[str]] | None = None) -> str:
+        """The run as CSV text: time [s], then qd and pe of each joint.
+
+        Units are in the header, as in logs, where they are not rad and N m.
+        """
+        rad, torque = (["rad"] * self.run.q_d.shape[1], ["N m"] * self.run.q_d.shape[1])
+        stated = {"qd": rad, "pe": torque} if units is None else {
+            "qd": units["q"], "pe": units["u"]}
+        head = ["time", *(f"{name}{k + 1}{_in_header(unit)}" for name, of_joints in stated.items()
+                          for k, unit in enumerate(of_joints))]
         time = self.period * np.arange(len(self.run))
         rows = np.column_stack([time, self.run.q_d, self.run.pe])
         return "\n".join([",".join(head), *(",".join(f"{x:.7g}" for x in row) for row in rows),
                           ""])
+
+
+def _in_header(unit: str) -> str:
+    """Unit in the name of a column, where it is not what a log has without one."""
+    return "" if unit in ("rad", "N m") else f"[{unit}]"
 
 
 class _Tried(NamedTuple):

@@ -46,7 +46,8 @@ def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
     """
     experiment, set_points = result.next_experiment, {}
     if experiment and can_follow(result.problem.records):
-        set_points["next.csv"] = experiment.set_points()
+        records = result.problem.records
+        set_points["next.csv"] = experiment.set_points(records[0].units if records else None)
         answer = {**answer, "next_experiment": {**answer["next_experiment"],
                                                 "set_points": f"{name}.next.csv"}}
     page = document(result, answer, name)

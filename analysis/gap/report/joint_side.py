@@ -41,6 +41,7 @@ class Place:
 PLACES = {
     "armature": Place("kg m^2", "inertia about the joint beside that of the links",
                       "joint armature", "-", "armature"),
+    "mass": Place("kg", "mass that slides", "body inertial mass", "<inertial><mass>", "mass"),
     "damping": Place("N m s/rad", "opposes the velocity", "joint damping", "<dynamics damping>",
                      "viscousFriction"),
     "drag": Place("N m s^2/rad^2", "opposes the square of the velocity",
@@ -62,7 +63,8 @@ PLACES = {
     "delay": Place("s", "from command to torque", "motor delay, nsample", "-",
                    "DelayedPDActuator max_delay"),
 }
-ADDED = ("armature", "damping", "drag", "frictionloss", "stiffness", "offset", "lag", "delay")
+ADDED = ("armature", "mass", "damping", "drag", "frictionloss", "stiffness", "offset", "lag",
+         "delay")
 HELD_BY_PLACES = {
     "coulomb", "asymmetric_coulomb", "quadratic_drag", "spring", "actuator_saturation",
     "actuator_lag", "time_delay", "torque_gain_error", "gravity", "payload", "coupling"}
@@ -109,7 +111,18 @@ def entries(result: Result) -> list[Entry]:
     before = _joints(problem, _inside(problem), _nominal_values(problem))
     return [Entry(problem.joints[k], name, float(after[name][k]), float(before[name][k]),
                   unit_at(problem, k, place))
-            for k in range(problem.n) for name, place in PLACES.items()]
+            for k in range(problem.n) for name, place in _places(problem, k)]
+
+
+def _places(problem: Problem, k: int) -> Iterator[tuple[str, Place]]:
+    """Parameters of a joint: one that slides has a mass, one that turns an armature."""
+    other = "armature" if slides(problem, k) else "mass"
+    return ((name, place) for name, place in PLACES.items() if name != other)
+
+
+def slides(problem: Problem, k: int) -> bool:
+    """Whether a joint slides, in m, and does not turn."""
+    return bool(problem.records) and problem.records[0].units["q"][k] == "m"
 
 
 def _inside(problem: Problem) -> Sequence[Member]:
@@ -129,7 +142,7 @@ def unit_at(problem: Problem, k: int, place: Place) -> str:
     if not problem.records:
         return place.unit
     record = problem.records[0]
-    command, force = logged_command(problem)[1][k], "N" if record.units["q"][k] == "m" else "N m"
+    command, force = logged_command(problem)[1][k], "N" if slides(problem, k) else "N m"
     if place.unit == "u":
         return command
     unit = local_unit(place.unit, {"q": record.units["q"][k], "u": force})
@@ -178,8 +191,9 @@ def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict
     forward, backward = _friction(values, zero)
     gain, limit = _drive(members, values, problem.n)
     command, _ = logged_command(problem)
+    inertia = torque * values["inertia"] - problem.chain.diagonal
     return {
-        "armature": torque * values["inertia"] - problem.chain.diagonal,
+        "armature": inertia, "mass": inertia,
         "damping": torque * values["damping"],
         "drag": torque * values.get("quadratic_drag.drag", zero),
         "frictionloss": torque * (forward + backward) / 2,

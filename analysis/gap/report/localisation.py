@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from clie_blocks.analysis.gap.report.plots import where_map
-from clie_blocks.analysis.gap.report.wording import Row, Units, number, percent, with_prefix
+from clie_blocks.analysis.gap.report.wording import (
+    Row,
+    Units,
+    effort,
+    number,
+    percent,
+    with_prefix,
+)
 from clie_blocks.analysis.report.document import Picture, Section, Table
 
 if TYPE_CHECKING:
@@ -115,6 +122,7 @@ def ranked_shares(where: Mapping[str, Any], joints: Sequence[str], units: Units
 
 def _quarter(kind: str, quarters: Mapping[str, Any], i: int, units: Units) -> str:
     unit = {"position": units["q"], "torque": units["u"]}.get(kind, f"{units['q']}/s")
+    kind = effort(units) if kind == "torque" else kind
     edges = [number(edge) for edge in quarters["edges"]]
     if i == 0:
         return f"{kind} below {edges[0]} {unit}"

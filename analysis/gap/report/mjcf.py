@@ -23,6 +23,7 @@ from clie_blocks.analysis.gap.report.joint_side import (
     left_out,
     logged_command,
     only_differences,
+    slides,
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.wording import MIXED, units_of, with_prefix
@@ -75,7 +76,7 @@ def _how_to_use(result: Result, step: float) -> Iterator[str]:
            "but for gainprm, ctrlrange and the times of a motor.")
     yield ("Load this file as it is, or give your own joints and motors every attribute of those "
            "of the same name here; armature does not contain the inertia of the links, since "
-           "their bodies bring it.")
+           "their bodies bring it; an axis that slides has the mass of its body.")
     yield (f"data.qpos is the position [{q}]. Write the command of your controller, u as logged "
            f"[{u}], to data.ctrl every {problem.period:.9g} s, which is "
            f"{round(problem.period / step)} steps of {step:.9g} s. Start at the first position of "
@@ -150,8 +151,11 @@ def _bodies(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]
     joints = list(_by_joint(rows).values())
     if not problem.chain.known:
         for k, row in enumerate(joints):
-            weight, taken = _weight(problem, values, k, row["armature"].value)
-            yield _body(f"0 {k} 0", _joint(problem, k, row, step, taken), weight)
+            if slides(problem, k):
+                body, taken = _inertial("0 0 0", row["mass"].value, 0.0), 0.0
+            else:
+                body, taken = _weight(problem, values, k, row["armature"].value)
+            yield _body(f"0 {k} 0", _joint(problem, k, row, step, taken), body)
         return
     inside: list[str] = _payload(problem.chain, values)
     for k in reversed(range(problem.n)):
@@ -197,12 +201,12 @@ def _weight(problem: Problem, values: Mapping[str, np.ndarray], k: int, armature
 
 def _joint(problem: Problem, k: int, row: Mapping[str, Entry], step: float,
            taken: float = 0.0) -> str:
-    slides = bool(problem.records) and problem.records[0].units["q"][k] == "m"
     zero = turn(problem)[k]
     found: dict[str, str | float] = {
-        "name": problem.joints[k], "type": "slide" if slides else "hinge",
-        "axis": "0 1 0" if slides else "0 -1 0",
-        "armature": row["armature"].value - taken, "damping": _damping(row)}
+        "name": problem.joints[k], "type": "slide" if slides(problem, k) else "hinge",
+        "axis": "0 1 0" if slides(problem, k) else "0 -1 0",
+        "armature": row["armature"].value - taken if "armature" in row else 0.0,
+        "damping": _damping(row)}
     if row["frictionloss"].value:
         found |= {"frictionloss": row["frictionloss"].value,
                   "solreffriction": f"{4 * step:.9g} 1", "solimpfriction": "0.9999 0.9999 0.001"}

@@ -27,7 +27,7 @@ OBSERVED = ("dead_time",)  # delay, lag and friction together: not a parameter o
 ABSENT = 1e6  # a limit or an onset beyond it is never reached
 TITLE = "Parameters for your simulator"
 SIMULATORS = ("mujoco", "urdf", "isaac")
-CHANGED = {"datasheet": "less stated", "simulator": "add to your simulator",
+CHANGED = {"datasheet": "change of the nominal", "simulator": "add to your simulator",
            "loop": "add to your loop"}
 ABSOLUTE = (
     "Joint side: motor torques times the gear ratio, but for gain, limit and times. The armature "

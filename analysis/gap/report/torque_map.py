@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.report.plots import AFTER, BEFORE, PANELS
 from clie_blocks.analysis.gap.report.wording import (
     Units,
     effect_title,
+    effort,
     join_words,
     number,
     with_prefix,
@@ -60,7 +61,7 @@ def curves(torque_map: TorqueMap, joints: Sequence[str], units: Units) -> Figure
         _draw(over_place, table.positions, table.over_position, table.position_spread)
         _draw(over_speed, table.speeds, table.over_speed, table.speed_spread)
         over_place.set(xlabel=f"{name}: position [{units['q']}]",
-                       ylabel=f"residual torque [{units['u']}]")
+                       ylabel=f"residual {effort(units)} [{units['u']}]")
         over_speed.set(xlabel=f"{name}: speed [{units['q']}/s]")
     axes[0, 0].legend(frameon=False, fontsize=8)
     return figure

@@ -89,6 +89,11 @@ def _cancelled(unit: str, q: str) -> str:
     return unit
 
 
+def effort(units: Units) -> str:
+    """What a command in a unit is called: a torque, a force, or just a command."""
+    return {"N m": "torque", "N": "force"}.get(units["u"], "command")
+
+
 def units_of(records: Sequence[Record]) -> Units:
     """Units of positions and commands, of all joints; rad and N m without records."""
     if not records:

@@ -1,13 +1,16 @@
 """The files of a report, used as they tell their user, reproduce the predicted improvement."""
 
+import dataclasses
 from xml.etree import ElementTree
 
 import pytest
 
+from clie_blocks.analysis.gap import read
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
+from tests.gap import one_joint
 from tests.gap.report import simulators
 
 pytestmark = pytest.mark.slow
@@ -46,6 +49,39 @@ def test_the_file_as_it_is_written_reproduces_the_predicted_gap(case, tmp_path, 
     assert reached == pytest.approx(told.after, rel=0.06)
     closed = 100.0 * (told.before - reached) / (told.before - told.floor)
     assert closed == pytest.approx(told.percent, abs=10.0) and closed > 75.0
+
+
+def test_a_voltage_on_an_axis_that_slides_is_written_in_kg_and_n(shared, tmp_path):
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    found = diagnose(read(shared / "data" / "emps"), effects=("coulomb",))
+    text = written(found, tmp_path)
+    assert gap_in_mujoco(text, found) == pytest.approx(found.reduction.after, rel=0.03)
+    root = ElementTree.fromstring(text)
+    assert root.find(".//joint").get("type") == "slide"
+    assert float(root.find(".//inertial").get("mass")) == pytest.approx(95.1, rel=0.02)  # kg
+    assert float(root.find(".//general").get("gainprm")) == pytest.approx(35.15, rel=1e-3)  # N/V
+    assert "u as logged [V]" in " ".join(text.split())
+    (mass,) = [row for row in found.to_dict()["export"]["joints"] if row["parameter"] == "mass"]
+    assert mass["unit"] == "kg" and mass["value"] == pytest.approx(95.1, rel=0.02)
+
+
+def test_a_percentage_is_not_written_in_si(tmp_path):
+    share = 0.05  # N m per percent
+    robot, records = one_joint.robot(), one_joint.logs(one_joint.Physics(dry=2.0))
+    law = robot.controller
+    robot = dataclasses.replace(robot, controller=dataclasses.replace(
+        law, kp=law.kp / share, kd=law.kd / share))
+    records = [record.replace(u=record.u / share, pe=record.pe / share,
+                              units={"u": "%", "pe": "%"}) for record in records]
+    found = diagnose(Problem.from_logs(robot, records))
+    text = written(found, tmp_path)
+    assert list(ElementTree.fromstring(text)) == []
+    assert "torque_gain, the torque per percent of rated" in " ".join(text.split())
+    page = (tmp_path / "robot.html").read_text()
+    assert "per unit of u" in page and "N m" not in page.split("<h2>Thresholds")[0]
+    first = found.to_dict()["effects"][0]
+    assert first["effect"] == "coulomb" and first["parameters"]["level"]["unit"] == "%"
+    assert first["parameters"]["level"]["value"] == pytest.approx([2.0 / share], rel=0.01)
 
 
 def test_without_the_constant_load_the_gap_stays(rubbing, tmp_path):

@@ -60,6 +60,15 @@ def joints(case):
 
 
 @pytest.fixture(scope="module")
+def axes(joints):
+    """The same numbers of axes that slide, in m and N."""
+    records = [record.replace(units={"q": "m", "qd": "m", "u": "N", "pe": "N"})
+               for record in joints.records]
+    return dataclasses.replace(joints, records=tuple(records),
+                               statement=joints.statement._replace(records=tuple(records)))
+
+
+@pytest.fixture(scope="module")
 def arm(case):
     """Two stated links that push each other, and weigh."""
     made = case("none", 4)
@@ -81,7 +90,7 @@ def short(problem, samples=2000):
 @pytest.mark.slow
 @pytest.mark.parametrize("robot, name", [
     *(("joints", name) for name in CASES if name != "payload"),
-    *(("arm", name) for name in ("coulomb", "gravity", "payload"))])
+    *(("arm", name) for name in ("coulomb", "gravity", "payload")), ("axes", "coulomb")])
 def test_the_file_moves_as_the_corrected_model(request, robot, name):
     pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
     problem = request.getfixturevalue(robot)
