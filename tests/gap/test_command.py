@@ -1,12 +1,13 @@
 """The command: folders of robots, stored results, a later run that continues, errors in words."""
 
+import io
 import json
 
 import pytest
 
 from clie_blocks.analysis.gap import batch
 from clie_blocks.analysis.gap.command import main
-from clie_blocks.output import guarded
+from clie_blocks.output import guarded, progress
 
 
 @pytest.fixture(scope="module")
@@ -72,3 +73,16 @@ def test_errors_are_words(tmp_path, folder, capsys):
     assert "stribeck" in capsys.readouterr().err
     assert guarded(main, [str(folder), "--holdout", "log-9"]) == 3
     assert "log-9" in capsys.readouterr().err
+
+
+def test_progress_is_shown_to_a_terminal_only_and_once(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for stream, shown in ((Terminal(), 1), (io.StringIO(), 0)):
+        monkeypatch.setattr("sys.stderr", stream)
+        with progress("diagnosing arm"), progress("reading log.csv", 2) as advance:
+            advance(2)
+        text = stream.getvalue()
+        assert ("diagnosing arm" in text) == bool(shown) and "reading" not in text
