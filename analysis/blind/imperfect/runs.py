@@ -4,6 +4,7 @@ A process of its own shows what a user would see: an exit code, a traceback, or 
 """
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -52,7 +53,7 @@ def run_all(folder: Path, jobs: int, kept: Path) -> dict[str, dict[str, Any]]:
 def run(trial: Path, kept: Path) -> dict[str, Any]:
     """Answer of the command on a folder, read again if it is on disk.
 
-    Its ``seconds`` are those of the process.  Where there is no diagnosis it is ``{"error": text,
+    Its ``seconds`` are those of the process; files are named without their folder.  Where there is no diagnosis it is ``{"error": text,
     "exit_code": int}``; the code is 124 where there was no answer in time.
     """
     path = kept / f"{__version__}-{seal.folder_digest(trial)[:32]}.json"
@@ -70,8 +71,10 @@ def _answer(trial: Path) -> dict[str, Any]:
                               timeout=LIMIT, check=False)
     except subprocess.TimeoutExpired:
         return {"error": f"no answer in {LIMIT:g} s", "exit_code": NO_ANSWER}
+    said, complained = (text.replace(f"{trial}{os.sep}", "") for text in (done.stdout,
+                                                                          done.stderr))
     try:
-        return json.loads(done.stdout)
+        return json.loads(said)
     except ValueError:
-        last = done.stderr.strip().splitlines()[-1:] or ["nothing was printed"]
+        last = complained.strip().splitlines()[-1:] or ["nothing was printed"]
         return {"error": last[0], "exit_code": done.returncode}

@@ -12,6 +12,8 @@ from clie_blocks.analysis.report.render import save_document
 STEM = "imperfect"
 FIGURES = {
     "wrong_name": "wrong name with half the probability or more",
+    "wrong_name_on_twins": "the same, undamaged",
+    "wrong_family": "wrong name of another family",
     "false_alarm": "false alarm on a robot without an effect",
     "named": "fault of description or log named",
     "named_on_twins": "the same words on the undamaged twins",

@@ -7,6 +7,10 @@ is the same robot with the files as they were.  The figures, exactly:
     Of all trials: the answer gives half the probability or more to an effect that is neither one
     of the robot's nor a name for the damage (`Damage.also_right`).  A trial that stopped with an
     error names nothing.
+``wrong_name_on_twins``
+    The same on the undamaged twins.
+``wrong_family``
+    Of all trials: a wrong name that is of no family of the robot's effects (`decisions.FAMILY`).
 ``false_alarm``
     Of the trials of robots without an effect (kinds ``none`` and ``parametric``): the verdict is
     ``effect``, unless the name that leads is one for the damage.
@@ -27,19 +31,26 @@ is the same robot with the files as they were.  The figures, exactly:
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, DESCRIPTION, HARMLESS, Damage
 from clie_blocks.analysis.blind.imperfect.trials import SOUND
 from clie_blocks.analysis.blind.protocol.targets import Target, compare
-from clie_blocks.analysis.blind.scoring.decisions import NO_EFFECTS, Answer, leads, truth_of
+from clie_blocks.analysis.blind.scoring.decisions import (
+    FAMILY,
+    NO_EFFECTS,
+    Answer,
+    leads,
+    truth_of,
+)
 from clie_blocks.analysis.blind.scoring.intervals import rate, share_difference
 
 HALF = 0.5  # probability from which a name would be acted upon
 BAD_DATA = (3, 4)  # exit codes whose message is an answer: bad data, not identifiable
 EXPECTED = (0, 3, 4, 5)  # exit codes of a program that works
-SPOKEN = ("log", "controller", "decisions", "reason")  # keys of an answer that speak of the inputs
+# keys of an answer that speak of the inputs
+SPOKEN = ("log", "log_decisions", "controller", "decisions", "reason")
 HEALTHY = ("none", "parametric")  # kinds of robot without an effect
 TARGETS: tuple[Target, ...] = (
     ("wrong_name", "wrong name with half the probability or more", 0.02, False),
@@ -84,6 +95,8 @@ def figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "of": len(rows),
         "wrong_name": rate(bool(row["wrong"]) for row in rows),
+        "wrong_name_on_twins": rate(bool(row["twin_wrong"]) for row in rows),
+        "wrong_family": rate(row["wrong_family"] for row in rows),
         "false_alarm": rate(row["alarm"] for row in rows if row["kind"] in HEALTHY),
         "named": rate(row["named"] for row in told),
         "named_on_twins": rate(row["named_on_twin"] for row in told),
@@ -99,17 +112,20 @@ def figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def _row(name: str, label: Label, diagnosis: dict[str, Any], twin: dict[str, Any]
          ) -> dict[str, Any]:
     answer, damage = Answer(diagnosis), DAMAGES.get(label["damage"]["damage"])
-    right = {*truth_of(label), *(damage.also_right if damage else ())}
-    wrong = {cause: probability for cause, probability in answer.probability.items()
-             if probability >= HALF and cause not in (*NO_EFFECTS, *right)}
-    alarm = diagnosis.get("verdict") == "effect" and not {*answer.known[:1]} & right
+    allowed = damage.also_right if damage else ()
+    wrong = wrong_names(label, diagnosis, allowed)
+    alarm = (label["kind"] in HEALTHY and diagnosis.get("verdict") == "effect"
+             and not {*answer.known[:1]} & {*allowed})
+    families = {FAMILY.get(name) for name in label["labels"]}
     return {
         "trial": name, "damage": label["damage"]["damage"],
         "chosen": {key: value for key, value in label["damage"].items() if key != "damage"},
         "robot": label["robot"], "kind": label["kind"], "true": label["labels"],
         "ratio": label["ratio"], "said": answer.decision, "probability": answer.confidence,
         "verdict": diagnosis.get("verdict"), "error": diagnosis.get("error"),
-        "wrong": wrong, "alarm": alarm, "harmless": damage is not None and damage.kind == HARMLESS,
+        "wrong": wrong, "twin_wrong": wrong_names(label, twin),
+        "wrong_family": any(FAMILY.get(name) not in families for name in wrong),
+        "alarm": alarm, "harmless": damage is not None and damage.kind == HARMLESS,
         "named": _named(damage, label, diagnosis), "named_on_twin": _named(damage, label, twin),
         "right": leads(label, answer), "twin_right": leads(label, Answer(twin)),
         "twin_said": Answer(twin).decision, "stopped": answer.failed,
@@ -117,6 +133,14 @@ def _row(name: str, label: Label, diagnosis: dict[str, Any], twin: dict[str, Any
         "broken": diagnosis.get("exit_code", 0) not in EXPECTED,
         "missed": None if label["kind"] in HEALTHY or answer.failed
         else answer.probability.get("none", 0.0) >= HALF}
+
+
+def wrong_names(label: Label, diagnosis: dict[str, Any], allowed: Sequence[str] = ()
+                ) -> dict[str, float]:
+    """Effects that have half the probability or more and are neither the truth nor allowed."""
+    right = {*truth_of(label), *allowed, *NO_EFFECTS}
+    return {name: probability for name, probability in Answer(diagnosis).probability.items()
+            if probability >= HALF and name not in right}
 
 
 def _named(damage: Damage | None, label: Label, diagnosis: dict[str, Any]) -> bool | None:
@@ -129,10 +153,11 @@ def _named(damage: Damage | None, label: Label, diagnosis: dict[str, Any]) -> bo
 def names_fault(damage: Damage, chosen: dict[str, Any], diagnosis: dict[str, Any]) -> bool:
     """Whether an answer names a damage of the description or the log.
 
-    It does if one sentence that speaks of the inputs contains its words: a correction or a warning
-    of the log, the finding on the controller, the reason of the verdict, or the message of an
-    error of exit code 3 or 4; or if ``description`` corrects its key of the robot file, at the
-    joint that was damaged; or if the decision is a name for it (`Damage.also_right`).
+    It does if one sentence that speaks of the inputs contains its words: a correction, a warning
+    or a reading of the log, the finding on the controller, the reason of the verdict, or the
+    message of an error of exit code 3 or 4; or if ``description`` corrects its key of the robot
+    file, at the joint that was damaged; or if the decision is a name for it
+    (`Damage.also_right`).
 
     Parameters
     ----------

@@ -52,6 +52,13 @@ def test_wrong_names(answer, mark, wrong):
     assert hits(score_of(answer, mark)["wrong_name"]) == (wrong, 1)
 
 
+def test_a_wrong_name_may_be_of_the_right_family_and_as_wrong_without_the_damage():
+    board = score_of(said("coulomb"), label("gap", "asymmetric_coulomb"), said("spring"))
+    assert hits(board["wrong_name"]) == hits(board["wrong_name_on_twins"]) == (1, 1)
+    assert hits(board["wrong_family"]) == (0, 1)
+    assert hits(score_of(said("spring"), label("gap", kind="none"))["wrong_family"]) == (1, 1)
+
+
 @pytest.mark.parametrize("answer, mark, alarm", [
     (said("spring"), label("gap", kind="none"), (1, 1)),
     (said("spring", 0.3), label("gap", kind="none"), (1, 1)),

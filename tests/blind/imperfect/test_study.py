@@ -160,6 +160,13 @@ def test_a_process_ends_as_a_user_would_see_it(monkeypatch, tmp_path, script, an
     assert runs.run(tmp_path / "trial", tmp_path / "kept") == told
 
 
+def test_answers_do_not_show_where_the_study_lies(monkeypatch, tmp_path):
+    script = "import sys; print(f'error: {sys.argv[1]}/log-1.csv: no', file=sys.stderr); exit(3)"
+    monkeypatch.setattr(runs, "COMMAND", (sys.executable, "-c", script))
+    write_robot(tmp_path / "trial")
+    assert runs.run(tmp_path / "trial", tmp_path)["error"] == "error: log-1.csv: no"
+
+
 @pytest.mark.slow
 def test_a_small_study_of_imperfect_logs_holds(tmp_path):
     """Twelve fixed trials; what may be lost before somebody looks."""
