@@ -46,10 +46,12 @@ def find_tasks(paths: Sequence[str | os.PathLike[str]],
                 for name, folder in zip(_unique_names(folders), folders, strict=True)]
     if len(logs) < len(places):
         folder = next(path for path in places if path not in logs)
+        robot = folder / ROBOT if robot is None and (folder / ROBOT).is_file() else robot
+        stated = "FILE" if robot is None else _shell(Path(robot))
         raise ClieError(f"{logs[0]} is a log and {folder} a folder, and it is not said whether "
                         f"they are of one robot; name the folder alone: clie diagnose "
                         f"{_shell(folder)}, or logs alone: clie diagnose {_shell(logs[0])} "
-                        f"--robot {_shell(folder / ROBOT)}")
+                        f"--robot {stated}")
     return [Task(logs[0].name.partition(".")[0] or logs[0].name, tuple(map(str, logs)),
                  _robot_of(logs, robot))]
 

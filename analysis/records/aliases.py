@@ -174,6 +174,16 @@ SOURCES = (
                   second=True),
             Names(None, "{topic}?qacc# qacc_{joint} {topic}?qfrc_bias# qfrc_bias_{joint}"))),
     Source(
+        "moteus", "https://github.com/mjbots/moteus/blob/main/docs/reference.md", (
+            Names("q", "POSITION", "rev"),
+            Names("qd", "CONTROL_POSITION", "rev"),
+            Names("dq", "VELOCITY", "rev/s"),
+            Names("u", "CONTROL_TORQUE", "N m", "joint"),
+            Names("tau", "TORQUE", "N m", "joint"),
+            Names(None, "COMMAND_POSITION COMMAND_VELOCITY CONTROL_VELOCITY Q_CURRENT D_CURRENT "
+                        "MOTOR_TEMPERATURE")),
+        mark="CONTROL_TORQUE"),
+    Source(
         "Other names", "", (
             Names("time", "time t timestamp stamp time_s t_s time_sec seconds sec timestamp_s "
                           "pc_ts elapsed elapsed_time time_ms t_ms timestamp_ms time_us t_us "

@@ -45,7 +45,7 @@ def test_our_own_names_are_no_guess_and_others_are():
     ("time,foo,bar", {}, "no column is recognised as q.*the log has time, foo, bar"),
     ("q1,u1", {}, "no column is recognised as time"),
     ("time,q1,q1", {}, "two columns are called 'q1'"),
-    ("time,a,b", {"user_map": {"p": "a"}}, "--map p=.*known: time, q"),
+    ("time,a,b", {"user_map": {"p": "a"}}, "--map p=.*did you mean 'pe'.*known: pe, time, q"),
     ("t_a,q_a", {"user_map": {"time": "t_{joint}"}}, "must name one column"),
     ("time,a,b", {"user_map": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
     ("time,q1,q2,u1", {"user_map": {"u": "u{k}"}}, "is missing for at least one joint"),

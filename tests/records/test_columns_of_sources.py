@@ -106,6 +106,11 @@ HEADERS = {
         "joint_velocity_1,motor_torque_1,torque_sensor_a_1,motor_iq_1,motor_id_1",
         {"q": "joint_position_1", "qd": "target_position_1", "dq": "joint_velocity_1",
          "tau": "motor_torque_1", "u": "motor_torque_1"}, ("joint1",)),
+    "moteus": (
+        "TIME,POSITION,CONTROL_POSITION,COMMAND_POSITION,VELOCITY,CONTROL_VELOCITY,TORQUE,"
+        "CONTROL_TORQUE,Q_CURRENT",
+        {"q": "POSITION", "qd": "CONTROL_POSITION", "dq": "VELOCITY", "tau": "TORQUE",
+         "u": "CONTROL_TORQUE"}, ("joint1",)),
     "FactoryNet": (
         "time,setpoint_pos_0,setpoint_vel_0,feedback_pos_0,feedback_vel_0,effort_motor_torque_0,"
         "effort_current_0",

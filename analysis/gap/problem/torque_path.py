@@ -124,6 +124,8 @@ def describe(record: Record) -> list[str]:
     """Path of each driven joint in a sentence; nothing where one of the torques is missing."""
     if record.u is None or record.tau is None or not np.ptp(record.u):
         return []
+    if np.array_equal(record.u, record.tau):  # the measured torque stands for the command
+        return []
     return [f"{path.joint}: the measured torque is {path.gain:.2f} times the command, with a "
             f"delay of {1e3 * path.total_delay:.0f} ms; {path.unexplained:.0%} is unexplained."
             for path in torque_paths(record)]
