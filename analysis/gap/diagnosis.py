@@ -208,7 +208,7 @@ def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause]
     unreachable = sorted({cause.name for cause in causes} - {cause.name for cause in reached})
     if unreachable:
         controller = controller.with_decisions(
-            (f"out of reach at the ports of a loop: {', '.join(unreachable)}",))
+            (f"{law.beyond_reach}: {', '.join(unreachable)}",))
     return controller, reached
 
 

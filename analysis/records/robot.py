@@ -22,6 +22,7 @@ from clie_blocks.errors import RecordError
 
 LAWS = ("pd", "cascade", "servo", "unknown")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
+COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
 DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
 Part = TypeVar("Part", bound="_Section")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
@@ -111,14 +112,16 @@ class Nominal(_Section):
 
     Parameters
     ----------
-    gravity, coupling : bool
-        Whether it has the gravity vector, and the inertia coupling and Coriolis terms, of `Links`.
+    gravity : bool or None
+        Whether it has the gravity vector of `Links`; None where that is not stated.
+    coupling : bool
+        Whether it has the inertia coupling and Coriolis terms of `Links`.
     g : float
         Acceleration of gravity [m/s^2].
 
     """
 
-    gravity: bool = file_field("gravity", "flag", False)
+    gravity: bool | None = file_field("gravity", "flag")
     coupling: bool = file_field("coupling", "flag", False)
     g: float = file_field("g", "number", 9.81, least=0)
 
@@ -149,6 +152,9 @@ class Controller(_Section):
         ``tustin``, ``zoh``, ``backward``, ``forward`` or ``matched``.
     sample_time : float
         Period of the controller [s].
+    u : str
+        What the column u holds: ``command`` (by default), or ``measured torque``, as a sensor or
+        a measured current gives it, in which drives have had their effect.
     hold : str
         ``zero-order``: the command acts from its own sample instant on.
     command_resolution : array_like, shape (n,)
@@ -170,6 +176,7 @@ class Controller(_Section):
     discretisation: str | None = file_field("velocity_filter_discretisation", "choice",
                                             choices=DISCRETISATIONS)
     sample_time: float | None = file_field("sample_time_s", "number", above=0)
+    u: str | None = file_field("u", "choice", choices=SOURCES)
     hold: str | None = file_field("hold", "choice", choices=("zero-order",))
     command_resolution: np.ndarray | None = file_field(
         ("command_resolution_nm", "command_resolution"), "joints", least=0)

@@ -92,15 +92,29 @@ class Law(Protocol):
     def reaches(self, cause: ReachableCause) -> bool:
         """Whether a cause can act in the loop."""
 
+    @property
+    def beyond_reach(self) -> str:
+        """Why some causes cannot act in the loop."""
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StatedLaw(ControlLaw):
-    """The sampled law that a robot file states, or the one that ran according to the logs."""
+    """The sampled law that a robot file states, or the one that ran according to the logs.
+
+    Parameters
+    ----------
+    measured_torque : bool
+        The logged command is a measured torque: what drives do to a command is in it.
+
+    """
+
+    measured_torque: bool = False
 
     @classmethod
-    def of(cls, law: ControlLaw) -> Self:
+    def of(cls, law: ControlLaw, measured_torque: bool = False) -> Self:
         """The law with what the stages need of it."""
-        return cls(**{field.name: getattr(law, field.name) for field in dataclasses.fields(law)})
+        return cls(**{field.name: getattr(law, field.name) for field in dataclasses.fields(law)},
+                   measured_torque=measured_torque)
 
     @property
     def holds_joints(self) -> bool:
@@ -128,8 +142,13 @@ class StatedLaw(ControlLaw):
         return sensor, denominator
 
     def reaches(self, cause: ReachableCause) -> bool:
-        """Every cause of the library can act in a stated loop."""
-        return True
+        """Whether a cause can show: a drive acts between command and measured torque."""
+        return not (self.measured_torque and any(piece.port == "drive" for piece in cause.pieces))
+
+    @property
+    def beyond_reach(self) -> str:
+        """Why what a drive does cannot show."""
+        return "u is a measured torque, in which nothing that a drive does can show"
 
     def _polynomials(self, k: int, inertia: float, damping: float,
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -67,7 +67,7 @@ def planar_chain(robot: Robot, pose: np.ndarray) -> PlanarChain:
         com=_stated_or_zero(links.com, n),
         inertia=_stated_or_zero(links.inertia, n) if known else zero,
         bearing_damping=_stated_or_zero(links.joint_viscous_friction, n), g=robot.nominal.g,
-        has_gravity=known and robot.nominal.gravity,
+        has_gravity=known and bool(robot.nominal.gravity),
         has_coupling=known and robot.nominal.coupling and n > 1, diagonal=zero, known=known)
     rows = mass_matrix(chain, np.asarray(pose, float))
     return dataclasses.replace(chain, diagonal=np.array([rows[k][k] for k in range(n)]))

@@ -20,7 +20,7 @@ from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
@@ -83,7 +83,10 @@ def _form(robot: Robot, records: Sequence[Record]) -> Form:
         return duty_as_torque
     if robot.controller.law != "unknown":
         return lambda same, logs: (same, [with_reference(log, same) for log in logs])
-    return position_error_as_command if records[0].u is None else command_as_excitation
+    if records[0].u is not None:
+        return command_as_excitation
+    drives = records[0].tau is not None and records[0].qd is None
+    return torque_as_excitation if drives else position_error_as_command
 
 
 def with_reference(record: Record, robot: Robot) -> Record:
@@ -145,8 +148,9 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
         saturation=None if law.saturation is None else law.saturation * scale,
         command_resolution=None)
     stated = dataclasses.replace(robot, controller=controller, units={})
+    known = stated
     stated = _with_hanging_links(stated) if unit == "N m" else stated
-    turn = QUARTER_TURN if stated.nominal.gravity else 0.0
+    turn = QUARTER_TURN if stated is not known else 0.0
     return stated, [
         record.replace(u=None if record.u is None else record.u * scale, q=record.q - turn,
                        qd=None if record.qd is None else record.qd - turn, units={"u": unit},
@@ -166,12 +170,23 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
     zero = np.zeros(robot.n)
     controller = dataclasses.replace(robot.controller, law="pd", kp=zero, kd=zero,
                                      velocity_filter="difference")
-    stated = _with_hanging_links(dataclasses.replace(robot, controller=controller))
+    known = dataclasses.replace(robot, controller=controller)
+    stated = _with_hanging_links(known)
     turn = np.zeros(robot.n)
-    turn[0] = QUARTER_TURN if stated.nominal.gravity else 0.0
-    note = "No law is known: the command acts as excitation, without feedback."
+    turn[0] = QUARTER_TURN if stated is not known else 0.0
+    acting = "measured torque" if robot.controller.u == MEASURED_TORQUE else "command"
+    note = f"No law is known: the {acting} acts as excitation, without feedback."
     return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated)
                     .noted(" ".join([note, *torque_path.describe(record)])) for record in records]
+
+
+def torque_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
+    """Measured torques as excitation of a machine of which nothing else was logged."""
+    controller = dataclasses.replace(robot.controller, u=MEASURED_TORQUE)
+    note = "No command and no reference is logged: the measured torque drives the model."
+    return command_as_excitation(
+        dataclasses.replace(robot, controller=controller),
+        [record.replace(u=record.tau, tau=None).noted(note) for record in records])
 
 
 def position_error_as_command(robot: Robot, records: Sequence[Record],
@@ -205,9 +220,13 @@ def _position_paths(record: Record) -> list[str]:
 
 
 def _with_hanging_links(robot: Robot) -> Robot:
-    """Robot with gravity and coupling in its nominal model, where it has known, hanging links."""
+    """Robot with gravity and coupling in its nominal model, where it has known, hanging links.
+
+    A file that says whether the model has gravity is believed; its angle zero is the horizontal.
+    """
     links = robot.links
-    if links.mass is None or links.com is None or links.length is None:
+    unknown = links.mass is None or links.com is None or links.length is None
+    if robot.nominal.gravity is not None or unknown:
         return robot
     return dataclasses.replace(robot, nominal=dataclasses.replace(
         robot.nominal, gravity=True, coupling=robot.n == 2))

@@ -24,7 +24,7 @@ from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
 
 if TYPE_CHECKING:
@@ -276,7 +276,8 @@ def _stated_law(controller: Controller, record: Record) -> StatedLaw:
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
             "and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, sample_time(record, controller)))
+    return StatedLaw.of(control_law(controller, sample_time(record, controller)),
+                        controller.u == MEASURED_TORQUE)
 
 
 def _pose(robot: Robot, record: Record) -> np.ndarray:

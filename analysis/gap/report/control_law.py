@@ -12,6 +12,8 @@ from clie_blocks.analysis.gap.report.wording import (
     with_prefix,
 )
 
+MANY = 10  # times from which on whole ones are told
+
 
 def law_lines(answer: Answer, names: Sequence[str]) -> list[str]:
     """How the law that ran differs from the stated one, one line each; names are of joints."""
@@ -24,13 +26,19 @@ def _left(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
     if not rows:
         return []
     left = [f"{with_prefix(row['error'], row['unit'])} RMS at {names[row['joint'] - 1]} "
-            f"({number(row['error'] / row['limit'])} times its rounding)" for row in rows]
+            f"({_times(row)} times its rounding)" for row in rows]
     found = [f"it contains {join_words(_terms(row))} at {names[row['joint'] - 1]}"
              for row in rows if row["terms"]]
     missing = "" if len(found) == len(rows) else (
         "an excitation pe that was not logged, or a part of the law, is missing")
     return [f"The logged command is not that of the stated law, by {join_words(left)}: "
             f"{'; '.join(filter(None, [*found, missing]))}; {_driven_by(rows[0])}."]
+
+
+def _times(row: Row) -> str:
+    """How many times the rounding of a command is left."""
+    times = row["error"] / row["limit"]
+    return f"{times:,.0f}" if times >= MANY else number(times, 2)
 
 
 def _terms(row: Row) -> list[str]:

@@ -26,6 +26,7 @@ from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import LIKELY, UNKNOWN, marginals, posterior
 from clie_blocks.analysis.records import Record
+from clie_blocks.analysis.records.robot import MEASURED_TORQUE
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 
 _HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
@@ -133,7 +134,7 @@ def findings_of_position_path(record: Record) -> bool:
 def findings_of_torque_path(record: Record) -> bool:
     """Whether commands act as excitation, and the torque that came of them was measured."""
     law = record.robot and record.robot.controller
-    return bool(law and _has_no_law(record) and record.u is not None
+    return bool(law and _has_no_law(record) and law.u != MEASURED_TORQUE and record.u is not None
                 and record.tau is not None and not np.any(law.kp))
 
 

@@ -2,10 +2,17 @@
 
 import numpy as np
 import pytest
+from factories import Missing, make_problem, make_residual_model
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.assessment.gap_reduction import blocks, folds, unseen_errors
+from clie_blocks.analysis.gap.assessment.gap_reduction import (
+    blocks,
+    folds,
+    gap_reduction,
+    unseen_errors,
+)
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
+from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.prediction_error import square_errors
 from clie_blocks.analysis.gap.method.method import METHOD
@@ -36,6 +43,34 @@ def test_each_sample_is_left_out_once_whatever_the_lengths_of_the_logs():
                     count[first:last] += 1
         assert all(np.all(count == 1) for count in times)
     assert folds([7_000], 1e-3, METHOD.assessment) == []
+
+
+FLOOR = 1e-4  # rad
+
+
+def judged(before, after, held_out=1):
+    """Reduction of errors of a random size, by blocks of unequal size, in units of the noise."""
+    rng = np.random.default_rng(1)
+    problem = make_problem([np.zeros((4000, 1))] * 2, held_out=held_out)
+    sizes = np.repeat(rng.uniform(0.5, 1.5, 20), 200)[:, None]
+
+    def missing(size):
+        missed = FLOOR * sizes * size * rng.choice([-1.0, 1.0], (4000, 1))
+        return Missing(problem, (), build_hypothesis(problem, ()).values, missed)
+
+    return gap_reduction(missing(before), missing(after), make_residual_model(problem, FLOOR))
+
+
+def test_a_model_that_predicts_unseen_logs_better_earns_its_name():
+    better, alike, worse, slight = (judged(20.0, after) for after in (4.0, 20.0, 30.0, 19.0))
+    assert better.earned == 1.0 and better.unseen
+    assert alike.earned == worse.earned == 0.0
+    assert slight.percent > 0.0 and slight.earned == 0.0  # nine tenths are something else
+
+
+def test_where_nothing_can_be_removed_nothing_need_be_earned():
+    assert judged(1.0, 1.0).percent is None
+    assert judged(1.0, 1.0).earned == 1.0
 
 
 def test_a_short_log_is_judged_by_a_model_that_saw_the_other_one_only(case):

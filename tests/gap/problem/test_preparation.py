@@ -9,7 +9,7 @@ import pytest
 from clie_blocks.analysis.gap.problem.position_path import servo_response
 from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Links, Motor
+from clie_blocks.analysis.records.robot import Controller, Links, Motor, Nominal
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(4000)
@@ -143,3 +143,23 @@ def test_a_law_that_did_not_run_is_not_mistaken_for_a_reference(case):
     assert at_rest
     for before, after in zip(at_rest, prepare(robot, at_rest)[1], strict=True):
         assert np.ptp(after.pe - before.pe, axis=0).max() < 1e-12
+
+
+def test_a_file_that_says_whether_links_have_weight_is_believed():
+    q, u = motion(0.002, 0.01)
+    links = Links(mass=[0.5], length=[0.1], com=[0.1], inertia=[0.0])
+    for gravity, turn in ((None, np.pi / 2), (False, 0.0), (True, 0.0)):
+        robot = Robot(n=1, links=links, nominal=Nominal(gravity=gravity), controller=Controller(
+            law="unknown", sample_time=0.005))
+        ready, (record,) = prepare(robot, [Record(time=TIME, q=q, u=u, robot=robot)])
+        assert bool(ready.nominal.gravity) == (gravity is not False)
+        np.testing.assert_allclose(record.q, q - turn)
+
+
+def test_a_measured_torque_drives_the_model_where_nothing_else_was_logged():
+    q, u = motion(0.002, 0.01)
+    robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.005))
+    ready, (record,) = prepare(robot, [Record(time=TIME, q=q, tau=u, robot=robot)])
+    np.testing.assert_array_equal(record.pe, u)
+    assert ready.controller.u == "measured torque"
+    assert "measured torque drives the model" in " ".join(record.decisions)

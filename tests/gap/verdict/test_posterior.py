@@ -9,7 +9,13 @@ from factories import make_row, make_table
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
-from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals, posterior, verdict
+from clie_blocks.analysis.gap.verdict.posterior import (
+    credible_set,
+    doubted,
+    marginals,
+    posterior,
+    verdict,
+)
 from clie_blocks.errors import ClieError
 
 
@@ -55,6 +61,17 @@ def test_what_a_free_torque_explains_beside_one_cause_counts_though_three_bent_t
     assert unsure > 0.3 > 0.1 > known
     assert {"unknown", "coulomb"} <= set(credible_set(shown))
     assert "unknown" not in credible_set(bent)
+
+
+def test_what_unseen_data_do_not_bear_out_goes_to_the_unknown():
+    ranking = weigh(100.0, ("coulomb", 0.02, 1), ("spring", 60.0, 1))
+    assert doubted(ranking, 1.0) == ranking
+    halved, none = doubted(ranking, 0.5), doubted(ranking, 0.0)
+    before, after = marginals(ranking), marginals(halved)
+    assert after["coulomb"] == pytest.approx(0.5 * before["coulomb"])
+    assert sum(one.probability for one in halved) == pytest.approx(1.0)
+    assert none[0].names == ("unknown",) and none[0].probability == pytest.approx(1.0)
+    assert verdict(none) == "unexplained" and credible_set(none) == ["unknown"]
 
 
 BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)

@@ -1,5 +1,7 @@
 """What the command path shows: delayed set-points, coarse positions, late and weak torques."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from factories import make_check, make_problem, make_residual_model
@@ -107,6 +109,51 @@ def test_a_late_and_weak_drive_is_told_with_intervals():
 def test_a_drive_that_gives_what_is_asked_is_no_cause():
     assert findings(torque_logs(1.0, 0.0)) == ()
     assert findings(torque_logs(1.0, 0.0, noise=0.0)) == ()
+
+
+def ramps(noise=0.05, junk=0.0, **path):
+    """Two logs of a locked drive that is asked for ramps, with the torque that it gives."""
+    rng, time = np.random.default_rng(0), 0.002 * np.arange(5000)
+    robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.002))
+    sound = {"gain": 1.0, "lag": 0.0, "delay": 0.0, "offset": 0.0}
+    records = []
+    for largest in (40.0, 50.0):
+        u = largest * 2.0 / np.pi * np.arcsin(np.sin(2.0 * np.pi * time / 5.0))
+        tau = path_torque(u, 0.002, **(sound | path)) + rng.normal(0, noise, time.size)
+        tau += junk * np.std(u) * np.sin(2.0 * np.pi * 0.37 * time + 1.0)
+        records.append(Record(time=time, q=np.zeros((time.size, 1)), u=u[:, None],
+                              tau=tau[:, None], robot=robot))
+    return prepare(robot, records)[1]
+
+
+def test_ramps_that_meet_a_limit_show_a_limit_and_no_gain():
+    (limited,) = findings(ramps(limit=30.0))
+    assert limited.effect == "actuator_saturation" and limited.probability > 0.9
+    low, high = np.ravel(limited.parameters["limit"]["interval"])
+    assert low - 1e-2 < 30.0 < high + 1e-2 and high - low < 0.1
+    weak, limited = findings(ramps(limit=25.0, gain=0.8))
+    assert (weak.effect, limited.effect) == ("torque_gain_error", "actuator_saturation")
+    assert weak.parameters["error"]["value"][0] == pytest.approx(-0.2, abs=0.01)
+
+
+def test_a_dead_zone_shows_in_the_measured_torque():
+    (dead,) = findings(ramps(width=3.0))
+    assert dead.effect == "dead_zone"
+    assert dead.parameters["width"]["value"][0] == pytest.approx(3.0, abs=0.02)
+
+
+def test_a_gain_is_not_named_where_most_is_something_else():
+    (weak,) = findings(ramps(gain=0.81))
+    assert weak.effect == "torque_gain_error" and weak.probability > 0.9
+    assert findings(ramps(gain=0.81, junk=0.8)) == ()
+
+
+def test_a_measured_torque_that_stands_for_the_command_is_compared_with_nothing():
+    logs = [record.replace(robot=dataclasses.replace(
+        record.robot, controller=dataclasses.replace(record.robot.controller,
+                                                     u="measured torque")))
+            for record in ramps(limit=30.0)]
+    assert findings(logs) == ()
 
 
 @pytest.mark.parametrize("left, late", [

@@ -123,6 +123,11 @@ class LoopLaw:
             or (piece.port == "sensor" and self.ports.has_sensor and not piece.states)
             for piece in cause.pieces)
 
+    @property
+    def beyond_reach(self) -> str:
+        """What the ports do not reach."""
+        return "out of reach at the ports of a loop"
+
     def at_rest(self, start: np.ndarray) -> np.ndarray:
         """State of the loop with its joints at rest at a position."""
         return _at_rest(self.diagram, self.ports, start)
