@@ -14,7 +14,6 @@ from clie_blocks.analysis.identification.prediction import Prediction
 from clie_blocks.analysis.identification.regression import Estimate
 from clie_blocks.analysis.records.read import read_logs, refuse_twins
 from clie_blocks.analysis.records.reading import add_reading_options, reading
-from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.output import (
     command_parser,
@@ -76,7 +75,7 @@ def save(result: Identification, folder: str) -> list[str]:
     from clie_blocks.analysis.identification.plots import convergence_figure
 
     return [*paths, *save_figure(convergence_figure(
-        result.last_pass, result.robot.joints, _command_unit(result.robot)), folder, "clie")]
+        result.last_pass, result.robot.joints, result.units["u"]), folder, "clie")]
 
 
 def as_dict(result: Identification) -> dict[str, Any]:
@@ -87,7 +86,7 @@ def as_dict(result: Identification) -> dict[str, Any]:
             {"method": e.method, "note": e.note, "terms": {
                 term: {"value": e.get(term)[0] * result.scale[k],
                        "half_width": e.get(term)[1] * result.scale[k],
-                       "unit": _unit(result.robot, term)} for term in e.names}}
+                       "unit": _unit(result, term)} for term in e.names}}
             for e in result.estimates[k]]} for k, name in enumerate(result.robot.joints)],
         "error_over_noise": result.error_over_noise,
         "disagreements": [vars(d) for d in result.disagreements],
@@ -99,7 +98,7 @@ def as_dict(result: Identification) -> dict[str, Any]:
 def _show_joint(result: Identification, k: int) -> None:
     estimates = result.estimates[k]
     names = max((e.names for e in estimates), key=len)
-    head = [result.robot.joints[k], *(f"{term} [{_unit(result.robot, term)}]" for term in names)]
+    head = [result.robot.joints[k], *(f"{term} [{_unit(result, term)}]" for term in names)]
     print_table(head, [[e.method, *(_cell(e, term, result.scale[k]) for term in names)]
                        for e in estimates])
     for note in dict.fromkeys(e.note for e in estimates if e.note):
@@ -113,15 +112,8 @@ def _cell(estimate: Estimate, term: str, scale: float) -> str:
     return f"{value:.5g} +- {interval:.2g}" if np.isfinite(interval) else f"{value:.5g}"
 
 
-def _command_unit(robot: Robot) -> str:
-    return str(np.atleast_1d(robot.units.get("u", "N m"))[0])
-
-
-def _unit(robot: Robot, term: str) -> str:
-    sliding = robot.units.get("q") == "m"
-    force = "N" if sliding else "N m"
-    if robot.motor.torque_gain is None:
-        force = _command_unit(robot)
+def _unit(result: Identification, term: str) -> str:
+    force = result.units["force"]
     if force == "N":
         return {"inertia": "kg", "viscous": "N s/m"}.get(term, "N")
     if force == "N m":
@@ -150,7 +142,7 @@ def _bias(b: Bias) -> str:
 
 
 def _show_predictions(result: Identification, predictions: Sequence[Prediction]) -> None:
-    q, u = result.robot.units.get("q", "rad"), _command_unit(result.robot)
+    q, u = result.units["q"], result.units["u"]
     print_table(
         ("", "method", f"position [{q}]", "of motion", f"noise [{q}]", f"input [{u}]",
          "of command"),

@@ -1,7 +1,7 @@
 """All methods on the logs of one robot, and what they agree on."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from clie_blocks.analysis.identification.regression import (
 )
 from clie_blocks.analysis.identification.signals_of_log import command, robot_of
 from clie_blocks.analysis.records.checks import check_record
+from clie_blocks.analysis.records.command_unit import force_per_command
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import noise_floor
 from clie_blocks.analysis.records.robot import Robot
@@ -40,7 +41,9 @@ class Identification:
     estimates : list of list of Estimate
         By joint, then by method.
     scale : ndarray, shape (n,)
-        Factor from units of the command to physical ones: the stated torque gain, or 1.
+        Torque [N m] or force [N] per unit of command, as far as the robot file says; else 1.
+    units : dict
+        Units of position ``q``, command ``u``, and ``force``: of the command times its scale.
     error_over_noise : ndarray, shape (n,)
         Error of the fitted model in closed loop over the noise of the position: near 1 nothing
         is missing; NaN without a control law.
@@ -61,6 +64,7 @@ class Identification:
     sources: list[str]
     estimates: list[list[Estimate]]
     scale: np.ndarray
+    units: Mapping[str, str]
     error_over_noise: np.ndarray
     disagreements: list[Disagreement]
     predictions: list[Prediction]
@@ -115,9 +119,9 @@ def identify(records: Sequence[Record], held_out: Sequence[Record] = (),
     by_joint = [_one_joint(runs, loads, k, names, warnings) for k in range(robot.n)]
     known = robot.controller.law != "unknown"
     last_pass = _add_paper(by_joint, runs, loads, warnings) if known else None
-    scale = robot.motor.torque_gain if robot.motor.torque_gain is not None else np.ones(robot.n)
+    scale, units = _scale(sound[0].replace(robot=robot))
     return Identification(
-        robot, [record.source for record in sound], by_joint, scale,
+        robot, [record.source for record in sound], by_joint, scale, units,
         np.array([_error_over_noise(runs, loads, k, joint) for k, joint in enumerate(by_joint)]),
         [difference for k, joint in enumerate(by_joint)
          for difference in disagreements(robot.joints[k], joint, float(scale[k]))],
@@ -191,6 +195,15 @@ def _error_over_noise(runs: list[Run], loads: list[np.ndarray], k: int,
         noise.append(floor.std[k] * (loop.noise_gain() if floor.repeats == 0 else 1.0))
     error = np.sqrt(np.mean(np.concatenate(errors) ** 2))
     return float(error / np.mean(noise)) if np.mean(noise) > 0 else np.nan
+
+
+def _scale(record: Record) -> tuple[np.ndarray, dict[str, str]]:
+    """Torque or force per unit of command, and the units of position, command and both."""
+    units = {name: str(record.units[name][0]) for name in ("q", "u")}
+    force = force_per_command(record)
+    if force is None:
+        return np.ones(record.n), units | {"force": units["u"]}
+    return force, units | {"force": "N" if units["q"] == "m" else "N m"}
 
 
 def _biases(runs: list[Run], loads: list[np.ndarray], by_joint: list[list[Estimate]],

@@ -7,7 +7,8 @@ import pytest
 
 from clie_blocks.analysis.gap import read
 from clie_blocks.analysis.gap.diagnosis import diagnose
-from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
+from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
+from clie_blocks.analysis.gap.fitting.prediction_error import gap, validation_logs
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
 from tests.gap import one_joint
@@ -49,6 +50,16 @@ def test_the_file_as_it_is_written_reproduces_the_predicted_gap(case, tmp_path, 
     assert reached == pytest.approx(told.after, rel=0.06)
     closed = 100.0 * (told.before - reached) / (told.before - told.floor)
     assert closed == pytest.approx(told.percent, abs=10.0) and closed > 75.0
+
+
+def test_an_arm_of_another_engine_moves_as_its_file_says(shared, tmp_path):
+    """The arm of docs/from_a_log_to_a_better_simulator.md, whose page states these figures."""
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    found = diagnose(read(shared / "blind" / "practice" / "trial-007"), effects=("coulomb",))
+    stated = gap(build_hypothesis(found.problem, ()))
+    reached = gap_in_mujoco(written(found, tmp_path), found)
+    assert reached == pytest.approx(found.reduction.after, rel=0.03)
+    assert (reached, stated) == (pytest.approx(2.53e-4, rel=0.02), pytest.approx(5.8e-3, rel=0.02))
 
 
 def test_a_voltage_on_an_axis_that_slides_is_written_in_kg_and_n(shared, tmp_path):
