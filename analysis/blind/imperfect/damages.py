@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.analysis.blind.imperfect import clock_damages as of_clock
 from clie_blocks.analysis.blind.imperfect import file_damages as in_file
 from clie_blocks.analysis.blind.imperfect import log_damages as in_log
 from clie_blocks.analysis.blind.imperfect.export import Export
@@ -54,38 +55,37 @@ class Damage:
     also_right: tuple[str, ...] = ()
 
 
-_LAW = r"law|command|controller"
-_OFF = r"unit|factor|times|scale|x\d|%"
 _ALL = (
-    Damage("gap", "50 ms are missing in each log", HARMLESS, in_log.cut_gap),
-    Damage("lost_rows", "20 rows of each log were dropped", HARMLESS, in_log.lose_rows),
+    Damage("gap", "50 ms are missing in each log", HARMLESS, of_clock.cut_gap),
+    Damage("lost_rows", "20 rows of each log were dropped", HARMLESS, of_clock.lose_rows),
     Damage("nan_samples", "10 positions of each log are NaN", HARMLESS, in_log.lose_values),
-    Damage("clock_jitter", "stamps are off by 3 % of a step", HARMLESS, in_log.jitter),
+    Damage("clock_jitter", "stamps are off by 3 % of a step", HARMLESS, of_clock.jitter),
     Damage("clock_reset", "the clock of each log starts again from zero", HARMLESS,
-           in_log.reset_clock),
-    Damage("repeated_rows", "1 % of the rows are written twice", HARMLESS, in_log.repeat_rows),
-    Damage("coarse_clock", "the clock ticks 64 times per second", HARMLESS, in_log.coarse_clock),
+           of_clock.reset_clock),
+    Damage("repeated_rows", "1 % of the rows are written twice", HARMLESS, of_clock.repeat_rows),
+    Damage("coarse_clock", "the clock ticks 64 times per second", HARMLESS, of_clock.coarse_clock),
     Damage("few_clock_digits", "stamps since power-on have too few digits", HARMLESS,
-           in_log.few_digits),
-    Damage("two_rates", "one log at half the rate of the others", HARMLESS, in_log.two_rates),
-    Damage("logged_at_500_hz", "logged at 500 Hz", HARMLESS, in_log.log_at(500.0)),
-    Damage("logged_at_200_hz", "logged at 200 Hz", HARMLESS, in_log.log_at(200.0)),
-    Damage("logged_at_100_hz", "logged at 100 Hz", POORER, in_log.log_at(100.0)),
-    Damage("logged_at_50_hz", "logged at 50 Hz", POORER, in_log.log_at(50.0)),
+           of_clock.few_digits),
+    Damage("two_rates", "one log at half the rate of the others", HARMLESS, of_clock.two_rates),
+    Damage("logged_at_500_hz", "logged at 500 Hz", HARMLESS, of_clock.log_at(500.0)),
+    Damage("logged_at_200_hz", "logged at 200 Hz", HARMLESS, of_clock.log_at(200.0)),
+    Damage("logged_at_100_hz", "logged at 100 Hz", POORER, of_clock.log_at(100.0)),
+    Damage("logged_at_50_hz", "logged at 50 Hz", POORER, of_clock.log_at(50.0)),
     Damage("noise_x5", "five times the noise in the logged position", POORER,
            in_log.add_noise(5.0)),
     Damage("noise_x20", "twenty times the noise in the logged position", POORER,
            in_log.add_noise(20.0)),
-    Damage("one_log", "a single experiment", POORER, in_log.one_log),
-    Damage("short_logs", "logs of 5 s", POORER, in_log.short_logs),
+    Damage("one_log", "a single experiment", POORER, of_clock.one_log),
+    Damage("short_logs", "logs of 5 s", POORER, of_clock.short_logs),
     Damage("positions_in_degrees", "q and qd are in degrees, the header is silent", DESCRIPTION,
            in_log.scale(180 / np.pi, "q", "qd"), r"\bdeg|°"),
-    Damage("clock_in_ms", "time is in ms, the header is silent", DESCRIPTION, in_log.clock_in_ms,
+    Damage("clock_in_ms", "time is in ms, the header is silent", DESCRIPTION, of_clock.clock_in_ms,
            r"(clock|time|stamp).*(\bms\b|millisec)"),
     Damage("torque_in_mnm", "u and pe are in mN m, the header is silent", DESCRIPTION,
            in_log.scale(1e3, "u", "pe"), r"\bmN ?m|1000|0\.001|1e-0?3"),
     Damage("torque_in_percent", "u and pe are in % of the rated torque, the header is silent",
-           DESCRIPTION, in_log.percent_of_rated, rf"(\bu\b|{_LAW}|torque).*({_OFF})"),
+           DESCRIPTION, in_log.percent_of_rated,
+           r"\bKp\b|(\bu\b|torque|command).*(unit|factor|times|scale|%)"),  # gains off alike
     Damage("torque_on_joint_side", "u and pe are on the joint side", DESCRIPTION,
            in_log.joint_side, r"joint side|gear ratio"),
     Damage("command_sign", "the sign of one command is turned", DESCRIPTION,

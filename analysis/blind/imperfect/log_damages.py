@@ -1,4 +1,4 @@
-"""What loggers and exporters do to a log: units, sides, signs, channels, clock, resolution.
+"""What loggers and exporters do to the channels of a log: units, sides, signs, order, noise.
 
 Every function changes an `Export` in place and returns what it chose, for the label.
 """
@@ -11,21 +11,13 @@ import numpy as np
 from clie_blocks.analysis.blind.imperfect.export import (
     DoesNotApplyError,
     Export,
-    Table,
     columns,
-    period,
 )
 
 Choice = dict[str, Any]
 Change = Callable[[Export, np.random.Generator], Choice]
-GAP = 0.05  # s
-LOST, NOT_NUMBERS = 20, 10  # rows of each log
-JITTER = 0.03  # standard deviation of a stamp, of a step
-TICK = 1 / 64  # s, clock of a desktop system
-REPEATED = 0.01  # share of the rows
-UPTIME, FEW_DIGITS = 1000.0, 6  # s on the clock when the log begins; digits of the stamps
+NOT_NUMBERS = 10  # rows of each log
 STEP_12_BIT = 2 * np.pi / 4096  # rad
-SHORT = 5.0  # s
 THIRD_DIFFERENCE = np.sqrt(20.0)  # standard deviation by that of the samples, white noise
 MAD_TO_STD = 1.4826
 
@@ -36,13 +28,6 @@ def scale(factor: float, *signals: str) -> Change:
         export.change(signals, lambda x: factor * x)
         return {"factor": factor}
     return change
-
-
-def clock_in_ms(export: Export, rng: np.random.Generator) -> Choice:
-    """Stamps in milliseconds."""
-    for table in export.logs.values():
-        table["time"] = 1e3 * table["time"]
-    return {}
 
 
 def percent_of_rated(export: Export, rng: np.random.Generator) -> Choice:
@@ -158,26 +143,6 @@ def add_noise(factor: float) -> Change:
     return change
 
 
-def cut_gap(export: Export, rng: np.random.Generator) -> Choice:
-    """One gap in each log."""
-    def outside(table: Table) -> np.ndarray:
-        time = table["time"]
-        start = time[int(rng.uniform(0.2, 0.8) * time.size)]
-        return (time < start) | (time >= start + GAP)
-    export.keep(outside)
-    return {}
-
-
-def lose_rows(export: Export, rng: np.random.Generator) -> Choice:
-    """Single rows that the logger dropped, here and there."""
-    def kept(table: Table) -> np.ndarray:
-        rows = table["time"].size
-        lost = rng.choice(np.arange(1, rows - 1), LOST, replace=False)
-        return ~np.isin(np.arange(rows), lost)
-    export.keep(kept)
-    return {"rows": LOST}
-
-
 def lose_values(export: Export, rng: np.random.Generator) -> Choice:
     """NaN in the position of one joint, here and there."""
     k = int(rng.integers(export.joints))
@@ -186,83 +151,3 @@ def lose_values(export: Export, rng: np.random.Generator) -> Choice:
         rows = rng.choice(np.arange(1, table[name].size), NOT_NUMBERS, replace=False)
         table[name][rows] = np.nan
     return {"joint": k + 1, "values": NOT_NUMBERS}
-
-
-def jitter(export: Export, rng: np.random.Generator) -> Choice:
-    """Stamps taken a little early or late, of samples that are evenly spaced."""
-    for table in export.logs.values():
-        shift = JITTER * period(table) * rng.standard_normal(table["time"].size)
-        table["time"] = np.maximum.accumulate(table["time"] + np.r_[0.0, shift[1:]])
-    return {}
-
-
-def reset_clock(export: Export, rng: np.random.Generator) -> Choice:
-    """Clock that starts from zero again in the middle of each log."""
-    for table in export.logs.values():
-        row = int(rng.uniform(0.3, 0.7) * table["time"].size)
-        table["time"][row:] -= table["time"][row]
-    return {}
-
-
-def repeat_rows(export: Export, rng: np.random.Generator) -> Choice:
-    """Rows that are written twice, by a logger that asks faster than the drive answers."""
-    def again(table: Table) -> np.ndarray:
-        rows = table["time"].size
-        twice = rng.choice(rows, round(REPEATED * rows), replace=False)
-        return np.sort(np.r_[np.arange(rows), twice])
-    export.keep(again)
-    return {}
-
-
-def coarse_clock(export: Export, rng: np.random.Generator) -> Choice:
-    """Stamps of a clock that ticks 64 times per second."""
-    for table in export.logs.values():
-        table["time"] = TICK * np.floor(table["time"] / TICK)
-    return {}
-
-
-def few_digits(export: Export, rng: np.random.Generator) -> Choice:
-    """Stamps since power-on, written with too few digits."""
-    for table in export.logs.values():
-        table["time"] = table["time"] + UPTIME
-    export.clock_digits = FEW_DIGITS
-    return {}
-
-
-def log_at(rate: float) -> Change:
-    """Return the logging of every so many samples, at the rate next to one [Hz]."""
-    def change(export: Export, rng: np.random.Generator) -> Choice:
-        every = {round(1 / (rate * period(table))) for table in export.logs.values()}
-        if min(every) < 2:
-            raise DoesNotApplyError(f"the controller is not faster than {rate:g} Hz")
-        export.keep(lambda table: np.arange(0, table["time"].size, max(every)))
-        return {"every": max(every)}
-    return change
-
-
-def two_rates(export: Export, rng: np.random.Generator) -> Choice:
-    """One log at half the rate of the others."""
-    name = _one_of_several(export, rng)
-    export.logs[name] = {head: column[::2] for head, column in export.logs[name].items()}
-    return {"log": name}
-
-
-def one_log(export: Export, rng: np.random.Generator) -> Choice:
-    """A single experiment."""
-    name = _one_of_several(export, rng)
-    export.logs = {name: export.logs[name]}
-    return {"log": name}
-
-
-def _one_of_several(export: Export, rng: np.random.Generator) -> str:
-    if len(export.logs) < 2:
-        raise DoesNotApplyError("one log")
-    return str(rng.choice(list(export.logs)))
-
-
-def short_logs(export: Export, rng: np.random.Generator) -> Choice:
-    """Logs that end after a few seconds."""
-    if max(np.ptp(table["time"]) for table in export.logs.values()) < SHORT:
-        raise DoesNotApplyError("the logs are short as they are")
-    export.keep(lambda table: table["time"] < table["time"][0] + SHORT)
-    return {}

@@ -53,8 +53,9 @@ def run_all(folder: Path, jobs: int, kept: Path) -> dict[str, dict[str, Any]]:
 def run(trial: Path, kept: Path) -> dict[str, Any]:
     """Answer of the command on a folder, read again if it is on disk.
 
-    Its ``seconds`` are those of the process; files are named without their folder.  Where there is no diagnosis it is ``{"error": text,
-    "exit_code": int}``; the code is 124 where there was no answer in time.
+    Its ``seconds`` are those of the process; files are named without their folder.  Where there is
+    no diagnosis it is ``{"error": text, "exit_code": int}``; the code is 124 where there was no
+    answer in time.
     """
     path = kept / f"{__version__}-{seal.folder_digest(trial)[:32]}.json"
     if path.is_file():
