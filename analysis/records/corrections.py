@@ -14,29 +14,39 @@ import numpy as np
 from clie_blocks.analysis.records.checks import Finding, check_record
 from clie_blocks.analysis.records.checks.completeness import dead_joints
 from clie_blocks.analysis.records.checks.law import (
+    EXPLAINED,
     can_replay,
     explained_rms,
     replay_unsaturated,
 )
-from clie_blocks.analysis.records.checks.measures import step_size
+from clie_blocks.analysis.records.checks.measures import moves, step_size
+from clie_blocks.analysis.records.checks.scale import FAR, NEAR, inertia_ratios
 from clie_blocks.analysis.records.control_law import stated_variant
 from clie_blocks.analysis.records.law_residual import ROUNDED_SHARE, ROUNDED_STEPS
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import Replay, variants
 from clie_blocks.analysis.records.robot import Robot
-from clie_blocks.analysis.records.single_changes import Change, single_changes
+from clie_blocks.analysis.records.single_changes import (
+    SAME_OFFSET,
+    Change,
+    single_changes,
+    start_offsets,
+)
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError
 
-SHARPER = 0.1  # of the residual of the law that may be left by a change that proves itself
 OTHER_STEP = 1.5  # times the stated step of the position: it was rounded once more in the log
 MOST_ROUNDED = 0.05  # of the command's RMS that rounding of the logged position may explain
-AWAY = 0.1  # of the range of motion, from the stated start, at which a log begins elsewhere
+PIECE = 1500  # samples of each log that refute a change before it is tried on all
+LAX = 3.0  # times the limit, above which a piece refutes it
+AWAY = 0.02  # of the range of motion, from the stated start, at which a log begins elsewhere
+FEW_STEPS = 20.0  # of the encoder, up to which a first position is where it should be
+SMALL_OFFSET = 0.01  # rad, likewise
 
 # Errors of a check with which nothing sound can be learned, and no correction was proven.
 STOPPING = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "missing.share",
             "signal.absurd", "reference.copied", "reference.swapped", "reference.sign",
             "reference.side", "law.per_degree", "law.side", "law.sign", "law.swapped",
-            "log.ambiguous", "missing.pe")
+            "log.ambiguous", "order.file", "units.inertia")
 MOTIONLESS = ("excitation.none", "signal.dead")  # sound logs that cannot answer
 
 
@@ -107,6 +117,14 @@ class Examination:
                         "--trust-log, in Python trust_logs=True.")
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Misfit:
+    """RMS of what a law leaves of the commands, and what rounding explains, shape (logs, n)."""
+
+    rms: np.ndarray
+    limit: np.ndarray
+
+
 def examine(records: Sequence[Record], robot: Robot) -> Examination:
     """Check the logs of one robot together, and correct what they prove to be wrong.
 
@@ -124,12 +142,12 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
 
     """
     records = tuple(records)
-    corrected, corrections, doubts = _by_the_law(records, robot)
-    findings = _once([*doubts, *(finding for record in corrected
-                                 for finding in check_record(record, robot))])
-    return Examination(
-        robot, corrected, corrections,
-        warnings=tuple(f for f in findings if f.severity != "repair" and not _stops(f)),
+    seen = _with_the_zero_of_the_file(_by_the_law(records, robot))
+    if seen.obstacles:
+        return seen
+    findings = _once([f for record in seen.records for f in check_record(record, robot)])
+    return dataclasses.replace(
+        seen, warnings=tuple(f for f in findings if f.severity != "repair" and not _stops(f)),
         obstacles=tuple(f for f in findings if _stops(f)))
 
 
@@ -145,34 +163,85 @@ def _once(findings: Sequence[Finding]) -> list[Finding]:
     return list(first.values())
 
 
-def _by_the_law(records: tuple[Record, ...], robot: Robot,
-                ) -> tuple[tuple[Record, ...], tuple[Correction, ...], tuple[Finding, ...]]:
+def _by_the_law(records: tuple[Record, ...], robot: Robot) -> Examination:
     """Logs after the one change that lets the stated law reproduce them, and what was changed.
 
     Where two different changes explain the logs alike, nothing is changed and both are named.
     """
+    as_they_are = Examination(robot, records)
     if not all(can_replay(record, robot) for record in records):
-        return records, (), ()
+        return as_they_are
     before = _law_misfit(records, robot)
     joints = [int(k) for k in np.flatnonzero((before.rms > before.limit).any(axis=0))]
     if not joints or _explained_by_another_filter(records, robot):
-        return records, (), ()
+        return as_they_are
+    dead = [k for k in joints if all(not moves(record.signal("u")[:, k]) for record in records)]
+    if dead:
+        return _with_replayed_commands(as_they_are, dead, set(dead) == set(joints) and
+                                       len(dead) < robot.n)
     proven = _proven_changes(records, robot, joints, before)
-    if len(proven) > 1:
-        return records, (), (_ambiguous([change for change, _ in proven], robot),)
+    if len(proven) > 1 or any(change.remedy for change, _ in proven):
+        return dataclasses.replace(as_they_are, obstacles=(
+            _contradiction([change for change, _ in proven], robot),))
     for change, changed in proven:
-        correction = _correction(change, robot)
-        return (tuple(record.noted(f"{correction.what} {correction.done}") for record in changed),
-                (correction,), ())
-    return records, (), tuple(_dead_channels(records, robot, joints))
+        return _corrected(as_they_are, changed, _correction(change, robot))
+    return _with_lost_excitation(as_they_are, before) or dataclasses.replace(
+        as_they_are, obstacles=tuple(_dead_channels(records, robot, joints)))
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Misfit:
-    """RMS of what a law leaves of the commands, and what rounding explains, shape (logs, n)."""
+def _corrected(seen: Examination, records: Sequence[Record],
+               correction: Correction) -> Examination:
+    note = f"{correction.what} {correction.done}"
+    return dataclasses.replace(
+        seen, records=tuple(record.noted(note) for record in records),
+        corrections=(*seen.corrections, correction))
 
-    rms: np.ndarray
-    limit: np.ndarray
+
+def _with_replayed_commands(seen: Examination, dead: Sequence[int],
+                            others_proven: bool) -> Examination:
+    """Logs with the law's own command where that of a joint was not recorded.
+
+    That the law runs is then proven by the other joints; nothing else needs the lost command.
+    """
+    names = tuple(seen.robot.joints[k] for k in dead)
+    if not others_proven:
+        return dataclasses.replace(seen, obstacles=(Finding(
+            "error", "command.dead", f"The command of {', '.join(names)} never changes, though "
+            "its law asks for it.", "So the logs do not show whether the stated law ran.",
+            "Log the command, or name its column: --map u=COLUMN."),))
+    records = []
+    for record in seen.records:
+        replayed, u = _replay_as_stated(record, seen.robot).u, record.signal("u").copy()
+        u[:, dead] = np.where(np.isfinite(replayed), replayed, 0.0)[:, dead]
+        records.append(record.replace(u=u))
+    return _corrected(seen, records, Correction(
+        "command.dead", names, f"The command u of {', '.join(names)} never changes: it was not "
+        "recorded.", "The command of the stated law stands for it.",
+        "At the other joints the stated law reproduces the commands of every log."))
+
+
+def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | None:
+    """Logs with the excitation that their commands hold beyond the law, where one was not logged.
+
+    That the law runs is proven by the logs without excitation, in which it leaves nothing.
+    """
+    if any(record.pe is not None and moves(record.pe) for record in seen.records):
+        return None
+    proven = (before.rms <= before.limit).all(axis=1)
+    shown = [record for record, holds in zip(seen.records, proven, strict=True)
+             if holds and (np.ptp(record.q, axis=0) > 0).all()]
+    if not shown:
+        return None
+    records = []
+    for record, holds in zip(seen.records, proven, strict=True):
+        left = _replay_as_stated(record, seen.robot).residual
+        pe = np.zeros_like(record.q) if holds else np.where(np.isfinite(left), left, 0.0)
+        records.append(record.replace(pe=pe))
+    names = ", ".join(record.source for record in shown)
+    return _corrected(seen, records, Correction(
+        "missing.pe", (), "A torque was added to the commands and not logged as pe.",
+        "What the commands hold beyond the stated law was taken as pe.",
+        f"The law reproduces the commands of {names} to their rounding."))
 
 
 def _law_misfit(records: Sequence[Record], robot: Robot) -> _Misfit:
@@ -197,19 +266,76 @@ def _proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[
                     before: _Misfit) -> list[tuple[Change, tuple[Record, ...]]]:
     """Changes after which the law explains all logs, with the changed logs.
 
-    Of changes that explain the logs alike, those count with which the logs begin where the robot
-    file says that they do.
+    Of changes that explain the logs alike, those count that agree with what the robot file says of
+    the positions; and one by a unit before one by a number that no unit has.
     """
-    proven = []
+    proven, pieces = [], [_middle(record) for record in records]
     for change in single_changes(records, robot, joints, _variant(records[0], robot)):
+        if not _may_explain(change, pieces, robot):
+            continue
         changed = tuple(change.apply(record) for record in records)
-        if _is_proof(_law_misfit(changed, robot), before, changed, robot, change.joints):
+        if (_is_proof(_law_misfit(changed, robot), before, changed, robot, change.joints)
+                and (not change.unweighed or _is_weighed(records, changed, robot))):
             proven.append((change, changed))
     if len(proven) < 2:
         return proven
-    errors = [_start_error(changed, robot) for _, changed in proven]
-    return [pair for pair, error in zip(proven, errors, strict=True)
-            if error <= max(min(errors), AWAY)]
+    errors = [_disagreement(changed, robot) for _, changed in proven]
+    agreeing = [pair for pair, error in zip(proven, errors, strict=True)
+                if error <= max(min(errors), AWAY)]
+    return [pair for pair in agreeing if not pair[0].unnamed] or agreeing
+
+
+def _is_weighed(before: Sequence[Record], after: Sequence[Record], robot: Robot) -> bool:
+    """Whether the stated inertia contradicts the torques before a change, and not after it."""
+    was, found = (np.array([inertia_ratios(record, robot) for record in records])
+                  for records in (before, after))
+    known = np.isfinite(was) & np.isfinite(found)
+    if not known.any():
+        return False
+    was, found = np.abs(np.log(was[known])), np.abs(np.log(found[known]))
+    return bool((was > np.log(FAR)).all() and np.median(found) < np.log(NEAR))
+
+
+def _with_the_zero_of_the_file(seen: Examination) -> Examination:
+    """Logs whose positions and references have another zero than the robot file states.
+
+    The law cannot show it, but every log then begins as far from its stated start.
+    """
+    offsets = start_offsets(seen.records, seen.robot)
+    if offsets is None or len(offsets) < 2 or any(r.qd is None for r in seen.records):
+        return seen
+    step = seen.robot.encoder.resolution
+    floor = np.maximum(SMALL_OFFSET, FEW_STEPS * (0.0 if step is None else step))
+    shift = np.median(offsets, axis=0)
+    spread = np.abs(offsets - shift).max(axis=0)
+    moved = (np.abs(shift) > floor) & (spread < SAME_OFFSET * np.abs(shift))
+    if not moved.any():
+        return seen
+    shift = np.where(moved, shift, 0.0)
+    names = ", ".join(seen.robot.joints[k] for k in np.flatnonzero(moved))
+    records = [record.replace(q=record.q - shift, qd=record.signal("qd") - shift)
+               for record in seen.records]
+    shown = ", ".join(f"{shift[k]:.4g}" for k in np.flatnonzero(moved))
+    return _corrected(seen, records, Correction(
+        "position.zero", tuple(names.split(", ")), f"The position q and reference qd of {names} "
+        "have another zero than the robot file.", f"Took {shown} off them.",
+        "Every log begins so far from its stated start."))
+
+
+def _middle(record: Record) -> Record:
+    """A piece of a record that is long enough to refute a change."""
+    start = max(0, (len(record) - PIECE) // 2)
+    return record.part(start, min(start + PIECE, len(record)))
+
+
+def _may_explain(change: Change, pieces: Sequence[Record], robot: Robot) -> bool:
+    """Whether the middle of every log agrees with a change; a piece refutes most of them."""
+    for piece in pieces:
+        changed = change.apply(piece)
+        after, size = _law_misfit([changed], robot), np.nanstd(changed.signal("u"), axis=0)
+        if (after.rms > np.maximum(LAX * after.limit, LAX * MOST_ROUNDED * size)).any():
+            return False
+    return True
 
 
 def _variant(record: Record, robot: Robot) -> str | None:
@@ -226,7 +352,7 @@ def _is_proof(after: _Misfit, before: _Misfit, changed: Sequence[Record], robot:
     limit = np.maximum(after.limit, [_rounding(record, robot) for record in changed])
     at = list(joints)
     unexplained = before.rms > before.limit
-    sharper = after.rms <= SHARPER * before.rms
+    sharper = after.rms <= EXPLAINED * before.rms
     return bool((after.rms <= limit).all() and unexplained[:, at].any(axis=0).all()
                 and (sharper | ~unexplained)[:, at].all())
 
@@ -242,13 +368,21 @@ def _rounding(record: Record, robot: Robot) -> np.ndarray:
     return np.maximum(ROUNDED_SHARE * size, np.minimum(of_position, MOST_ROUNDED * size))
 
 
-def _start_error(records: Sequence[Record], robot: Robot) -> float:
-    """Largest distance of a first position from the stated start, over the range of motion."""
-    errors = [np.abs(record.q[0] - experiment.start).max() / np.ptp(record.q, axis=0).max()
-              for k, record in enumerate(records)
-              if (experiment := robot.experiments.get(f"log-{k + 1}")) is not None
-              and experiment.start is not None]
-    return float(max(errors, default=0.0))
+def _disagreement(records: Sequence[Record], robot: Robot) -> float:
+    """How much the logs contradict what the file states of positions: 1 where they do clearly.
+
+    The largest distance of a first position from the stated start, over the range of motion; and
+    the step of the encoder, where the positions lie on a lattice.
+    """
+    offsets = start_offsets(records, robot)
+    ranges = np.array([np.ptp(record.q, axis=0).max() for record in records])
+    error = 0.0 if offsets is None else float((np.abs(offsets).max(axis=1) / ranges).max())
+    stated = robot.encoder.resolution
+    if stated is None:
+        return error
+    steps = np.array([[step_size(record.q[:, k]) for k in range(robot.n)] for record in records])
+    apart = np.abs(np.log(steps / np.where(stated > 0, stated, np.nan)))
+    return max(error, float(np.nanmax(apart, initial=0.0) > np.log(OTHER_STEP)))
 
 
 def _correction(change: Change, robot: Robot) -> Correction:
@@ -259,15 +393,20 @@ def _correction(change: Change, robot: Robot) -> Correction:
                       "log to their rounding.")
 
 
-def _ambiguous(changes: Sequence[Change], robot: Robot) -> Finding:
-    readings = "; or ".join(
-        change.what.format(joints=", ".join(robot.joints[k] for k in change.joints))
-        for change in changes)
+def _contradiction(changes: Sequence[Change], robot: Robot) -> Finding:
+    """Stop where the law would hold after a change of the robot file, or one of several."""
+    readings = [change.what.format(joints=", ".join(robot.joints[k] for k in change.joints))
+                for change in changes]
+    if len(changes) == 1:
+        return Finding("error", changes[0].check, f"{readings[0]}: then the stated law "
+                       "reproduces the commands of every log to their rounding.",
+                       "Every joint would be given a wrong model.", changes[0].remedy)
     return Finding("error", "log.ambiguous", "The stated law does not reproduce the commands, "
-                   f"but would after one change, and the logs leave open which: {readings}.",
+                   "but would after one change, and the logs leave open which: "
+                   f"{'; or: '.join(readings)}.",
                    "One correction mirrors or renames the robot of the other.",
-                   "Correct the right one in the log; start_rad of the experiments in robot.toml "
-                   "would decide it too.")
+                   "Correct the right one in the log; in robot.toml, start_rad of the experiments "
+                   "and resolution_rad of the encoder would decide it too.")
 
 
 def _dead_channels(records: Sequence[Record], robot: Robot,

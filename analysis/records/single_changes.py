@@ -12,14 +12,15 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.replay import sample_time, velocity
+from clie_blocks.analysis.records.replay import sample_time, settled_samples, velocity
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.units import DEGREE, TURN
 
 ANGLE_UNITS = {"degrees": DEGREE, "turns": TURN, "mrad": 1e-3}
 MOST_PERMUTED = 4  # joints of which every order is tried; of more, every exchange of two
+SAME_OFFSET = 0.05  # relative difference of two offsets that are one
 LONGEST_LAG = 0.25  # s, of one channel behind the others
 WORDS = {"q": "position q", "qd": "reference qd", "u": "command u", "pe": "excitation pe"}
 
@@ -40,6 +41,12 @@ class Change:
         What was done about it, a sentence.
     apply : callable
         From a record to the changed record.
+    remedy : str
+        Where the log is right and the robot file is not: what to do, in the place of the change.
+    unnamed : bool
+        By a factor that no unit has, so that named ones come before it.
+    unweighed : bool
+        The law alone cannot tell it from other gains: the stated inertia must agree.
 
     """
 
@@ -48,6 +55,9 @@ class Change:
     what: str
     done: str
     apply: Callable[[Record], Record]
+    remedy: str = ""
+    unnamed: bool = False
+    unweighed: bool = False
 
 
 def single_changes(records: Sequence[Record], robot: Robot, joints: Sequence[int],
@@ -55,11 +65,13 @@ def single_changes(records: Sequence[Record], robot: Robot, joints: Sequence[int
     """Changes of the signals of some joints, of which each is one fault of recording."""
     chosen = tuple(joints)
     live = _live_signals(records)
-    yield from _angle_units(chosen, live)
+    yield from _angle_units(robot, chosen, live)
     yield from _torque_units(robot, chosen, live)
     yield from _signs(chosen, live)
     yield from _orders(robot, chosen, live)
     yield from _lags(records, robot, chosen, live, variant)
+    yield from _common_factors(records, robot, chosen, live, variant)
+    yield from _offsets(records, robot, chosen, variant)
     yield from _reference_velocity(robot, chosen, live, variant)
 
 
@@ -93,12 +105,16 @@ def _scaling(check: str, what: str, signals: tuple[str, ...], joints: tuple[int,
                   lambda record: scaled(record, with_rate, joints, factors))
 
 
-def _angle_units(joints: tuple[int, ...], live: frozenset[str]) -> Iterator[Change]:
+def _angle_units(robot: Robot, joints: tuple[int, ...], live: frozenset[str]) -> Iterator[Change]:
+    """Angles in another unit, or on the motor side of the gear."""
+    one, ratio = np.ones(robot.n), robot.motor.gear_ratio
     for signals in _groups(live, ("q", "qd"), ("q",), ("qd",)):
         for unit, factor in ANGLE_UNITS.items():
-            size = 1 + max(joints)
             yield _scaling("units.position", f"{_is_are(signals)} in {unit}", signals, joints,
-                           np.full(size, factor))
+                           factor * one)
+        if ratio is not None and (ratio[list(joints)] != 1).any():
+            yield _scaling("position.side", f"{_is_are(signals)} on the motor side of the gear",
+                           signals, joints, 1 / ratio)
 
 
 def _torque_units(robot: Robot, joints: tuple[int, ...], live: frozenset[str],
@@ -128,8 +144,10 @@ def _signs(joints: tuple[int, ...], live: frozenset[str]) -> Iterator[Change]:
 
 
 def _orders(robot: Robot, joints: tuple[int, ...], live: frozenset[str]) -> Iterator[Change]:
-    """Columns of some joints in another order."""
-    for signals in _groups(live, ("u",), ("q",), ("qd",), ("pe",), ("u", "pe"), ("q", "qd")):
+    """Columns of some joints in another order, or the joints of the robot file."""
+    every = tuple(name for name in ("q", "qd", "u", "pe") if name in live)
+    for signals in _groups(live, ("u",), ("q",), ("qd",), ("pe",), ("u", "pe"), ("q", "qd"),
+                           every):
         for order in _permutations(joints):
             whole = list(range(robot.n))
             for joint, source in zip(joints, order, strict=True):
@@ -137,9 +155,15 @@ def _orders(robot: Robot, joints: tuple[int, ...], live: frozenset[str]) -> Iter
             pairs = ", ".join(f"{robot.joints[k]} in the column of {robot.joints[j]}"
                               for k, j in enumerate(whole) if j != k)
             with_rate = (*signals, "dq") if "q" in signals else signals
-            yield Change("order", tuple(k for k, j in enumerate(whole) if j != k),
-                         f"{_is_are(signals)} swapped, that of {pairs}",
-                         "Put the columns back in order.", _reordering(with_rate, whole))
+            moved = tuple(k for k, j in enumerate(whole) if j != k)
+            if signals == every:
+                yield Change("order.file", moved, "The gains of {joints} in the robot file are "
+                             "swapped", "", _reordering(with_rate, whole),
+                             "List the joints in robot.toml in the order of the log's columns, in "
+                             "all sections.")
+            else:
+                yield Change("order", moved, f"{_is_are(signals)} swapped, that of {pairs}",
+                             "Put the columns back in order.", _reordering(with_rate, whole))
 
 
 def _permutations(joints: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
@@ -186,13 +210,17 @@ def _parts_of_law(record: Record, robot: Robot, variant: str | None) -> dict[str
     parts = {"q": -(law.kp * record.q + law.kd * rate), "u": -record.signal("u"),
              "qd": law.kp * record.signal("qd"),
              "pe": np.zeros_like(record.q) if record.pe is None else record.pe}
-    return {name: np.where(np.isfinite(part), part, 0.0) for name, part in parts.items()}
+    known = settled_samples(record, law.settling) & np.all(
+        [np.isfinite(part).all(axis=1) for part in parts.values()], axis=0)
+    return {name: np.where(known[:, None], part, 0.0) for name, part in parts.items()}
 
 
 def _lag_of(parts: dict[str, np.ndarray], name: str, k: int, step: float) -> int:
     """Rows by which a signal of joint k lags behind the others: where they agree best."""
-    own = parts[name][:, k]
-    others = -sum(part[:, k] for other, part in parts.items() if other != name)
+    known = np.flatnonzero(np.any([part[:, k] != 0 for part in parts.values()], axis=0))
+    span = slice(known[0], known[-1] + 1) if known.size else slice(None)
+    own = parts[name][span, k]
+    others = -sum(part[span, k] for other, part in parts.items() if other != name)
     reach = min(round(LONGEST_LAG / step), len(own) // 4)
     size = 1 << (len(own) + reach).bit_length()
     product = np.fft.irfft(np.fft.rfft(own, size) * np.conj(np.fft.rfft(others, size)), size)
@@ -201,6 +229,72 @@ def _lag_of(parts: dict[str, np.ndarray], name: str, k: int, step: float) -> int
     first, last = np.maximum(lags, 0), len(own) + np.minimum(lags, 0)
     energy = of_own[last] - of_own[first] + of_others[last - lags] - of_others[first - lags]
     return int(lags[np.argmin((energy - 2 * product[lags]) / (last - first))])
+
+
+def _common_factors(records: Sequence[Record], robot: Robot, joints: tuple[int, ...],
+                    live: frozenset[str], variant: str | None) -> Iterator[Change]:
+    """Torques that are the law's times one number, as percent of a rated torque are."""
+    if not live.issuperset(("u", "qd")):
+        return
+    for signals in _groups(live, ("u",), ("u", "pe")):
+        factors = np.ones(robot.n)
+        for k in joints:
+            command, law = [], []
+            for record in records:
+                parts = {name: part[:, k] for name, part in
+                         _parts_of_law(record, robot, variant).items()}
+                outside = parts["pe"] if "pe" in signals else 0.0
+                command.append(-parts["u"] - outside)
+                law.append(parts["q"] + parts["qd"] + parts["pe"] - outside)
+            x, y = np.concatenate(law), np.concatenate(command)
+            factors[k] = y @ x / max(x @ x, np.finfo(float).tiny)
+        if (factors[list(joints)] <= 0).any():
+            continue
+        shown = ", ".join(f"{factors[k]:.5g}" for k in joints)
+        alone = "pe" in live and signals == ("u",)
+        yield dataclasses.replace(
+            _scaling("units.torque", f"{_is_are(signals)} {shown} times that of the law, so in "
+                     "another unit, as percent of a rated torque", signals, joints, 1 / factors),
+            unnamed=True, unweighed=not alone)
+        if not alone:
+            shown = ", ".join(f"{1 / factors[k]:.5g}" for k in joints)
+            yield dataclasses.replace(
+                _scaling("units.position", f"{_is_are(('q', 'qd'))} {shown} times the angle",
+                         ("q", "qd"), joints, factors), unnamed=True, unweighed=True,
+                remedy="Correct the unit, or the counts per turn, of the exported positions.")
+
+
+def _offsets(records: Sequence[Record], robot: Robot, joints: tuple[int, ...],
+             variant: str | None) -> Iterator[Change]:
+    """Positions with another zero than the reference and the robot file.
+
+    A constant in the command does the same to the law, so the stated start has to agree.
+    """
+    lost = np.concatenate([-sum(_parts_of_law(record, robot, variant).values())
+                           for record in records])
+    known = lost.any(axis=1)
+    if not known.any():
+        return
+    gain, at = gains(robot.controller)[0], list(joints)
+    offset = np.zeros(robot.n)
+    offset[at] = lost[known].mean(axis=0)[at] / np.where(gain == 0, np.inf, gain)[at]
+    moved = start_offsets(records, robot)
+    if moved is None or not np.allclose(moved[:, at], offset[at], rtol=SAME_OFFSET, atol=0.0):
+        return
+    shown = ", ".join(f"{offset[k]:.4g}" for k in joints)
+    yield Change("position.zero", joints, "The position q of {joints} has another zero than "
+                 "its reference and the stated start", f"Took {shown} off it.",
+                 lambda record: record.replace(q=record.q - offset))
+
+
+def start_offsets(records: Sequence[Record], robot: Robot, name: str = "q") -> np.ndarray | None:
+    """First values of a signal less the stated starts, shape (logs, n); None where not stated."""
+    starts = [getattr(robot.experiments.get(f"log-{k + 1}"), "start", None)
+              for k in range(len(records))]
+    signals = [getattr(record, name) for record in records]
+    if any(x is None for x in (*starts, *signals)):
+        return None
+    return np.array([x[0] - start for x, start in zip(signals, starts, strict=True)])
 
 
 def _shifting(signals: Sequence[str], joints: tuple[int, ...],

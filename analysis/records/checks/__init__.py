@@ -8,6 +8,7 @@ from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding, fix
 from clie_blocks.analysis.records.checks.law import check_law
 from clie_blocks.analysis.records.checks.reach import check_reach
 from clie_blocks.analysis.records.checks.reference import check_reference
+from clie_blocks.analysis.records.checks.scale import check_scale
 from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
 from clie_blocks.analysis.records.model import Record
@@ -16,7 +17,8 @@ from clie_blocks.analysis.records.robot import Robot
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
 CHECKS = (check_alive, check_reference, check_velocity, check_law,
-          check_gains, check_saturation, check_torque, check_reach, check_excitation)
+          check_gains, check_saturation, check_torque, check_scale, check_reach,
+          check_excitation)
 FATAL = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "signal.absurd")
 
 

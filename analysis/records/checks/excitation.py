@@ -25,6 +25,7 @@ ABOVE_NOISE = 3.0
 WINDOWS = (0.05, 0.2, 0.5)  # s; slow motions show their acceleration only in long windows
 WIDE = 0.5  # rad; over less the weight of a link looks like a spring
 UNCERTAIN = 0.5  # half width of an interval over its estimate
+CLEAR = 0.2  # the same, of an inertia that is compared with a stated one
 REMEDIES = {
     frozenset({"inertia", "viscous friction"}): "move at two or more speeds: a multisine from 0.1 "
     "Hz to half the loop's bandwidth",
@@ -155,10 +156,35 @@ def _hidden(view: _View, k: int, noise: float) -> tuple[tuple[str, ...], str]:
         return tied, f"{' and '.join(tied)} have the same effect in this motion"
     if view.u is None:
         return (), ""
-    fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), view.u[:, k])
-    loose = fit.interval[0] > UNCERTAIN * abs(fit.value[0])
+    inertia, interval = _inertia(view, k)
+    loose = interval > UNCERTAIN * abs(inertia)
     return (("inertia",), "its share of the command is within the uncertainty") if loose else (
         (), "")
+
+
+def _inertia(view: _View, k: int) -> tuple[float, float]:
+    """Command per acceleration of joint k, next to damping, offset, weight and dry friction."""
+    columns = np.stack([view.ddq[:, k], view.dq[:, k], np.ones_like(view.dq[:, k])], axis=1)
+    fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), view.u[:, k])
+    return float(fit.value[0]), float(fit.interval[0])
+
+
+def shown_inertias(record: Record, robot: Robot | None) -> np.ndarray:
+    """Inertia of each joint alone, by its command [unit of u s^2 / unit of q], shape (n,).
+
+    NaN where the motion does not show it.  Noise makes it seem small, most of all in the shortest
+    windows, so the largest counts.
+    """
+    noise, dead = roughness(record)[0], dead_joints(record, robot)
+    found = np.full(record.n, np.nan)
+    for view in (_view(record, window) for window in WINDOWS):
+        for k in range(record.n):
+            if view.at.size < 100 or view.u is None or k in dead or _hidden(view, k, noise[k])[0]:
+                continue
+            inertia, interval = _inertia(view, k)
+            if interval < CLEAR * abs(inertia):
+                found[k] = np.fmax(found[k], inertia)
+    return found
 
 
 def _nuisance(view: _View, k: int) -> list[np.ndarray]:
