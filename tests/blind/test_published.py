@@ -6,13 +6,17 @@ from pathlib import Path
 import pytest
 
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh
-from clie_blocks.analysis.blind.protocol.targets import compare_with_targets
+from clie_blocks.analysis.blind.protocol.targets import compare, compare_with_targets
+from clie_blocks.analysis.blind.report import imperfect as imperfect_page
 from clie_blocks.analysis.blind.report.page import document
+from clie_blocks.analysis.blind.scoring import imperfect
 from clie_blocks.analysis.blind.scoring.intervals import rate, summary
 from clie_blocks.analysis.blind.scoring.robustness import outcome_shares
 from clie_blocks.analysis.blind.scoring.score import VISIBLE
 from clie_blocks.analysis.report.render import markdown
+from clie_blocks.output import to_json
 
+IMPERFECT = Path(__file__).resolve().parents[2] / "docs" / "blind" / "imperfect.json"
 BOARD = Path(__file__).resolve().parents[2] / "docs" / "blind" / "scoreboard.json"
 
 
@@ -78,3 +82,25 @@ def test_the_readme_shows_the_published_targets(board):
             if any(line.startswith(f"| {row['words']} ") for row in board["targets"])]
     assert len(rows) >= len(board["targets"])
     assert all(row in readme for row in rows[:len(board["targets"])])
+
+
+@pytest.fixture
+def imperfect_board():
+    if not IMPERFECT.is_file():
+        pytest.skip("no study of imperfect logs is published in docs/blind")
+    return json.loads(IMPERFECT.read_text())
+
+
+def test_the_published_imperfect_logs_follow_from_their_rows(imperfect_board):
+    board = imperfect_board
+    assert are_fresh(board["seeds"]) and board["trials"] == len(board["rows"]) >= 100
+    assert board["command"].startswith("clie blind --imperfect --trials")
+    again = json.loads(to_json(imperfect.figures(board["rows"])))
+    assert again == {key: board[key] for key in again}
+    assert compare(board, imperfect.TARGETS) == board["targets"]
+    assert sum(held["of"] for held in board["by_damage"].values()) == board["trials"]
+
+
+def test_the_published_page_of_imperfect_logs_shows_its_figures(imperfect_board):
+    page = markdown(imperfect_page.document(imperfect_board))
+    assert IMPERFECT.with_suffix(".md").read_text() == page

@@ -1,5 +1,10 @@
-"""The page on imperfect logs: targets, a table by damage, and every answer that was wrong."""
+"""The page on imperfect logs: targets, a table by damage, and every answer that was wrong.
 
+``python -m clie_blocks.analysis.blind.report.imperfect FOLDER`` writes the page again from the
+``imperfect.json`` of a folder.
+"""
+
+import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +13,7 @@ from clie_blocks.analysis.blind.report.page import MOODS, protocol_section, targ
 from clie_blocks.analysis.blind.report.wording import SHARE, percent, rate_cells
 from clie_blocks.analysis.report.document import BAD, GOOD, Document, Section, Table
 from clie_blocks.analysis.report.render import save_document
+from clie_blocks.output import command_parser, run_main
 
 STEM = "imperfect"
 FIGURES = {
@@ -23,6 +29,18 @@ FIGURES = {
     "right": "whole truth ranked first", "twin_right": "the same, undamaged"}
 
 COUNTED = ("right", "twin_right", "named", "wrong_name", "stopped")  # columns by damage
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Write the page of a folder again from its figures."""
+    parser = command_parser("python -m clie_blocks.analysis.blind.report.imperfect",
+                            main.__doc__ or "", output_help="where to (the folder of the figures)")
+    parser.add_argument("folder", type=Path, help=f"holds {STEM}.json")
+    options = parser.parse_args(argv)
+    text = (options.folder / f"{STEM}.json").read_text()
+    page = save_page(json.loads(text), Path(options.output or options.folder))
+    print(text if options.json else page)
+    return 0
 
 
 def save_page(board: dict[str, Any], folder: Path) -> str:
@@ -116,3 +134,7 @@ def _lost(board: dict[str, Any]) -> Section:
 
 def _said(row: dict[str, Any]) -> str:
     return row["error"] or f"{row['said']} {row['probability']:.2f}"
+
+
+if __name__ == "__main__":
+    run_main(main)

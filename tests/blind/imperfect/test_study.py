@@ -13,8 +13,11 @@ from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, HARMLESS
 from clie_blocks.analysis.blind.imperfect.export import Export
 from clie_blocks.analysis.blind.population.standard import plan
 from clie_blocks.analysis.blind.protocol import seal, study
+from clie_blocks.analysis.blind.report import imperfect as page
 from clie_blocks.analysis.blind.scoring import timings
+from clie_blocks.analysis.blind.scoring.imperfect import figures
 from clie_blocks.errors import ClieError
+from clie_blocks.output import to_json
 
 ROBOT = """joints = 1
 [motor]
@@ -125,6 +128,16 @@ def test_a_later_run_reads_what_is_there_and_writes_the_same_pages(free_robots, 
     main(command)
     assert len(free_robots) == count
     assert {path.name: path.read_bytes() for path in tmp_path.glob("imperfect.*")} == pages
+    (tmp_path / "imperfect.md").unlink()
+    assert page.main([str(tmp_path)]) == 0
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("imperfect.*")} == pages
+
+
+def test_the_figures_follow_from_the_rows_on_disk(free_robots, tmp_path):
+    main(["--imperfect", "--trials", "6", "--seed", "4", "-o", str(tmp_path)])
+    board = json.loads((tmp_path / "imperfect.json").read_text())
+    again = json.loads(to_json(figures(board["rows"])))
+    assert again == {key: board[key] for key in again} and again["of"] == 6
 
 
 def test_seconds_are_kept_apart_from_answers_and_pages(free_robots, tmp_path):
