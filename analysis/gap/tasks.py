@@ -82,10 +82,10 @@ def _robot_of(logs: Sequence[Path], robot: str | os.PathLike[str] | None) -> str
     """Robot file of log files: the stated one, else the one in their common folder."""
     if robot is not None:
         return str(robot)
-    folders = {path.parent for path in logs}
+    folders = sorted({path.parent for path in logs})
     beside = [folder / ROBOT for folder in folders if (folder / ROBOT).is_file()]
     if len(folders) > 1 and beside:
-        raise ClieError(f"the logs lie in {len(folders)} folders, {_listed(sorted(folders))}, and "
+        raise ClieError(f"the logs lie in {len(folders)} folders, {_listed(folders)}, and "
                         "are diagnosed as logs of one robot; name the folders to diagnose each, "
                         f"or say which robot it is: --robot {_shell(beside[0])}")
     return str(beside[0]) if beside else None

@@ -362,7 +362,7 @@ def test_formats_are_recognised_by_content(tmp_path, head, name):
 def test_paths_that_cannot_be_read(tmp_path):
     with pytest.raises(RecordError, match="does not exist"):
         read_record(tmp_path / "no.csv")
-    with pytest.raises(RecordError, match="folder of no known format"):
+    with pytest.raises(RecordError, match="is empty, but no log"):
         read_record(tmp_path)
     (tmp_path / "empty.csv").touch()
     with pytest.raises(RecordError, match="is empty"):
