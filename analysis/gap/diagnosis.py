@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from clie_blocks.analysis.gap.assessment.advice import advice
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
 from clie_blocks.analysis.gap.assessment.localisation import localise
 from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment, next_experiment
@@ -197,7 +198,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
-        findings=findings, reason=_reason(decision, first, controller, earned),
+        advice=advice(first.residuals.problem, ranking), findings=findings,
+        reason=_reason(decision, first, controller, earned),
         excluded=excluded, seconds=time.perf_counter() - start)
 
 

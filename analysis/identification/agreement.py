@@ -1,7 +1,7 @@
 """Do the methods agree?  Where they do not, the model's structure is the first suspect."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -41,6 +41,27 @@ def disagreements(joint: str, estimates: Sequence[Estimate],
         return []
     return [difference for other in estimates if other is not reference for term in other.names
             for difference in _differ(joint, term, other, reference, scale)]
+
+
+def agreement(by_joint: Iterable[Sequence[Estimate]]) -> str:
+    """Say how well the methods agree that do not disagree; estimates are by joint, by method."""
+    apart = [_apart(other, reference, term) for estimates in by_joint
+             for reference in estimates if reference.method == REFERENCE
+             for other in estimates if other is not reference for term in other.names]
+    ratios = [ratio for ratio in apart if np.isfinite(ratio)]
+    if not ratios:
+        return ("Whether the methods agree cannot be told: no two of them have a value with an "
+                "interval.")
+    if max(ratios) <= 1.0:
+        return "The methods agree within their intervals."
+    return f"The methods agree within {RELATIVE:.0%}, though not within their intervals."
+
+
+def _apart(other: Estimate, reference: Estimate, term: str) -> float:
+    """Difference of two methods over what their intervals allow; NaN without an interval."""
+    (value, width), (expected, own) = other.get(term), reference.get(term)
+    allowed = np.hypot(width, own)
+    return float(abs(value - expected) / allowed) if allowed > 0.0 else np.nan
 
 
 def _differ(joint: str, term: str, other: Estimate, reference: Estimate,

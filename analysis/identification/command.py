@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.identification import Identification, identify
+from clie_blocks.analysis.identification.agreement import agreement
 from clie_blocks.analysis.identification.columns import EXTRA
 from clie_blocks.analysis.identification.identification import Bias
 from clie_blocks.analysis.identification.prediction import Prediction
@@ -123,7 +124,7 @@ def _unit(result: Identification, term: str) -> str:
 
 def _agreement(result: Identification) -> list[str]:
     """Two signs of a wrong structure: methods that differ, and an error above the noise."""
-    lines = ["The methods agree within their intervals."]
+    lines = [agreement(result.estimates)]
     if result.disagreements:
         lines = ["The methods disagree beyond their intervals:",
                  *(f"  {difference}" for difference in result.disagreements)]

@@ -106,7 +106,9 @@ class _Tried(NamedTuple):
 
 def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[RankedCause],
                     ) -> NextExperiment | None:
-    """Return the experiment that separates the causes of the 90 % set, or None if one is left.
+    """Return the experiment that separates the causes of the 90 % set.
+
+    None if one cause is left, or if no experiment would leave fewer than there are.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model inside the robot's limits; the whitened
@@ -126,6 +128,9 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     elementary = (tried(log) for log in elementary_motions(problem, limits, method))
     experiments = [one for one in elementary if one is not None]
     experiments += _search_multisines(problem, limits, method, tried)
+    present = _set_size(np.array([ranked.probability for ranked, _ in remaining]))
+    experiments = [one for one in experiments
+                   if one.expected_set_size < present - method.experiment_least_gain]
     if not experiments:
         return None
     menu = sorted(experiments, key=lambda one: one.cost)[:_MENU]

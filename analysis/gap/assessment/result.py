@@ -48,6 +48,8 @@ class Result:
         Where the gap lies, see `localise`.
     next_experiment : NextExperiment or None
         The run that would tell the remaining causes apart.
+    advice : tuple of str
+        What to mend before that, see `advice`.
     findings : tuple of SignalFinding
         Causes that logged signals show without a model.
     reason : str
@@ -73,6 +75,7 @@ class Result:
     torque_map: TorqueMap | None
     where: dict[str, Any]
     next_experiment: NextExperiment | None
+    advice: tuple[str, ...] = ()
     findings: tuple[SignalFinding, ...] = ()
     reason: str = ""
     excluded: frozenset[str] = frozenset()

@@ -48,6 +48,9 @@ class AssessmentMethod:
         0.9, "share of each limit", "that a recommended run may use")
     experiment_causes: int = threshold(
         4, "hypotheses", "that a recommended run is to tell apart, the most probable ones")
+    experiment_least_gain: float = threshold(
+        0.1, "causes fewer in the set, expected",
+        "a run that would bring less leaves the set as it is nine times in ten")
     experiment_tries: int = threshold(
         6, "multisines", "that are tried after the first of each band")
     experiment_lines: int = threshold(10, "lines", "of a multisine")

@@ -79,6 +79,7 @@ def answer(result: Result) -> dict[str, Any]:
         "repeatable": result.torque_map and result.torque_map.as_dict(),
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in result.residuals.noises],
         "where": {**result.where, "block": block_shares(result)},
+        "advice": list(result.advice),
         "next_experiment": experiment and experiment.as_dict(),
         "controller_as_stated": result.controller.as_stated,
         "controller": _controller(result.controller),

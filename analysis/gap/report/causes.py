@@ -31,7 +31,6 @@ SEPARATED_BY = {
              "again separates them",
     SOFT_STOP: "over this range of motion they, and any other torque that depends on the "
                "position, move the robot alike. A run over a wider range separates them"}
-LEAST_DISTANCE = 1.0  # chi^2 between two causes, below which a run separates nothing
 
 
 def causes_section(result: Result, answer: Answer, units: Units) -> Section:
@@ -68,7 +67,8 @@ def alternatives_section(answer: Answer) -> Section:
     """Causes that these logs cannot tell apart, and the experiment that could."""
     sure = {row["effect"] for row in answer["effects"] if row["probability"] >= SURE}
     remaining = [name for name in answer["set_90"] if name in LIBRARY and name not in sure]
-    confounders = tuple(_confounders(answer))
+    mended = (f"{sentence}." for sentence in answer.get("advice", ()))
+    confounders = (*mended, *_confounders(answer))
     if len(remaining) < 2:
         return Section("Alternative causes", (_single(answer),),
                        points=(*confounders, *_confusions(answer)))
@@ -78,7 +78,8 @@ def alternatives_section(answer: Answer) -> Section:
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
             f"they hold 90 % of the probability{given}.")
     return Section("Alternative causes", (text if menu else text + NO_RUN,),
-                   tables=(Table(("causes", "what separates them"), _separations(remaining)),
+                   tables=(Table(("causes", "what separates them"),
+                                 _separations(remaining, bool(menu))),
                            *menu),
                    points=confounders)
 
@@ -104,7 +105,7 @@ def _confusions(answer: Answer) -> Iterator[str]:
                 yield f"{effect_title(name)} or {effect_title(other)}: {experiment}."
 
 
-def _separations(names: list[str]) -> tuple[tuple[str, str], ...]:
+def _separations(names: list[str], is_advised: bool) -> tuple[tuple[str, str], ...]:
     """Experiment that separates each pair of causes, where the library names one."""
     pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1:]]
     named = [(f"{effect_title(one)} or {effect_title(other)}", _experiment(one, other))
@@ -112,7 +113,8 @@ def _separations(names: list[str]) -> tuple[tuple[str, str], ...]:
     if len(named) == len(pairs):
         return tuple(named)
     rest = "all other pairs" if named else join_words(map(effect_title, names), "or")
-    return (*named, (rest, "the experiment recommended below"))
+    return (*named, (rest, "the experiment recommended below" if is_advised
+                     else "none of the experiments that were simulated"))
 
 
 def _experiment(one: str, other: str) -> str:
@@ -122,8 +124,7 @@ def _experiment(one: str, other: str) -> str:
 def _menu(answer: Answer) -> Iterator[Table]:
     """Table of the experiments that were simulated with every remaining cause."""
     plan = answer["next_experiment"]
-    if not plan or max((row["least_distance"] for row in plan.get("menu") or ()),
-                       default=0.0) < LEAST_DISTANCE:
+    if not plan:
         return
     best = plan["best"]["experiment"]
     yield Table(

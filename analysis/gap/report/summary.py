@@ -77,7 +77,8 @@ def summary_lines(answer: Answer) -> list[str]:
     return [*log_lines(answer), *_law(answer), verdict_sentence(answer), *_where(answer),
             _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
-            *_torque_map(answer), *_next_experiment(answer), _assumptions(answer)]
+            *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
+            *_next_experiment(answer), _assumptions(answer)]
 
 
 def log_lines(answer: Answer) -> list[str]:

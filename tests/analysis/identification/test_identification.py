@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.identification import identify
-from clie_blocks.analysis.identification.agreement import disagreements
+from clie_blocks.analysis.identification.agreement import agreement, disagreements
 from clie_blocks.analysis.identification.closed_loop import (
     closed_loop_least_squares,
     model_motion,
@@ -133,6 +133,20 @@ def test_disagreements_need_both_an_interval_and_a_difference():
     found = disagreements("arm", [reference, of("IDIM-LS", 2.2, 0.03)])
     assert [d.term for d in found] == ["viscous"]
     assert "arm: IDIM-LS gives viscous = 2.2, closed-loop LS gives 2;" in str(found[0])
+
+
+def test_methods_agree_only_where_their_intervals_do():
+    def of(method, viscous, width):
+        return Estimate(method, PAPER, np.array([1.0, viscous, 0.0]),
+                        np.array([0.01, width, 0.01]))
+
+    reference = of("closed-loop LS", 2.0, 0.005)
+    assert agreement([[reference, of("IDIM-LS", 2.01, 0.01)]]) == (
+        "The methods agree within their intervals.")
+    assert "within 1%, though not within" in agreement([[reference, of("IDIM-LS", 2.015, 0.005)]])
+    unknown = Estimate("composite (40)", PAPER, np.ones(3), np.full(3, np.nan))
+    for alone in ([reference], [reference, unknown], [unknown]):
+        assert "cannot be told" in agreement([alone])
 
 
 def test_a_log_with_an_error_is_refused_and_one_of_several_is_left_out(clean):

@@ -57,6 +57,12 @@ def test_the_best_run_is_the_best_of_its_menu_and_separates_the_set(undecided):
     assert any("multisine" in row["experiment"] for row in advice.menu)
 
 
+def test_a_run_that_leaves_the_set_as_it_is_is_not_recommended(undecided):
+    _, residuals, fits, _ = undecided
+    twins = [make_ranked(name, 0.5, 0.1, fits["spring"]) for name in ALTERNATIVES]
+    assert next_experiment(residuals, fits["spring"], twins) is None
+
+
 def test_set_points_are_a_table_of_what_was_simulated(undecided, case, tmp_path):
     *_, advice = undecided
     made = case("none")

@@ -116,14 +116,13 @@ def test_a_law_that_did_not_run_is_no_closest_effect():
 def test_what_is_sure_is_no_alternative():
     found = answer_of(
         "effect", row("time_delay", 0.96), row("coulomb", 0.6), row("stribeck", 0.3),
-        set_90=["time_delay", "coulomb", "stribeck"],
-        next_experiment={"best": {"experiment": "chirp"}, "menu": [
-            {"experiment": "chirp", "expected_set_size": 2.0, "least_distance": 1e-20}]})
+        set_90=["time_delay", "coulomb", "stribeck"], next_experiment=None)
     section = alternatives_section(found)
     assert "cannot separate coulomb and stribeck:" in section.sentences[0]
     assert "given time delay" in section.sentences[0]
     assert "No experiment" in section.sentences[0] and len(section.tables) == 1
-    found["next_experiment"]["menu"][0]["least_distance"] = 40.0
+    found["next_experiment"] = {"best": {"experiment": "chirp"}, "menu": [
+        {"experiment": "chirp", "expected_set_size": 1.2, "least_distance": 40.0}]}
     section = alternatives_section(found)
     assert "No experiment" not in section.sentences[0] and len(section.tables) == 2
 
@@ -135,6 +134,10 @@ def test_pairs_without_an_experiment_of_their_own_share_one_row():
     rows = alternatives_section(found).tables[0].rows
     assert [pair for pair, _ in rows] == ["coulomb or stribeck", "all other pairs"]
     found["set_90"] = ["coulomb", "friction_drift"]
+    assert alternatives_section(found).tables[0].rows == (
+        ("coulomb or friction drift", "none of the experiments that were simulated"),)
+    found["next_experiment"] = {"best": {"experiment": "chirp"}, "menu": [
+        {"experiment": "chirp", "expected_set_size": 1.2, "least_distance": 40.0}]}
     assert alternatives_section(found).tables[0].rows == (
         ("coulomb or friction drift", "the experiment recommended below"),)
 
