@@ -245,13 +245,23 @@ def _read_stored(task: Task, folder: str | os.PathLike[str], digest: str = "") -
 def digest_of_inputs(task: Task, options: Options) -> str:
     """Digest of everything that a result depends on."""
     digest = hashlib.sha256(f"{__version__} {options}".encode())
-    files = [Path(path) for path in (*task.paths, *([task.robot] if task.robot else []),
-                                     *options.simulated)]
-    for path in files:
-        for file in sorted(path.iterdir()) if path.is_dir() else [path]:
-            if file.is_file():
-                digest.update(file.name.encode() + file.read_bytes())
+    for path in map(Path, (*task.paths, *([task.robot] if task.robot else []),
+                           *options.simulated)):
+        for file in sorted(path.rglob("*")) if path.is_dir() else _with_robot_file(path):
+            if file.is_file() and not file.name.startswith("."):
+                digest.update(str(file.relative_to(path.parent)).encode())
+                digest.update(_digest_of_file(file))
     return digest.hexdigest()
+
+
+def _with_robot_file(log: Path) -> list[Path]:
+    """A log, and the robot file next to it, which is read with it."""
+    return [log, log.parent / "robot.toml"]
+
+
+def _digest_of_file(file: Path) -> bytes:
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").digest()
 
 
 @contextlib.contextmanager

@@ -57,3 +57,24 @@ def test_a_killed_run_continues(folder, tmp_path):
     found = dict(batch.diagnose_all(batch.find_tasks([folder]), folder=kept))
     assert len(found) == 3 and all(set(told) >= DONE for told in found.values())
     assert all((kept / name).stat().st_mtime_ns == when for name, when in before.items())
+
+
+def test_a_result_is_made_anew_where_any_file_below_the_folder_changes(tmp_path):
+    folder = tmp_path / "recording"
+    (folder / "data").mkdir(parents=True)
+    (folder / "data" / "part-0.parquet").write_bytes(b"rows")
+    log = folder / "log.csv"
+    log.write_text("time,q1\n")
+    tasks = [batch.Task("folder", (str(folder),)), batch.Task("log", (str(log),))]
+
+    def digests():
+        return [batch.digest_of_inputs(task, batch.Options()) for task in tasks]
+
+    first = digests()
+    (folder / ".half-written").write_text("of a run that was killed")
+    assert digests() == first
+    (folder / "data" / "part-0.parquet").write_bytes(b"other rows")
+    second = digests()
+    assert second[0] != first[0] and second[1] == first[1]
+    (folder / "robot.toml").write_text("joints = 1\n")
+    assert digests()[1] != second[1]
