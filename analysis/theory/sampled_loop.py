@@ -37,10 +37,11 @@ def loop_polynomials(plant: Polynomials, kp: float, kd: float, velocity_filter: 
     return torque, sensor, sensor + np.convolve(b, controller)
 
 
-def decimated_filter(b: np.ndarray, a: np.ndarray, width: int) -> Polynomials:
+def decimated_filter(b: np.ndarray, a: np.ndarray, width: int, stride: int = 1) -> Polynomials:
     """Filter from means over blocks of `width` samples to means over blocks of its output.
 
-    It is exact for an input that is constant over each block, at a fraction of the cost.
+    It is exact for an input that is constant over each block, at a fraction of the cost.  Of the
+    output every sample is seen, or one in `stride`.
     """
     order = len(a) - 1
     step = np.eye(order, k=-1)
@@ -48,8 +49,10 @@ def decimated_filter(b: np.ndarray, a: np.ndarray, width: int) -> Polynomials:
     out, direct = (b[1:] - b[0] * a[1:] / a[0]) / a[0], b[0] / a[0]
     state, driven = np.eye(order), np.zeros(order)
     seen, through = np.zeros(order), 0.0
-    for _ in range(width):
-        seen, through = seen + out @ state / width, through + (out @ driven + direct) / width
+    count = width // stride
+    for sample in range(width):
+        if sample % stride == 0:
+            seen, through = seen + out @ state / count, through + (out @ driven + direct) / count
         state, driven = step @ state, step @ driven + np.eye(order)[0]
     denominator = np.poly(state)
     return np.poly(state - np.outer(driven, seen)) + (through - 1.0) * denominator, denominator

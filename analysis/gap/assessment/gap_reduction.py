@@ -10,7 +10,6 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.prediction_error import rms, square_errors, validation_logs
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
-from clie_blocks.analysis.gap.residual.noise import decimated
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _DRAWS = 400
@@ -167,6 +166,11 @@ class MaskedResidual(ResidualModel):
         """Residuals of each joint for many simulated positions, on the rows that are seen."""
         return [part[:, self._rows(part.T, j)] for part in super().of_runs(runs, j)]
 
+    def samples(self, part: np.ndarray, j: int, k: int) -> float:
+        """Whitened samples that count, on the rows that are seen."""
+        whole = len(self.initial_responses[j][k])
+        return super().samples(part, j, k) * len(part) / whole
+
     def _rows(self, part: np.ndarray, j: int) -> np.ndarray:
         """Rows that are seen, behind the start of the whitening filter."""
         return self.seen[j][-len(part):]
@@ -186,10 +190,12 @@ def unseen_errors(model: Hypothesis, residuals: ResidualModel, logs: Sequence[in
     for fold in all_folds:
         if not any(fold[j] for j in logs):
             continue
-        seen = [_seen_rows(length, left_out, period, method)
-                for length, left_out in zip(lengths, fold)]
-        masked = MaskedResidual(residuals.problem, residuals.noises, residuals.initial_responses,
-                                residuals.method, seen=seen)
+        seen = [_seen_rows(residuals.rows(j).of_ticks(period * np.arange(length)), left_out,
+                           period, method)
+                for j, (length, left_out) in enumerate(zip(lengths, fold))]
+        masked = MaskedResidual(
+            residuals.problem, residuals.noises, residuals.initial_responses, residuals.method,
+            residuals.counted, residuals.other_noises, seen=seen)
         refitted = fit(model, masked, method.refit_steps).hypothesis
         for j in logs:
             if fold[j]:
@@ -223,10 +229,10 @@ def blocks(samples: int, period: float, method: AssessmentMethod) -> np.ndarray:
     return np.linspace(0, samples, count + 1).astype(int)
 
 
-def _seen_rows(samples: int, left_out: Sequence[tuple[int, int]], period: float,
+def _seen_rows(time: np.ndarray, left_out: Sequence[tuple[int, int]], period: float,
                method: AssessmentMethod) -> np.ndarray:
-    """Whitened rows outside the blocks of a fold and their margins."""
-    time, margin = decimated(period * np.arange(samples), period), method.fold_margin
+    """Whitened rows, at some times, outside the blocks of a fold and their margins."""
+    margin = method.fold_margin
     seen = np.ones(len(time), bool)
     for first, last in left_out:
         seen &= (time < first * period - margin) | (time >= last * period + margin)

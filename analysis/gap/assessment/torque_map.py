@@ -22,7 +22,7 @@ from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.fitting.ridge import ridge_cv
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.residual.noise import decimated, decimation
+from clie_blocks.analysis.gap.residual.noise import rows_of
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
@@ -156,7 +156,7 @@ def corrected_error(hypothesis: Hypothesis, maps: Sequence[JointTorqueMap], j: i
         for joint_map in maps:
             k = joint_map.joint
             decimated_load = joint_map.load(q[:, k], dq[:, k])
-            slow = np.repeat(decimated_load, decimation(hypothesis.problem.period))
+            slow = np.repeat(decimated_load, rows_of(log, hypothesis.problem.period).ticks)
             load[:, k] = np.pad(slow, (0, len(log) - len(slow)), "edge")
         run = dataclasses.replace(log, pe=log.pe - load)
     error = log.q - _positions(hypothesis, j, run)
@@ -166,9 +166,10 @@ def corrected_error(hypothesis: Hypothesis, maps: Sequence[JointTorqueMap], j: i
 def _motion(hypothesis: Hypothesis, j: int, log: Log | None = None,
             ) -> tuple[np.ndarray, np.ndarray]:
     """Simulated positions and velocities of a log at the rate of the diagnosis."""
-    period = hypothesis.problem.period
-    q = decimated(_positions(hypothesis, j, log or hypothesis.problem.logs[j]), period)
-    return q, np.gradient(q, decimation(period) * period, axis=0)
+    period, log = hypothesis.problem.period, log or hypothesis.problem.logs[j]
+    rows = rows_of(log, period)
+    q = rows.of_samples(_positions(hypothesis, j, log))
+    return q, np.gradient(q, rows.ticks * period, axis=0)
 
 
 def _positions(hypothesis: Hypothesis, j: int, log: Log) -> np.ndarray:
@@ -221,19 +222,18 @@ def _normal_equations(hypothesis: Hypothesis, shapes: Sequence[np.ndarray],
                       errors: Sequence[np.ndarray], k: int, method: AssessmentMethod,
                       ) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrices and right sides of the parts of the fit logs, one per part."""
-    period, values = hypothesis.problem.period, hypothesis.values
-    b, a = decimated_filter(
-        *hypothesis.problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k]),
-        decimation(period))
-    first = round(method.map_settling / (decimation(period) * period))
+    problem, values = hypothesis.problem, hypothesis.values
+    sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     grams, rights = [], []
-    for shape, error in zip(shapes, errors):
-        columns = -lfilter(b, a, shape)[first:]
-        left = decimated(error, period)[first:]
-        for rows, part in zip(np.array_split(columns, method.map_parts),
+    for log, shape, error in zip(problem.fit, shapes, errors):
+        rows = rows_of(log, problem.period)
+        first = round(method.map_settling / (rows.ticks * problem.period))
+        columns = -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), shape)[first:]
+        left = rows.of_samples(error)[first:]
+        for some, part in zip(np.array_split(columns, method.map_parts),
                               np.array_split(left, method.map_parts)):
-            grams.append(rows.T @ rows)
-            rights.append(rows.T @ part)
+            grams.append(some.T @ some)
+            rights.append(some.T @ part)
     return np.array(grams), np.array(rights)
 
 

@@ -3,7 +3,11 @@
 import functools
 
 from clie_blocks.analysis.gap.controller.assumed import assume_controller
-from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
+from clie_blocks.analysis.gap.controller.replay import (
+    ControllerCheck,
+    assume_stated_law,
+    replay_controller,
+)
 from clie_blocks.analysis.gap.problem.law import Law
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
@@ -16,7 +20,14 @@ def check_controller(problem: Problem) -> ControllerCheck:
 
 @functools.singledispatch
 def _check(law: Law, problem: Problem) -> ControllerCheck:
-    return replay_controller(problem)
+    logs = [log for log in problem.logs if log.stride == 1]
+    if len(logs) == len(problem.logs):
+        return replay_controller(problem)
+    if not logs:
+        return assume_stated_law(problem)
+    slow = ", ".join(log.name for log in problem.logs if log.stride > 1)
+    return replay_controller(problem.with_log_list(logs)).with_decisions(
+        (f"the controller runs more often than {slow} has samples; there its law is not checked",))
 
 
 @_check.register(LoopLaw)

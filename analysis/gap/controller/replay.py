@@ -10,7 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import first_known_sample, law_residual
+from clie_blocks.analysis.gap.controller.law_residual import (
+    first_known_sample,
+    known_samples,
+    law_residual,
+)
 from clie_blocks.analysis.gap.controller.refit import (
     DELAYED_COMMANDS,
     delayed_replay_error,
@@ -161,6 +165,18 @@ def replay_controller(problem: Problem) -> ControllerCheck:
         recorded=bool(terms))
 
 
+def assume_stated_law(problem: Problem) -> ControllerCheck:
+    """Result for a controller that runs more often than any log has samples."""
+    law, zero = problem.stated_law, np.zeros(problem.n)
+    corners = np.full((2, problem.n), np.nan)
+    if law.corners is not None:
+        corners[:] = np.array(law.corners)[:, None]
+    step, coarse = _encoder_steps(problem)
+    return ControllerCheck(zero, zero + np.inf, (), corners, coarse, step, law, (
+        f"the controller runs every {1e3 * law.period:.3g} ms, more often than the logs have "
+        "samples: its law cannot be replayed and is taken as stated",))
+
+
 def _joints(mask: np.ndarray) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(mask))
 
@@ -242,12 +258,13 @@ def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float
 
     log = problem.logs[0]
     first = min(SLOWEST_FILTER * first_known_sample(log, law), len(log) // 2)
+    used = slice(first, None) if log.measured is None else known_samples(log, law)
     moved = log.q[:, k] - log.q[0, k]
     damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 
     def error(exponents: np.ndarray) -> np.ndarray:
         b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[first:]
+        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[used]
 
     starts = np.log(np.array(stated)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
     fits = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
@@ -264,6 +281,7 @@ def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
 
 def _smallest_step(logs: Sequence[Log], k: int) -> float:
     """Smallest difference of two positions of joint k in one log [rad]; 0 where it never moves."""
-    steps = np.concatenate([np.diff(np.unique(np.round(log.q[:, k], 9))) for log in logs])
+    steps = np.concatenate([np.diff(np.unique(np.round(log.measured_q[:, k], 9)))
+                            for log in logs])
     steps = steps[steps > 1e-8]  # smaller ones are rounding
     return float(steps.min()) if steps.size else 0.0

@@ -10,7 +10,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import decimation
+from clie_blocks.analysis.gap.residual.noise import rows_of
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.analysis.gap.simulation.closed_loop import constants
 from clie_blocks.analysis.gap.simulation.simulators import LoopRunner, simulator_of
@@ -152,9 +152,9 @@ class Hypothesis:
 
     def means(self, j: int, sets: Sequence[Values]) -> np.ndarray:
         """Positions in log j, decimated, for many sets of values [rad]."""
-        return self.simulator.means(self.problem.logs[j],
-                                    [self.of_log(j, values) for values in sets],
-                                    decimation(self.problem.period))
+        log = self.problem.logs[j]
+        rows = rows_of(log, self.problem.period)
+        return self.simulator.means(log, [self.of_log(j, values) for values in sets], rows.width)
 
     def error(self, j: int, dithered: bool = True) -> np.ndarray:
         """Measured less simulated position in log j, shape (N, n) [rad]."""

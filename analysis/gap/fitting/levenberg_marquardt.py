@@ -111,7 +111,7 @@ def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int) -> F
                 for part in residuals.of_runs(hypothesis.means(j, [hypothesis.values]), j)]
     parts, shape = [*tangent.parts, *held_out], (len(problem.logs), problem.n)
     chi2 = np.reshape([part @ part for part in parts], shape)
-    samples = np.reshape([residuals.samples(part, i // problem.n)
+    samples = np.reshape([residuals.samples(part, *divmod(i, problem.n))
                           for i, part in enumerate(parts)], shape)
     sizes = np.array([parameter.size for parameter in hypothesis.free_parameters])
     covariance = np.linalg.pinv(tangent.columns.T @ tangent.columns, hermitian=True)

@@ -2,11 +2,15 @@
 
 import dataclasses
 
+import numpy as np
+
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.ticks import spread
 from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
 from clie_blocks.linear_filters import high_pass
@@ -35,11 +39,17 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
 
 def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
     """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
-    problem, rate = hypothesis.problem, 1.0 / hypothesis.problem.period
-    corner = min(corner, _CORNER_SHARE * rate)
+    problem = hypothesis.problem
     return problem.with_log_list(
-        [dataclasses.replace(log, dither=high_pass(hypothesis.error(j), 2, corner, rate))
+        [dataclasses.replace(log, dither=_noise(hypothesis.error(j), log, problem.period, corner))
          for j, log in enumerate(problem.logs)])
+
+
+def _noise(error: np.ndarray, log: Log, period: float, corner: float) -> np.ndarray:
+    """Error of a model above a corner [Hz], at the ticks of the samples, (N, n) [rad]."""
+    rate = 1.0 / (period * log.stride)
+    noise = high_pass(error[::log.stride], 2, min(corner, _CORNER_SHARE * rate), rate)
+    return noise if log.stride == 1 else spread(noise, log.stride)
 
 
 def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:

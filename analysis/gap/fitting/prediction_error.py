@@ -18,7 +18,8 @@ def gap(hypothesis: Hypothesis) -> float:
 
 def square_errors(hypothesis: Hypothesis, j: int) -> np.ndarray:
     """Squared error of log j, predicted from reference and excitation alone, over joints (N,)."""
-    return np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
+    squares = np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
+    return hypothesis.problem.logs[j].at_samples(squares)
 
 
 def rms(squares: list[np.ndarray]) -> float:

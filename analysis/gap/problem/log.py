@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.ticks import between_samples, spread
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.errors import RecordError
 from clie_blocks.linear_filters import high_pass
@@ -17,6 +18,9 @@ NOISE_CORNER = 30.0  # Hz, above which a measured position is noise
 @dataclasses.dataclass(frozen=True, eq=False)
 class Log:
     """One experiment; arrays have shape (N, n), torques are motor side [N m], angles joint side.
+
+    There is a row at every tick of the controller, also where it ran faster than it was logged:
+    there the signals between two samples are filled in.
 
     Parameters
     ----------
@@ -34,10 +38,12 @@ class Log:
     speed : ndarray, shape (n,), or float
         Velocity at the first sample, of logs that begin in motion [rad/s].
     measured : ndarray of bool, shape (N,), or None
-        Samples that count: the others were lost, and what stands there is filled in; None where
-        all count.
+        Ticks of samples that count: between them, and where samples were lost, signals are filled
+        in; None where every tick was measured.
     began : float
         Time of the first sample in its record [s]: a record with a long gap is several logs.
+    stride : int
+        Ticks of the controller per sample.
 
     """
 
@@ -52,9 +58,14 @@ class Log:
     speed: np.ndarray | float = 0.0
     measured: np.ndarray | None = None
     began: float = 0.0
+    stride: int = 1
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def sample_count(self) -> int:
+        """Number of samples, of a log that may have more ticks."""
+        return len(self) // self.stride
 
     @property
     def measured_q(self) -> np.ndarray:
@@ -62,35 +73,54 @@ class Log:
         return self.q if self.measured is None else self.q[self.measured]
 
     @property
-    def ends_of_gaps(self) -> np.ndarray:
-        """First samples behind gaps, inside which nothing says what the controller did."""
-        if self.measured is None:
-            return np.zeros(0, int)
-        return np.flatnonzero(self.measured[1:] & ~self.measured[:-1]) + 1
+    def counted(self) -> np.ndarray | None:
+        """Mask of the samples that count, one value per `stride` ticks; None where all do."""
+        if self.measured is None or self.measured[::self.stride].all():
+            return None
+        return self.measured[::self.stride]
+
+    @property
+    def gaps(self) -> list[tuple[int, int]]:
+        """Last tick before, and first tick behind, samples that do not count."""
+        if self.counted is None:
+            return []
+        known = np.flatnonzero(self.counted)
+        before = np.flatnonzero(np.diff(known) > 1)
+        return [(int(self.stride * known[i]), int(self.stride * known[i + 1])) for i in before]
 
     def bridged(self, error: np.ndarray) -> np.ndarray:
-        """An error (N, n) of a model, bridged over the samples that do not count."""
+        """An error (N, n) of a model, bridged over the ticks that do not count."""
         if self.measured is None:
             return error
         every, known = np.arange(len(self)), np.flatnonzero(self.measured)
         return np.stack([np.interp(every, known, column[known]) for column in error.T], axis=1)
 
+    def at_samples(self, values: np.ndarray) -> np.ndarray:
+        """Values of the samples at every tick: each stands for the ticks up to the next one."""
+        if self.stride == 1:
+            return values
+        return np.repeat(values[::self.stride], self.stride, axis=0)
 
-def as_logs(record: Record, robot: Robot, k: int) -> list[Log]:
-    """Record k of a robot as the diagnosis reads it: one log per piece of it."""
+
+def as_logs(record: Record, robot: Robot, k: int, period: float) -> list[Log]:
+    """Record k of a robot as the diagnosis reads it: one log per piece of it.
+
+    The controller has a tick every `period` [s], at least as often as the record has a sample.
+    """
+    stride = max(1, round(record.sample_time / period))
     if len(record.segments) == 1:
-        return [as_log(record, robot, k)]
+        return [as_log(record, robot, k, stride)]
     parts = [record.part(*ends) for ends in record.segments]
     whole = [part for part in parts if len(part) >= LEAST_SAMPLES]
-    logs = [as_log(part, robot, k) for part in whole or parts]
+    logs = [as_log(part, robot, k, stride) for part in whole or parts]
     return [log if part is parts[0] else dataclasses.replace(
                 log, name=f"{log.name}, from {part.time[0]:.4g} s", start=log.q[0], at_rest=False,
                 began=float(part.time[0] - parts[0].time[0]))
             for log, part in zip(logs, whole or parts)]
 
 
-def as_log(record: Record, robot: Robot, k: int) -> Log:
-    """Record k of a robot as the diagnosis reads it.
+def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
+    """Record k of a robot as the diagnosis reads it, with some ticks of the controller per sample.
 
     Raises
     ------
@@ -101,6 +131,9 @@ def as_log(record: Record, robot: Robot, k: int) -> Log:
     if record.u is None:
         raise RecordError(f"{record.source} has no command u; without it the controller cannot be "
                           "checked: log what it commands")
+    dither = _dither(record.q, record.sample_time)
+    if stride > 1:
+        record, dither = between_samples(record, stride), spread(dither, stride)
     at_rest = np.repeat(record.q[:1], len(record), axis=0)
     stem = f"log-{k + 1}"
     start = _plausible_start(getattr(robot.experiments.get(stem), "start", None), record.q)
@@ -108,8 +141,8 @@ def as_log(record: Record, robot: Robot, k: int) -> Log:
                q_d=at_rest if record.qd is None else record.qd,
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,
-               dither=_dither(record.q, record.sample_time),
-               measured=None if record.valid.all() else record.valid)
+               dither=dither, measured=None if record.valid.all() else record.valid,
+               stride=stride)
 
 
 def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | None:

@@ -18,17 +18,20 @@ from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, sta
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
+from clie_blocks.analysis.gap.problem.ticks import FINEST_PERIOD, controller_period
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
+
+
+STABLE = 1.001  # largest pole of a sampled loop that counts as stable, with errors of rounding
 
 
 class HeldEffect(Protocol):
@@ -239,13 +242,47 @@ class Problem:
 def state_problem(robot: Robot, records: Sequence[Record],
                   held_out: Sequence[int] | None = None) -> Problem:
     """State the problem of a robot and its records, both in the form of eq. (11)."""
-    law = _stated_law(robot.controller, records[0])
-    by_record = [[with_initial_state(log, law) for log in as_logs(record, robot, k)]
+    period = controller_period(robot.controller, records)
+    problem = _problem_at(robot, records, held_out, period)
+    finest = max(robot.controller.sample_time or 0.0, FINEST_PERIOD)
+    if is_stable(problem) or period <= finest:
+        return problem
+    while period > finest:
+        period = max(period / 2, finest)
+        faster = _problem_at(robot, records, held_out, period)
+        if is_stable(faster):
+            return _noted(faster, f"The loop would be unstable at the rate of the log: its "
+                          f"controller is taken to run every {1e3 * period:.3g} ms.")
+    return problem
+
+
+def _noted(problem: Problem, sentence: str) -> Problem:
+    """Problem with a decision noted in its records."""
+    return dataclasses.replace(
+        problem, records=tuple(record.noted(sentence) for record in problem.records))
+
+
+def is_stable(problem: Problem) -> bool:
+    """Whether the stated loop is stable with the stated joint model, sampled as it is."""
+    law, nominal = problem.law, problem.nominal
+    if not law.holds_joints:
+        return True
+    loops = [law.torque_sensitivity(k, nominal.inertia[k], nominal.damping[k])[1]
+             for k in range(problem.n)]
+    return all(np.abs(np.roots(denominator)).max() < STABLE for denominator in loops)
+
+
+def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
+                period: float) -> Problem:
+    """Problem whose controller has a period [s]."""
+    law = _stated_law(robot.controller, period)
+    by_record = [[with_initial_state(log, law) for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
-    if min(map(len, logs)) < LEAST_SAMPLES:
+    shortest = min(logs, key=Log.sample_count)
+    if shortest.sample_count() < LEAST_SAMPLES:
         raise NotIdentifiableError(
-            f"{min(logs, key=len).name} has {min(map(len, logs))} samples; a diagnosis needs at "
+            f"{shortest.name} has {shortest.sample_count()} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     chain = planar_chain(robot, _pose(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
@@ -271,12 +308,12 @@ def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
             tuple(log for k in held_out for log in by_record[k]))
 
 
-def _stated_law(controller: Controller, record: Record) -> StatedLaw:
+def _stated_law(controller: Controller, period: float) -> StatedLaw:
     if controller.law not in ("pd", "cascade"):
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
             "and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, sample_time(record, controller)),
+    return StatedLaw.of(control_law(controller, period),
                         controller.u == MEASURED_TORQUE)
 
 

@@ -6,11 +6,20 @@ what stands there only keeps signals finite, and never counts.  Where the clock 
 still for long nothing leads from one side to the other: there the log is cut into pieces.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from clie_blocks.analysis.records.model import Record, read_only
+from clie_blocks.analysis.records.replay import sample_time
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import RecordError
 
+FAST_ENOUGH = 5e-4  # s: a servo that is faster is simulated at this period, if its loop is stable
+FINEST_PERIOD = 2e-5  # s, down to which a period is sought at which the loop is stable
+OFF_TICK = 0.1  # of a period, by which a sample may miss its tick
+SAME_PERIOD = 1e-3  # relative, between two clocks that show the same period
+MOST_PARTS = 10  # of a period, so that the samples of logs of several rates are at ticks
 LONGEST_BRIDGE = 0.2  # s without samples that a model runs through; a longer gap cuts the log
 LEAST_BRIDGE = 3  # periods that are always run through, in logs of a few hertz
 LEAST_USABLE = 0.5  # share of the samples of a log
@@ -18,6 +27,36 @@ FORGETTING = 0.02  # share of the phase of a clock against its ticks that each s
 CONSTANT = 0.5  # share of steps without a change from which on a signal is held, not smooth
 MEASURED = ("q", "dq", "tau")  # smooth signals; the others are commanded
 NEEDED = ("q", "u", "qd", "pe")  # without one of these a sample does not count
+
+
+def controller_period(controller: Controller, records: Sequence[Record]) -> float:
+    """Period at which a controller is simulated [s], so that each sample of a log is at a tick.
+
+    It is the stated one where the fastest log has that rate, and otherwise a part of the step of
+    that log: as short as the stated period, but for fast servos, whose rate no motion shows.
+
+    Raises
+    ------
+    RecordError
+        If the steps of the logs are no multiples of one period.
+
+    """
+    fastest = min(records, key=lambda record: record.sample_time)
+    logged, period = fastest.sample_time, sample_time(fastest, controller)
+    if controller.sample_time is not None and controller.sample_time < logged * (1.0 - OFF_TICK):
+        finest = max(controller.sample_time, FAST_ENOUGH)
+        period = logged / max(1, np.ceil(logged / finest - OFF_TICK))
+        if abs(period - finest) < SAME_PERIOD * finest:
+            period = finest
+    for parts in range(1, MOST_PARTS + 1):
+        ratios = [record.sample_time * parts / period for record in records]
+        if all(abs(ratio - round(ratio)) <= OFF_TICK for ratio in ratios):
+            return float(period / parts)
+    steps = ", ".join(f"{1e3 * record.sample_time:.4g} ms" for record in records)
+    raise RecordError(f"{records[0].source}: the logs have steps of {steps}, which are no "
+                      "multiples of one period of the controller, so that no simulation meets "
+                      "their samples; state [controller] sample_time_s, log all at rates that are "
+                      "parts of its rate, or diagnose the logs of each rate alone")
 
 
 def on_ticks(record: Record, period: float) -> Record:
@@ -117,6 +156,25 @@ def _piece(record: Record, rows: np.ndarray, usable: np.ndarray, period: float,
             "valid": np.isin(every, known[usable[rows]]).astype(float)}
 
 
+def between_samples(record: Record, stride: int) -> Record:
+    """Record with `stride` ticks per sample; in between signals are filled in as in a gap."""
+    known = stride * np.arange(len(record))
+    every = np.arange(stride * len(record))
+    channels = {name: read_only(_at_ticks(known, getattr(record, name), every, name in MEASURED))
+                for name in record.signals}
+    extra = {name: _at_ticks(known, value, every, False) for name, value in record.extra.items()}
+    period = record.sample_time / stride
+    return record.replace(**channels, extra=extra, time=record.time[0] + period * every,
+                          valid=spread(record.valid, stride) > 0, segments=())
+
+
+def spread(samples: np.ndarray, stride: int) -> np.ndarray:
+    """Values of samples at their ticks, and zero in between."""
+    values = np.zeros((stride * len(samples), *samples.shape[1:]))
+    values[::stride] = samples
+    return values
+
+
 def _at_ticks(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bool,
               ) -> np.ndarray:
     """Signals at every tick, from those at the known ones."""
@@ -128,7 +186,10 @@ def _at_ticks(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: 
 
 
 def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bool) -> np.ndarray:
-    """One signal at every tick: along a curve where it is smooth, held where it is constant."""
+    """One signal at every tick: held where it mostly is constant, else along a curve or a line.
+
+    A command is as smooth as its samples show.
+    """
     finite = np.isfinite(values)
     if not finite.any():
         return np.full(len(every), np.nan)
@@ -136,12 +197,22 @@ def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bo
     if np.mean(np.diff(values) == 0.0) > CONSTANT:
         return values[np.searchsorted(known, every, side="right").clip(min=1) - 1]
     filled = np.interp(every, known, values)
-    if smooth and len(known) > 3:
+    if len(known) > 3 and (smooth or _follows_a_curve(values)):
         from scipy.interpolate import CubicSpline
 
         lost = np.setdiff1d(every[known[0]:known[-1]], known)
         filled[lost] = CubicSpline(known, values)(lost)
     return filled
+
+
+def _follows_a_curve(values: np.ndarray) -> bool:
+    """Whether a cubic through its neighbours predicts a sample better than a line does."""
+    if len(values) < 7:
+        return False
+    middle, near = values[3:-3], values[2:-4] + values[4:-2]
+    far = values[:-6] + values[6:]
+    of_line, of_cubic = middle - near / 2, middle - (9.0 * near - far) / 16
+    return bool(np.sum(of_cubic**2) < np.sum(of_line**2))
 
 
 def _sentences(valid: np.ndarray, pieces: int) -> list[str]:

@@ -9,6 +9,7 @@ absolute: 1 says that nothing but sensor noise is left.
 import dataclasses
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
@@ -52,42 +53,79 @@ def decimation(period: float) -> int:
 
 def decimated(x: np.ndarray, period: float) -> np.ndarray:
     """Means over neighbouring samples, along the first axis."""
-    width = decimation(period)
+    return block_means(x, decimation(period))
+
+
+def block_means(x: np.ndarray, width: int) -> np.ndarray:
+    """Means over blocks of samples, along the first axis."""
     rows = len(x) // width
     blocks = x[:rows * width].reshape(rows, width, -1)
     return (np.full(width, 1.0 / width) @ blocks).reshape(rows, *x.shape[1:])
 
 
+class Rows(NamedTuple):
+    """Rows in which the errors of a log are compared: each is a mean over some of its samples.
+
+    Parameters
+    ----------
+    stride : int
+        Ticks of the controller per sample.
+    width : int
+        Samples per row.
+
+    """
+
+    stride: int
+    width: int
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of the controller per row."""
+        return self.stride * self.width
+
+    def of_samples(self, x: np.ndarray) -> np.ndarray:
+        """Means over the samples of each row, of a signal at every tick."""
+        return block_means(x[::self.stride], self.width)
+
+    def of_ticks(self, x: np.ndarray) -> np.ndarray:
+        """Means over all ticks of each row."""
+        return block_means(x, self.ticks)
+
+
+def rows_of(log: Log, period: float) -> Rows:
+    """Rows of a log, at a period of the controller [s]."""
+    return Rows(log.stride, decimation(period * log.stride))
+
+
 def sensor_noise(problem: Problem, k: int) -> float:
     """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
-    rate = 1.0 / problem.period
-    corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
-    by_log = [np.sqrt(np.mean(high_pass(log.q[:, k], 4, corner, rate)[_inner(log)] ** 2))
-              for log in problem.logs]
-    whole_band = float(np.median(by_log)) / np.sqrt(1.0 - 2 * corner / rate)
+    whole_band = float(np.median([_noise_of_log(log, k, problem.period) for log in problem.logs]))
     quantum = problem.resolution[k] / np.sqrt(12)
     return max(whole_band, quantum, 1e-9)
 
 
-def _inner(log: Log) -> slice | np.ndarray:
-    """Samples at which the noise is read: measured ones, away from both ends."""
-    away = min(_START_UP, len(log) // 4)
-    inner = slice(away, -away)
-    if log.measured is None:
-        return inner
-    return np.flatnonzero(log.measured)[inner]
+def _noise_of_log(log: Log, k: int, period: float) -> float:
+    """Standard deviation of the noise of joint k in one log, over its whole band [rad]."""
+    rate = 1.0 / (period * log.stride)
+    corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
+    fast = high_pass(log.q[::log.stride, k], 4, corner, rate)
+    away = min(_START_UP, len(fast) // 4)
+    inner: slice | np.ndarray = slice(away, -away)
+    if log.counted is not None:
+        inner = np.flatnonzero(log.counted)[inner]
+    return float(np.sqrt(np.mean(fast[inner] ** 2)) / np.sqrt(1.0 - 2 * corner / rate))
 
 
 def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
-    """Noise of joint k in the closed loop.
+    """Noise of joint k in the closed loop, of logs with the same rows.
 
     `responses` are the errors of joint k after a unit impulse on the sensor of each joint, see
     `sensitivity.noise_responses`.
     """
     sigma = [sensor_noise(problem, j) for j in range(problem.n)]
     responses = [size * response for size, response in zip(sigma, responses)]
-    width = decimation(problem.period)
-    covariance = np.sum([_covariance(response, width) for response in responses], axis=0)
+    rows = rows_of(problem.logs[0], problem.period)
+    covariance = np.sum([_covariance(response, rows) for response in responses], axis=0)
     covariance[0] *= 1.0 + 1e-9
     lags = np.abs(np.subtract.outer(range(ORDER), range(ORDER)))
     predictor = np.linalg.solve(covariance[lags], covariance[1:])
@@ -96,11 +134,14 @@ def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]
                  whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(innovation))
 
 
-def _covariance(response: np.ndarray, width: int) -> np.ndarray:
-    """Covariance of the decimated response to white noise, by lag."""
-    averaged = np.convolve(response, np.full(width, 1.0 / width))
-    return np.array([averaged[:len(averaged) - lag] @ averaged[lag:]
-                     for lag in range(0, (ORDER + 1) * width, width)])
+def _covariance(response: np.ndarray, rows: Rows) -> np.ndarray:
+    """Covariance of the rows of a response to white noise, by lag."""
+    weights = np.zeros(rows.stride * (rows.width - 1) + 1)
+    weights[::rows.stride] = 1.0 / rows.width
+    averaged = np.convolve(response, weights)
+    lags = rows.ticks * np.arange(ORDER + 1)
+    averaged = np.pad(averaged, (0, max(0, int(lags[-1]) + 1 - len(averaged))))
+    return np.array([averaged[:len(averaged) - lag] @ averaged[lag:] for lag in lags])
 
 
 def whiten(x: np.ndarray, whitener: np.ndarray) -> np.ndarray:
@@ -110,6 +151,8 @@ def whiten(x: np.ndarray, whitener: np.ndarray) -> np.ndarray:
     that goes from sample to sample.
     """
     past, blocks = len(whitener) - 1, -(-len(x) // _BLOCK)
+    if not x.size:
+        return x[past:]
     padded = np.zeros((blocks * _BLOCK + past, math.prod(x.shape[1:])))
     padded[:len(x)] = x.reshape(len(x), -1)
     step, one = padded.strides

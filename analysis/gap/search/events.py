@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.problem.planar_chain import tip_load_torque
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import RATE, decimated, decimation, whiten
+from clie_blocks.analysis.gap.residual.noise import RATE, whiten
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
@@ -45,9 +45,10 @@ def whitened_errors(residuals: ResidualModel, fit: Fit) -> list[list[np.ndarray]
 def torque_columns(residuals: ResidualModel, fit: Fit, j: int, k: int, torque: np.ndarray,
                    ) -> np.ndarray:
     """Whitened response of joint k in log j to courses of torque that oppose, (N, m)."""
-    values, period = fit.hypothesis.values, residuals.problem.period
+    values = fit.hypothesis.values
     b, a = residuals.problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
-    moved = whiten(decimated(-lfilter(b, a, torque), period), residuals.noises[k].whitener)
+    moved = whiten(residuals.rows(j).of_samples(-lfilter(b, a, torque)),
+                   residuals.noise(j, k).whitener)
     return residuals.without_initial_response(moved, j, k)
 
 
@@ -114,8 +115,9 @@ def fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.nd
 
 
 def first_onsets(duration: float, margin: float, spacing: float) -> np.ndarray:
-    """Onsets over a log [s], but for its ends."""
-    return np.arange(margin, duration - margin, spacing)
+    """Onsets over a log [s], but for its ends; in a short log a fault shows at none."""
+    onsets = np.arange(margin, duration - margin, spacing)
+    return onsets if onsets.size else np.array([NEVER])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -184,13 +186,14 @@ def scan_onsets(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k
                 torque: np.ndarray, onsets: np.ndarray) -> Scan:
     """Compare an error of joint k in log j with a fault of some torque (N,) from each onset on."""
     problem, values = residuals.problem, fit.hypothesis.values
-    width = decimation(problem.period)
-    blocks = decimated(torque, problem.period)[:, None]
+    rows = residuals.rows(j)
+    blocks = rows.of_ticks(torque)[:, None]
     ends = np.arange(1, len(blocks) + 1)[:, None]
-    share = np.clip(ends - onsets / (width * problem.period), 0.0, 1.0)  # of the block
+    share = np.clip(ends - onsets / (rows.ticks * problem.period), 0.0, 1.0)  # of the block
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
-    moved = -lfilter(*decimated_filter(*sensitivity, width), share * blocks)
-    columns = residuals.without_initial_response(whiten(moved, residuals.noises[k].whitener), j, k)
+    moved = -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), share * blocks)
+    columns = residuals.without_initial_response(
+        whiten(moved, residuals.noise(j, k).whitener), j, k)
     return Scan(columns.T @ error, (columns**2).sum(axis=0))
 
 

@@ -14,8 +14,6 @@ from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE, counts_motor_tu
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.search import SearchMethod
-from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.residual.noise import decimation
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import Found, sinusoid_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
@@ -73,7 +71,7 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
         back = _sent_back(residuals, fit, errors[j][k], j, k)
         pose_class = ((log.q[:, k] - start) / width).astype(int)
         product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
-        power = power + _response_power(residuals, fit, log, k, orders)
+        power = power + _response_power(residuals, fit, j, k, orders)
     score = np.abs(product) ** 2 / (power + 1e-3 * np.max(power))
     lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
     score[(orders < lowest) | (orders > top)] = 0.0
@@ -115,32 +113,33 @@ def _sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k:
                ) -> np.ndarray:
     """Product of a whitened error with the response to an impulse of torque at each sample."""
     problem, values = residuals.problem, fit.hypothesis.values
-    whitener = residuals.noises[k].whitener
+    whitener, rows = residuals.noise(j, k).whitener, residuals.rows(j)
     padded = np.concatenate([np.zeros(len(whitener) - 1), error])
     slow = lfilter(whitener, [1.0], padded[::-1])[::-1]
-    width = decimation(problem.period)
     back = np.zeros(len(problem.logs[j]))
-    back[:len(slow) * width] = np.repeat(slow / width, width)
+    samples = len(slow) * rows.width
+    back[::rows.stride][:samples] = np.repeat(slow / rows.width, rows.width)
     b, a = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     return lfilter(b, a, back[::-1])[::-1]
 
 
-def _response_power(residuals: ResidualModel, fit: Fit, log: Log, k: int, orders: np.ndarray,
+def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: np.ndarray,
                     ) -> np.ndarray:
-    """Squared size of the whitened response to exp(i N q) for each order N."""
+    """Squared size of the whitened response in log j to exp(i N q) for each order N."""
     problem, values = residuals.problem, fit.hypothesis.values
+    log, rows = problem.logs[j], residuals.rows(j)
     speeds = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
     count, edges = np.histogram(speeds, _SPEEDS)
     speed = (edges[1:] + edges[:-1]) / 2
     frequency = np.geomspace(1e-3, np.pi / problem.period, 2000)
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     torque = frequency_response(*sensitivity, frequency * problem.period)
-    width = decimation(problem.period)
-    slow = frequency * problem.period * width
-    noise = frequency_response(residuals.noises[k].whitener, [1.0], np.minimum(slow, np.pi))
-    gain = np.abs(torque * noise * np.sinc(slow / (2 * np.pi))) ** 2 * (slow < np.pi)
+    slow = frequency * problem.period * rows.ticks
+    noise = frequency_response(residuals.noise(j, k).whitener, [1.0], np.minimum(slow, np.pi))
+    averaged = np.sinc(slow / (2 * np.pi)) if rows.width > 1 else 1.0
+    gain = np.abs(torque * noise * averaged) ** 2 * (slow < np.pi)
     power = np.interp(np.outer(orders, speed), frequency, gain, right=0.0)
-    return power @ count / width
+    return power @ count / rows.ticks
 
 
 def _fitted_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,

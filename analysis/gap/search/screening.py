@@ -23,7 +23,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 )
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import decimated, whiten
+from clie_blocks.analysis.gap.residual.noise import Rows, rows_of, whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 from clie_blocks.analysis.gap.simulation.dynamics import State
@@ -166,9 +166,9 @@ def _unexplained(x: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 def _whitened(residuals: ResidualModel, changes: Sequence[np.ndarray], k: int) -> np.ndarray:
     """Whitened changes (N, n) of the position of joint k, log by log."""
-    whitener = residuals.noises[k].whitener
     return np.concatenate([
-        residuals.without_initial_response(whiten(change[:, k], whitener), j, k)
+        residuals.without_initial_response(
+            whiten(change[:, k], residuals.noise(j, k).whitener), j, k)
         for j, change in enumerate(changes)])
 
 
@@ -210,10 +210,15 @@ def responses(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: l
         return
     if all(piece.port in _FILTERED_PORTS and not piece.states for piece in cause.pieces):
         for values in sets:
-            yield [decimated(_filtered(hypothesis, state, cause, _of_log(values, j)),
-                             hypothesis.problem.period) for j, state in enumerate(motion)]
+            yield [rows.of_samples(_filtered(hypothesis, state, cause, _of_log(values, j)))
+                   for j, (state, rows) in enumerate(zip(motion, _rows(hypothesis.problem)))]
     else:
         yield from _simulated(hypothesis, motion, cause, sets)
+
+
+def _rows(problem: Problem) -> list[Rows]:
+    """Rows in which each log to fit is compared."""
+    return [rows_of(log, problem.period) for log in problem.fit]
 
 
 def _of_log(values: Values, j: int) -> Values:
@@ -227,7 +232,7 @@ def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: 
     variants = [build_hypothesis(
         problem, (*hypothesis.members, Member(cause, joints, values, values)), hypothesis)
         for values in sets]
-    before = [decimated(state.q, problem.period) for state in motion]
+    before = [rows.of_samples(state.q) for state, rows in zip(motion, _rows(problem))]
     for first in range(0, len(variants), WIDE):
         group = variants[first:first + WIDE]
         values = [variant.values for variant in group]

@@ -105,6 +105,11 @@ class Simulator:
 
         A tenth of the rows saves a quarter of the time.
         """
+        if log.stride > 1:
+            samples = batch_signals(self, log, sets, ("q",), every=log.stride)
+            rows = len(log) // (log.stride * width)
+            return samples[..., :rows * width].reshape(
+                *samples.shape[:-1], rows, width).mean(axis=-1)
         with np.errstate(invalid="ignore"):  # a run that diverges goes on as NaN
             return np.diff(batch_signals(self, log, sets, ("sum",), every=width)) / width
 

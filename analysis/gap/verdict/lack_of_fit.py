@@ -10,7 +10,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.ridge import ridge_cv
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import decimated, decimation, whiten
+from clie_blocks.analysis.gap.residual.noise import whiten
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
@@ -51,12 +51,14 @@ def _gained(drops: np.ndarray) -> float:
 def _columns(fit: Fit, residuals: ResidualModel, j: int, k: int) -> np.ndarray:
     """Whitened responses of joint k in log j to unit torques, one per bump, shape (N, columns)."""
     problem, values = residuals.problem, fit.hypothesis.values
+    rows = residuals.rows(j)
     b, a = decimated_filter(
         *problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k]),
-        decimation(problem.period))
+        rows.ticks, rows.stride)
     torques = _torques(problem, j, k, residuals.method.verdict)
-    moved = lfilter(b, a, decimated(torques, problem.period))
-    return residuals.without_initial_response(whiten(moved, residuals.noises[k].whitener), j, k)
+    moved = lfilter(b, a, rows.of_ticks(torques))
+    return residuals.without_initial_response(
+        whiten(moved, residuals.noise(j, k).whitener), j, k)
 
 
 def _torques(problem: Problem, j: int, k: int, method: VerdictMethod) -> np.ndarray:

@@ -1,0 +1,142 @@
+"""What an unknown state makes of a prediction error: at the start of a log, and behind its gaps.
+
+A log that was cut out of a longer run begins in an unknown state.  In a gap the robot went on
+under commands that were not logged, which leaves an unknown state behind it.  To first order both
+are responses of known shape and unknown size; a residual is what they do not explain.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import ORDER, Noise, Rows, rows_of, whiten
+from clie_blocks.linear_filters import lfilter
+
+LEAST_MEASURED = 0.5  # share of the samples of a row that counts
+VISIBLE = 0.3  # standard deviations of white noise, below which an unlogged torque pulse is not
+MOST_FREE = 0.2  # of the rows of a log: so many responses behind gaps are free at most
+INDEPENDENT = 1e-6  # of the largest singular value: less is the same response twice
+
+
+def counted_rows(log: Log, period: float) -> np.ndarray | None:
+    """Whitened rows that rest on measured samples, and on none that is mostly filled in.
+
+    None where all do.
+    """
+    if log.counted is None:
+        return None
+    rows = rows_of(log, period)
+    seen = rows.of_samples(np.asarray(log.measured, float)) >= LEAST_MEASURED
+    return whiten((~seen).astype(float), np.ones(ORDER + 1)) == 0.0
+
+
+def counted_part(x: np.ndarray, counted: np.ndarray | None) -> np.ndarray:
+    """Whitened signal (or columns) with zeros where a row does not count."""
+    return x if counted is None else x * counted.reshape(-1, *[1] * (x.ndim - 1))
+
+
+def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int, log: Log,
+                      noise: Noise) -> np.ndarray:
+    """Orthonormal whitened responses of joint k to what is not known of a log, (rows, m)."""
+    rows, counted = rows_of(log, problem.period), counted_rows(log, problem.period)
+    first = _initial_responses(problem, inertia, damping, k, len(log))
+    white = whiten(rows.of_samples(first), noise.whitener)
+    if counted is None and log.stride == 1:
+        return _orthonormal(white)
+    ahead = np.pad(first[:, 0], (ORDER * rows.ticks, 0))[:len(first)]
+    least = VISIBLE / np.linalg.norm(whiten(rows.of_samples(ahead), noise.whitener))
+    places = [*_behind_gaps(problem, k, log, rows, least), *_steps(problem, k, log, least)]
+    behind = [_shifted(first[:, :columns], at, rows, noise) for at, columns in places]
+    columns = counted_part(np.concatenate([white, *behind], axis=1), counted)
+    return _independent(columns, int(MOST_FREE * len(columns)))
+
+
+def _initial_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int,
+                       samples: int) -> np.ndarray:
+    """Responses of the measured position to an initial speed and an initial position, (N, 2)."""
+    kick = np.zeros(samples)
+    kick[0] = 1.0
+    b, a = problem.law.torque_sensitivity(k, inertia[k], damping[k])
+    displaced = lfilter(*problem.law.sensor_sensitivity(k, inertia[k], damping[k]),
+                        np.ones(samples))
+    return np.stack([lfilter(b, a, kick), displaced], axis=1)
+
+
+def _shifted(response: np.ndarray, at: int, rows: Rows, noise: Noise) -> np.ndarray:
+    """Whitened response (N, m) to what happened at another tick than the first."""
+    shifted = np.pad(response, ((at, 0), (0, 0)))[:len(response)]
+    return whiten(rows.of_samples(shifted), noise.whitener)
+
+
+def _behind_gaps(problem: Problem, k: int, log: Log, rows: Rows, least: float,
+                 ) -> list[tuple[int, int]]:
+    """Tick at which the state is not known because of each gap, and columns of its response.
+
+    What happened within one row is a pulse of torque, and left out where it is less than `least`
+    [N m times ticks]; a longer gap leaves any speed and position.
+    """
+    torque = problem.law.kp[k] * log.q_d[:, k] + log.pe[:, k]
+    places = []
+    for before, behind in log.gaps:
+        if behind - before > rows.ticks:
+            places.append((behind, 2))
+        elif unlogged_pulse(torque, before, behind, log) > least:
+            places.append((before, 1))
+    return places
+
+
+def _steps(problem: Problem, k: int, log: Log, least: float) -> list[tuple[int, int]]:
+    """Steps of the command between two samples: when they came is not known to the tick."""
+    if log.stride == 1:
+        return []
+    step = problem.law.kp[k] * _held_steps(log.q_d[:, k], log.stride) + _held_steps(
+        log.pe[:, k], log.stride)
+    seen = np.flatnonzero(np.abs(step) * log.stride / 2 > least)
+    return [(int(log.stride * i + log.stride // 2), 1) for i in seen]
+
+
+def _held_steps(signal: np.ndarray, stride: int) -> np.ndarray:
+    """Steps behind each sample of a signal that is held up to the next one; else zero."""
+    first, last = signal[::stride], signal[stride - 1::stride]
+    return np.where(first == last, np.diff(first, append=first[-1]), 0.0)
+
+
+def unlogged_pulse(torque: np.ndarray, before: int, behind: int, log: Log) -> float:
+    """How far a commanded torque (N,) may be from what stands in a gap, times its ticks [N m].
+
+    The slopes of the torque on both sides tell; infinite where they are not known.
+    """
+    step, last = log.stride, len(log) - 1
+    if before < step or behind + step > last or not (
+            np.asarray(log.measured)[[before - step, behind + step]].all()):
+        return np.inf
+    length = (behind - before) / step
+    slopes = torque[before] - torque[before - step], torque[behind + step] - torque[behind]
+    jump = torque[behind] - torque[before] - length * (slopes[0] + slopes[1]) / 2
+    bend = (slopes[1] - slopes[0]) * length / 8
+    return float((abs(jump) / 2 + abs(bend)) * (behind - before))
+
+
+def _orthonormal(columns: np.ndarray) -> np.ndarray:
+    return np.linalg.qr(columns / _sizes(columns))[0]
+
+
+def _independent(columns: np.ndarray, most: int) -> np.ndarray:
+    """Orthonormal columns that span the strongest of some columns, at most so many."""
+    left, singular, _ = np.linalg.svd(columns / _sizes(columns), full_matrices=False)
+    kept = singular > INDEPENDENT * singular.max(initial=0.0)
+    return left[:, kept][:, :max(most, 2)]
+
+
+def _sizes(columns: np.ndarray) -> np.ndarray:
+    return np.sqrt((columns**2).sum(axis=0)) + 1e-300
+
+
+def shared_rows(logs: Sequence[Log], period: float) -> list[list[int]]:
+    """Logs with the same rows, by index."""
+    groups: dict[Rows, list[int]] = {}
+    for j, log in enumerate(logs):
+        groups.setdefault(rows_of(log, period), []).append(j)
+    return list(groups.values())
