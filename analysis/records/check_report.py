@@ -23,7 +23,7 @@ from clie_blocks.analysis.records.checks.capability import (
     capabilities,
     facts,
 )
-from clie_blocks.analysis.records.checks.clock import even_clock
+from clie_blocks.analysis.records.checks.clock import even_clock, without_copies
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_logs
 from clie_blocks.analysis.records.reading import add_reading_options, reading
@@ -84,7 +84,7 @@ def check_log(record: Record, robot: Robot | None = None, others: Sequence[Recor
     errors = [finding.check for finding in findings if finding.severity == "error"]
     if any(check in FATAL for check in errors):
         return Report(record, findings, None, [], findings[0].fix, 1)
-    steady = even_clock(record)
+    steady = even_clock(without_copies(record), robot)
     known = facts(steady, robot, others)
     code = 0 if not errors else 4 if set(errors) <= set(NOT_IDENTIFIABLE) else 1
     return Report(steady, findings, known, capabilities(steady, robot, known),

@@ -12,6 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.records.checks import Finding, check_record
+from clie_blocks.analysis.records.checks.clock import (
+    clock_tick,
+    even_clock,
+    is_decimal,
+    without_copies,
+)
 from clie_blocks.analysis.records.checks.completeness import dead_joints
 from clie_blocks.analysis.records.checks.law import (
     EXPLAINED,
@@ -141,8 +147,8 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
         Of sound logs, the logs themselves.
 
     """
-    records = tuple(records)
-    seen = _with_the_zero_of_the_file(_by_the_law(records, robot))
+    seen = _with_even_clocks(Examination(robot, tuple(records)))
+    seen = _with_the_zero_of_the_file(_by_the_law(seen))
     if seen.obstacles:
         return seen
     findings = _once([f for record in seen.records for f in check_record(record, robot)])
@@ -163,30 +169,50 @@ def _once(findings: Sequence[Finding]) -> list[Finding]:
     return list(first.values())
 
 
-def _by_the_law(records: tuple[Record, ...], robot: Robot) -> Examination:
+def _with_even_clocks(seen: Examination) -> Examination:
+    """Logs without rows that were written twice, and with their coarse clocks rebuilt."""
+    single = tuple(map(without_copies, seen.records))
+    even = tuple(even_clock(record, seen.robot) for record in single)
+    copies = sum(map(len, seen.records)) - sum(map(len, single))
+    corrections = [Correction("clock.repeated", (), f"{copies} rows have the stamp of the next "
+                              "one.", "They were left out.", "A sample was logged twice."),
+                   ] if copies else []
+    rebuilt = [record for record, other in zip(single, even, strict=True) if other is not record]
+    if rebuilt:
+        tick = max(map(clock_tick, rebuilt))
+        what = (f"The stamps are written to {tick:.0g} s, with too few digits."
+                if is_decimal(tick) else f"The clock ticks every {tick:.3g} s, slower than rows "
+                "are logged.")
+        corrections.append(Correction(
+            "clock.coarse", (), what, "They were rebuilt on an even clock.",
+            "Even steps agree with every stamp to one tick."))
+    return dataclasses.replace(seen, records=even, corrections=tuple(corrections))
+
+
+def _by_the_law(seen: Examination) -> Examination:
     """Logs after the one change that lets the stated law reproduce them, and what was changed.
 
     Where two different changes explain the logs alike, nothing is changed and both are named.
     """
-    as_they_are = Examination(robot, records)
+    records, robot = seen.records, seen.robot
     if not all(can_replay(record, robot) for record in records):
-        return as_they_are
+        return seen
     before = _law_misfit(records, robot)
     joints = [int(k) for k in np.flatnonzero((before.rms > before.limit).any(axis=0))]
     if not joints or _explained_by_another_filter(records, robot):
-        return as_they_are
+        return seen
     dead = [k for k in joints if all(not moves(record.signal("u")[:, k]) for record in records)]
     if dead:
-        return _with_replayed_commands(as_they_are, dead, set(dead) == set(joints) and
+        return _with_replayed_commands(seen, dead, set(dead) == set(joints) and
                                        len(dead) < robot.n)
     proven = _proven_changes(records, robot, joints, before)
     if len(proven) > 1 or any(change.remedy for change, _ in proven):
-        return dataclasses.replace(as_they_are, obstacles=(
+        return dataclasses.replace(seen, obstacles=(
             _contradiction([change for change, _ in proven], robot),))
     for change, changed in proven:
-        return _corrected(as_they_are, changed, _correction(change, robot))
-    return _with_lost_excitation(as_they_are, before) or dataclasses.replace(
-        as_they_are, obstacles=tuple(_dead_channels(records, robot, joints)))
+        return _corrected(seen, changed, _correction(change, robot))
+    return _with_lost_excitation(seen, before) or dataclasses.replace(
+        seen, obstacles=tuple(_dead_channels(records, robot, joints)))
 
 
 def _corrected(seen: Examination, records: Sequence[Record],

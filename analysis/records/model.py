@@ -164,6 +164,14 @@ class Record:
                             extra={name: value[cut] for name, value in self.extra.items()},
                             **changes)
 
+    def rows(self, chosen: np.ndarray) -> "Record":
+        """Return the samples that a mask of shape (N,) chooses; segments stay where they are."""
+        counts = np.concatenate([[0], np.cumsum(chosen)])
+        return self.replace(
+            segments=[(counts[a], counts[b]) for a, b in self.segments if counts[b] > counts[a]],
+            extra={name: value[chosen] for name, value in self.extra.items()},
+            **{name: getattr(self, name)[chosen] for name in ("time", "valid", *self.signals)})
+
     def joint(self, which: str | int) -> int:
         """Return the index of a joint by its name or its number from 0."""
         if which in self.joints:

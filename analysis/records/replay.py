@@ -6,6 +6,7 @@ law or of the log, and must not be blamed on the robot.
 """
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from clie_blocks.analysis.records.velocity_filter import (
 )
 from clie_blocks.errors import ClieError, NotIdentifiableError, nearest
 
+LOST_ROW = 1.5  # periods; a longer step of a log that is in step has lost the rows between
 UNEVEN = 0.02  # spread of the log's step from which on the controller's clock is another one
 
 
@@ -122,7 +124,7 @@ def sample_time(record: Record, controller: Controller) -> float:
 def is_in_step(record: Record, controller: Controller) -> bool:
     """Whether the log has a row for every cycle of the controller, as far as its clock shows."""
     steps, period = np.diff(record.time), sample_time(record, controller)
-    steps = steps[(steps > 0) & (steps < 2 * period)]
+    steps = steps[(steps > 0) & (steps < LOST_ROW * period)]
     same_rate = controller.sample_time in (None, period)
     return bool(same_rate and steps.size and np.std(steps) < UNEVEN * period)
 
@@ -149,17 +151,28 @@ def velocity(record: Record, controller: Controller, variant: str) -> np.ndarray
         return record.dq
     b, a = velocity_filter(variant, sample_time(record, controller), controller.corners)
     out = np.full(record.q.shape, np.nan)
-    for start, stop in runs(record, least=1):
+    for start, stop in _cycles(record, controller):
         out[start:stop] = response_from_rest(b, a, record.q[start:stop] - record.q[start])
     return out
 
 
-def settled_samples(record: Record, wait: int) -> np.ndarray:
+def settled_samples(record: Record, controller: Controller, wait: int) -> np.ndarray:
     """Mask of the samples at least `wait` samples after the start of their run."""
     used = np.zeros(len(record), bool)
-    for start, stop in runs(record, least=1):
+    for start, stop in _cycles(record, controller):
         used[start + wait:stop] = True
     return used
+
+
+def _cycles(record: Record, controller: Controller) -> list[tuple[int, int]]:
+    """Runs of a record, cut where the row of a cycle of the controller was lost."""
+    whole = runs(record, least=1)
+    steps, period = np.diff(record.time), sample_time(record, controller)
+    lost = np.flatnonzero(steps > LOST_ROW * period) + 1
+    if not lost.size or not is_in_step(record, controller):
+        return whole
+    return [(int(a), int(b)) for start, stop in whole
+            for a, b in itertools.pairwise((start, *lost[(lost > start) & (lost < stop)], stop))]
 
 
 def _replay(record: Record, controller: Controller, variant: str) -> Replay:
@@ -167,7 +180,7 @@ def _replay(record: Record, controller: Controller, variant: str) -> Replay:
     law = control_law(controller, sample_time(record, controller), variant)
     pe = 0.0 if record.pe is None else record.pe
     residual = law_residual(law, u, qd - record.q, velocity(record, controller, variant), pe)
-    used = settled_samples(record, law.settling) & np.isfinite(residual).all(axis=1)
+    used = settled_samples(record, controller, law.settling) & np.isfinite(residual).all(axis=1)
     if "torque_enable" in record.extra:
         used &= np.atleast_2d(record.extra["torque_enable"].T).all(axis=0)
     if not used.any():

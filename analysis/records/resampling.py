@@ -96,19 +96,11 @@ def align(first: Record, second: Record,
                           f"{second.time.min():g} to {second.time.max():g} s")
     first, second = (resample(record, step, origin=start) for record in (first, second))
     ticks = [_ticks(record, start, step) for record in (first, second)]
-    return (_only(first, np.isin(ticks[0], ticks[1])), _only(second, np.isin(ticks[1], ticks[0])))
+    return first.rows(np.isin(ticks[0], ticks[1])), second.rows(np.isin(ticks[1], ticks[0]))
 
 
 def _ticks(record: Record, origin: float | None, step: float) -> np.ndarray:
     return np.rint((record.time - origin) / step).astype(int)
-
-
-def _only(record: Record, chosen: np.ndarray) -> Record:
-    channels = {name: getattr(record, name)[chosen] for name in ("time", "valid", *record.signals)}
-    counts = np.concatenate([[0], np.cumsum(chosen)])
-    ranges = [(counts[a], counts[b]) for a, b in record.segments if counts[b] > counts[a]]
-    extra = {name: value[chosen] for name, value in record.extra.items()}
-    return record.replace(**channels, extra=extra, segments=ranges)
 
 
 def _segment(record: Record, a: int, b: int, step: float,

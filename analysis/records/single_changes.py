@@ -210,7 +210,7 @@ def _parts_of_law(record: Record, robot: Robot, variant: str | None) -> dict[str
     parts = {"q": -(law.kp * record.q + law.kd * rate), "u": -record.signal("u"),
              "qd": law.kp * record.signal("qd"),
              "pe": np.zeros_like(record.q) if record.pe is None else record.pe}
-    known = settled_samples(record, law.settling) & np.all(
+    known = settled_samples(record, robot.controller, law.settling) & np.all(
         [np.isfinite(part).all(axis=1) for part in parts.values()], axis=0)
     return {name: np.where(known[:, None], part, 0.0) for name, part in parts.items()}
 

@@ -1,6 +1,6 @@
 """Checks of a log: each a function from record and robot to the faults that it finds."""
 
-from clie_blocks.analysis.records.checks.clock import check_clock, even_clock
+from clie_blocks.analysis.records.checks.clock import check_clock, even_clock, without_copies
 from clie_blocks.analysis.records.checks.command import check_saturation, check_torque
 from clie_blocks.analysis.records.checks.completeness import check_alive, check_missing
 from clie_blocks.analysis.records.checks.excitation import check_excitation
@@ -41,6 +41,6 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
     robot = robot or record.robot
     findings = [*check_clock(record, robot), *check_missing(record, robot)]
     if not any(finding.check in FATAL for finding in findings):
-        steady = even_clock(record)
+        steady = even_clock(without_copies(record), robot)
         findings += [finding for check in CHECKS for finding in check(steady, robot)]
     return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

@@ -8,6 +8,7 @@ from clie_blocks.analysis.records.robot import Robot
 
 GAP = 3  # sample times
 COARSE = 0.01  # share of repeated stamps
+ROUNDED = 0.02  # relative error of a tick
 JITTER = (0.002, 0.10)  # std of the step over its median: worth saying, worth a warning
 PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
 UNITS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
@@ -25,22 +26,66 @@ def check_clock(record: Record, robot: Robot | None) -> list[Finding]:
             *(unit or _rate(record, robot))]
 
 
-def even_clock(record: Record) -> Record:
+def even_clock(record: Record, robot: Robot | None = None) -> Record:
     """Return the record with a coarse clock rebuilt from its rate, or as it is.
 
-    Between its ends each segment gets equal steps; the samples are not touched.
+    Each segment gets even steps, of the stated period where its stamps agree with that, else of
+    its mean one; the samples are not touched.  Stamps that no even clock gives, to one of its
+    ticks, stay.
     """
-    if not _is_coarse(np.diff(record.time)):
+    if not is_coarse(record):
         return record
-    time = record.time.copy()
+    robot = robot or record.robot
+    time, stated = record.time.copy(), robot.controller.sample_time if robot else None
+    tick = clock_tick(record)
     for start, stop in record.segments:
-        time[start:stop] = np.linspace(time[start], time[stop - 1], stop - start)
+        rebuilt = _even_stamps(record.time[start:stop], tick, stated)
+        if rebuilt is None:
+            return record
+        time[start:stop] = rebuilt
     return record.replace(time=time).noted(
         "The clock is coarser than the sampling; its stamps were rebuilt from its mean rate.")
 
 
+def _even_stamps(stamps: np.ndarray, tick: float, stated: float | None) -> np.ndarray | None:
+    """Even stamps within one tick of the logged ones; None where there are none."""
+    rows = np.arange(stamps.size)
+    centred = rows - rows.mean()
+    mean = float(centred @ stamps) / max(float(centred @ centred), 1.0)
+    for step in (stated, mean):
+        if step is None:
+            continue
+        late = stamps - step * rows  # rounded to a tick, or as it last ticked
+        if np.ptp(late) <= (1 + ROUNDED) * tick:
+            return step * rows + (late.min() + late.max()) / 2
+    return None
+
+
+def is_coarse(record: Record) -> bool:
+    """Whether more stamps repeat than by rows that were written twice."""
+    return _is_coarse(np.diff(record.time))
+
+
+def clock_tick(record: Record) -> float:
+    """Smallest step of a clock [s]."""
+    step = np.diff(record.time)
+    return float(step[step > 0].min(initial=np.inf))
+
+
+def is_decimal(tick: float) -> bool:
+    """Whether a tick is that of stamps which were written with too few decimals."""
+    digits = np.log10(tick)
+    return bool(abs(digits - np.round(digits)) < ROUNDED)
+
+
+def without_copies(record: Record) -> Record:
+    """Return the record without the rows that the next one repeats, as `valid` marks them."""
+    copies = np.append(np.diff(record.time) == 0, False) & ~record.valid
+    return record.rows(~copies) if copies.any() else record
+
+
 def _is_coarse(step: np.ndarray) -> bool:
-    return np.mean(step == 0) > COARSE if step.size else False
+    return bool(np.mean(step == 0) > COARSE) if step.size else False
 
 
 def _order(step: np.ndarray) -> list[Finding]:
@@ -72,10 +117,14 @@ def _repeats(step: np.ndarray) -> list[Finding]:
         return [Finding("repair", "clock.repeated", f"{np.count_nonzero(step == 0)} stamps repeat "
                         "the one before.", "A sample was logged twice.",
                         "The last of each is kept; nothing to do.", samples=where)]
-    return [Finding("warning", "clock.coarse", f"Coarse clock: {share:.0%} of the stamps repeat "
-                    "the one before.", "The true sample times are not known.",
-                    "The stamps are rebuilt from the mean rate; log a finer clock.",
-                    samples=where)]
+    tick = float(step[step > 0].min(initial=np.inf))
+    reason, fix = ("Coarse clock", "log a finer clock")
+    if is_decimal(tick):
+        reason = f"The stamps are written to {tick:.0g} s, with too few digits"
+        fix = "export the clock with more digits, or from the start of the log"
+    return [Finding("warning", "clock.coarse", f"{reason}: {share:.0%} of them repeat the one "
+                    "before.", "The true sample times are not known.",
+                    f"The stamps are rebuilt from the mean rate; {fix}.", samples=where)]
 
 
 def _gaps(record: Record, step: np.ndarray) -> list[Finding]:

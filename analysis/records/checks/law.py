@@ -102,7 +102,7 @@ def _fit(record: Record, controller: Controller, k: int, variant: str) -> LawFit
     if record.pe is not None:
         columns["pe"] = record.pe[:, k]
     wait = settling(variant, sample_time(record, controller), controller.corners)
-    used = settled_samples(record, wait) & np.isfinite(u)
+    used = settled_samples(record, controller, wait) & np.isfinite(u)
     for column in columns.values():
         used &= np.isfinite(column)
     used &= ~samples_at_limit(record, None, k)[0]
