@@ -6,6 +6,7 @@ that says nothing of it, torques stay per unit of command, and the datasheet is 
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def _has_datasheet(robot: Robot) -> bool:
 def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> Stated:
     """Commands, gains and limits as torques [N m] or forces [N]."""
     law = robot.controller
-    factors: dict[str, np.ndarray] = {
+    factors: dict[str, Any] = {
         name: getattr(law, name) * force
         for name in ("kp", "kd", "kv", "saturation", "command_resolution")
         if getattr(law, name) is not None and not (name == "kp" and law.law == "cascade")}

@@ -16,7 +16,10 @@ TIME = 1e-3 * np.arange(2000)
 
 
 def in_unit(unit, factor, law=True, **motor):
-    """Robot and log of the one joint with commands in a unit, and what is known of that."""
+    """Robot and log of the one joint with commands in a unit, and what is known of that.
+
+    The command belongs to no motion, so that the log is to be trusted.
+    """
     robot = one_joint.robot()
     control = dataclasses.replace(robot.controller, kp=robot.controller.kp / factor,
                                   kd=robot.controller.kd / factor)
@@ -33,8 +36,8 @@ def in_unit(unit, factor, law=True, **motor):
     ("%", 0.05, {"torque_gain": [0.05]})])
 def test_a_command_of_known_worth_becomes_the_torque(unit, factor, motor):
     robot, record = in_unit(unit, factor, **motor)
-    problem = Problem.from_logs(robot, [record])
-    plain = Problem.from_logs(*(lambda r, log: (r, [log]))(*in_unit("N m", 1.0)))
+    problem, plain = (Problem.from_logs(one, [log], trust_logs=True)
+                      for one, log in ((robot, record), in_unit("N m", 1.0)))
     assert problem.records[0].units["u"] == problem.records[0].units["pe"] == ("N m",)
     np.testing.assert_allclose(problem.logs[0].u, plain.logs[0].u, rtol=1e-12)
     np.testing.assert_allclose(problem.law.kp, plain.law.kp)
@@ -45,7 +48,7 @@ def test_a_command_of_known_worth_becomes_the_torque(unit, factor, motor):
 
 def test_without_its_worth_the_datasheet_is_not_compared():
     robot, record = in_unit("%", 0.05)
-    problem = Problem.from_logs(robot, [record])
+    problem = Problem.from_logs(robot, [record], trust_logs=True)
     assert problem.records[0].units["u"] == ("%",)
     np.testing.assert_array_equal(problem.logs[0].u, record.u)
     assert problem.nominal.inertia_tolerance == pytest.approx(10.0 * problem.nominal.inertia)
@@ -59,4 +62,4 @@ def test_known_weight_and_a_command_of_unknown_worth_are_refused_with_the_remedy
         robot, links=Links(length=[0.5], mass=[1.0], com=[0.25], inertia=[0.02]),
         nominal=Nominal(gravity=True))
     with pytest.raises(RecordError, match=r"in %, not a torque: state \[motor\] torque_gain"):
-        Problem.from_logs(heavy, [record.replace(robot=heavy)])
+        Problem.from_logs(heavy, [record.replace(robot=heavy)], trust_logs=True)
