@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from clie_blocks.errors import RecordError, visible
 
+MOST_COLUMNS = 10_000
+LONGEST_NAME = 1000  # characters
 IN_MEMORY = 50_000_000  # bytes; beyond that the values go to a file that the arrays map
 
 
@@ -39,6 +41,13 @@ class Table:
     time_unit: str | None = None
 
     def __post_init__(self) -> None:
+        if len(self.names) > MOST_COLUMNS:
+            raise RecordError(f"{self.source} has {len(self.names)} columns, and a robot log has "
+                              f"fewer than {MOST_COLUMNS}; export one row per sample and one "
+                              "column per signal")
+        if any(len(name) > LONGEST_NAME for name in self.names):
+            raise RecordError(f"{self.source} has a column whose name is longer than "
+                              f"{LONGEST_NAME} characters; it is no table with a header")
         object.__setattr__(self, "names", tuple(map(visible, self.names)))
 
 

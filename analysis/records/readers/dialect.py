@@ -39,6 +39,9 @@ class Dialect:
 def sniff(head: bytes, path: Path) -> Dialect:
     """Return the dialect of a file from its first bytes; refuse what is no table in text."""
     lines = _text(head, path).split("\n")
+    if len(head) > HALF and len(lines[0]) > HALF:
+        raise RecordError(f"{path}:1: the first line has more than {HALF} characters, and a "
+                          "header has a few hundred; export the log in rows and columns")
     if len(head) > HALF and len(lines) > 1:
         lines.pop()  # it goes on beyond what was read
     rows = [(number, line) for number, line in enumerate(lines)

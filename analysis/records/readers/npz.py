@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.analysis.records.readers.bombs import refuse_bomb
 from clie_blocks.analysis.records.readers.options import Options, library_errors
 from clie_blocks.analysis.records.table import Table, table_of
 from clie_blocks.errors import RecordError
@@ -31,6 +32,7 @@ def read(path: Path, options: Options) -> list[Table]:
         if size > LARGEST:
             raise RecordError(f"{path} would unpack to {size / 1e9:.2f} GB, more than the limit "
                               f"of {LARGEST / 1e9:g} GB; store only the signals that are needed")
+        refuse_bomb(path, size)
         arrays = _arrays(path)
     if not arrays:
         raise RecordError(f"{path} has no numeric array; save the signals with dtype=float")
@@ -49,7 +51,8 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
                         f"{path}: array {name!r} holds Python objects, and loading them would run "
                         "code; save it with dtype=float") from None
                 raise
-    return {name: array for name, array in arrays.items() if array.dtype.kind in "biuf"}
+    return {name: array for name, array in arrays.items()
+            if isinstance(array, np.ndarray) and array.dtype.kind in "biuf"}
 
 
 def of_one_length(arrays: Mapping[str, np.ndarray],
