@@ -11,6 +11,7 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
+from clie_blocks.analysis.gap.causes.cause import Number
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -223,8 +224,16 @@ def _of_member(member: Member, fit: Fit) -> dict[str, Any]:
         if number.scope == "robot":
             value = value[0]
             low_high = low_high and [bound[0] for bound in low_high]
-        parameters[number.name] = {"value": value, "unit": number.unit, "interval": low_high}
+        parameters[number.name] = {"value": value, "unit": _unit_of(number, member, fit),
+                                   "interval": low_high}
     return {"joint": [k + 1 for k in at], "parameters": parameters}
+
+
+def _unit_of(number: Number, member: Member, fit: Fit) -> str:
+    """Unit of a parameter; a weight is a share of that of stated links, and a torque without."""
+    if member.cause.name == "gravity" and not fit.hypothesis.problem.chain.known:
+        return "N m"
+    return number.unit
 
 
 def intervals(fit: Fit) -> dict[str, np.ndarray]:
