@@ -15,7 +15,7 @@ MARKS = ("#", "%", "//")
 SAMPLE = 50  # lines looked at
 HALF = 100_000  # bytes; a longer head may end within a line
 LISTED = str.maketrans("", "", '[]"')
-NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)?", re.I)
+NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)?", re.I)
 
 
 @dataclasses.dataclass(frozen=True)
