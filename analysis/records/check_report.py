@@ -24,6 +24,7 @@ from clie_blocks.analysis.records.checks.capability import (
     facts,
 )
 from clie_blocks.analysis.records.checks.clock import even_clock, without_copies
+from clie_blocks.analysis.records.corrections import Correction, Examination, correct
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_logs
 from clie_blocks.analysis.records.reading import add_reading_options, reading
@@ -45,6 +46,7 @@ class Report:
     capabilities: list[Capability]
     experiment: str
     exit_code: int
+    corrections: tuple[Correction, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -53,8 +55,9 @@ class Report:
             return "sound, but the motion does not show the parameters"
         if self.exit_code:
             return f"not usable as it is: {self._count('error')}"
-        warned = self._count("warning")
-        return f"usable, with {warned}" if warned else "sound"
+        warned, count = self._count("warning"), len(self.corrections)
+        corrected = f" after {count} correction{'s' if count > 1 else ''}" if count else ""
+        return f"usable{corrected}, with {warned}" if warned else f"sound{corrected}"
 
     def _count(self, severity: str) -> str:
         found = sum(finding.severity == severity for finding in self.findings)
@@ -91,6 +94,45 @@ def check_log(record: Record, robot: Robot | None = None, others: Sequence[Recor
                   best_experiment(steady, known), code)
 
 
+def check_logs(records: Sequence[Record], robot: Robot | None = None) -> list[Report]:
+    """Check logs, those of one robot together, after the corrections that a diagnosis makes.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        The logs.
+    robot : Robot, optional
+        What is known of the robot; by default each record's own.
+
+    Returns
+    -------
+    list of Report
+        In the order of the logs.
+
+    """
+    groups: dict[object, list[Record]] = {}
+    for record in records:
+        own = robot or record.robot
+        groups.setdefault(own and (own.source or id(own)), []).append(record)
+    reports = {}
+    for group in groups.values():
+        own = robot or group[0].robot
+        seen = Examination(own, tuple(group)) if own is None else correct(group, own)
+        for record, corrected in zip(group, seen.records, strict=True):
+            others = [other for other in seen.records if other is not corrected]
+            reports[id(record)] = _with_corrections(check_log(corrected, own, others), seen)
+    return [reports[id(record)] for record in records]
+
+
+def _with_corrections(report: Report, seen: Examination) -> Report:
+    """Report of a log with what all logs of its robot show together."""
+    named = {finding.check for finding in seen.obstacles}
+    findings = [*seen.obstacles, *(one for one in report.findings if one.check not in named)]
+    return dataclasses.replace(
+        report, findings=findings, corrections=seen.corrections,
+        exit_code=1 if seen.obstacles and report.exit_code != 4 else report.exit_code)
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Check logs; the worst exit code counts."""
     options = _parser().parse_args(argv)
@@ -100,8 +142,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.fix_units:
         records = [fix_units(record, check_record(record, robot)) for record in records]
     with progress("checking"):
-        reports = [check_log(record, robot, [other for other in records if other is not record])
-                   for record in records]
+        reports = check_logs(records, robot)
     if options.json:
         print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
     else:
@@ -134,7 +175,9 @@ def _next(options: argparse.Namespace) -> str:
 def as_text(report: Report) -> str:
     """Report as lines: verdict, joints, findings, what can be diagnosed, experiment."""
     record = report.record
-    lines = [f"{record.source}: {report.verdict}", f"  {_outline(record)}", ""]
+    lines = [f"{record.source}: {report.verdict}",
+             *(f"  CORRECTED [{one.check}] {one}" for one in report.corrections),
+             f"  {_outline(record)}", ""]
     lines += [_joint_line(report, report.facts, k)
               for k in range(record.n)] if report.facts else []
     for severity in SEVERITIES:
@@ -161,6 +204,7 @@ def as_dict(report: Report) -> dict[str, Any]:
         "sample_time_s": record.sample_time, "signals": record.signals,
         "joints": [{"name": name, **(_joint_values(report, known, k) if known else {})}
                    for k, name in enumerate(record.joints)],
+        "corrections": [dataclasses.asdict(one) for one in report.corrections],
         "findings": [dataclasses.asdict(finding) for finding in report.findings],
         "decisions": record.decisions,
         "capabilities": [dataclasses.asdict(c) for c in report.capabilities],

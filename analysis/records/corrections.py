@@ -147,17 +147,23 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
         Of sound logs, the logs themselves.
 
     """
-    seen = _with_even_clocks(Examination(robot, tuple(records)))
-    seen = _with_the_zero_of_the_file(_by_the_law(seen))
+    seen = correct(records, robot)
     if seen.obstacles:
         return seen
     findings = _once([f for record in seen.records for f in check_record(record, robot)])
     return dataclasses.replace(
-        seen, warnings=tuple(f for f in findings if f.severity != "repair" and not _stops(f)),
-        obstacles=tuple(f for f in findings if _stops(f)))
+        seen, warnings=tuple(f for f in findings if f.severity != "repair" and not stops(f)),
+        obstacles=tuple(f for f in findings if stops(f)))
 
 
-def _stops(finding: Finding) -> bool:
+def correct(records: Sequence[Record], robot: Robot) -> Examination:
+    """Correct the logs of one robot by what they prove together, before each is checked."""
+    seen = _with_even_clocks(Examination(robot, tuple(records)))
+    return _with_the_zero_of_the_file(_by_the_law(seen))
+
+
+def stops(finding: Finding) -> bool:
+    """Whether nothing sound can be learned from logs with a finding."""
     return finding.severity == "error" and finding.check in (*STOPPING, *MOTIONLESS)
 
 
@@ -315,7 +321,7 @@ def _is_weighed(before: Sequence[Record], after: Sequence[Record], robot: Robot)
     """Whether the stated inertia contradicts the torques before a change, and not after it."""
     was, found = (np.array([inertia_ratios(record, robot) for record in records])
                   for records in (before, after))
-    known = np.isfinite(was) & np.isfinite(found)
+    known = (was > 0) & (found > 0)
     if not known.any():
         return False
     was, found = np.abs(np.log(was[known])), np.abs(np.log(found[known]))
