@@ -234,9 +234,13 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
             stages: Stages) -> float:
     """Probability that unseen data bear the corrected model out, in the loop that ran.
 
-    What the law that ran explains is no merit of a cause of the robot.
+    What the law that ran explains is no merit of a cause of the robot.  Where the nominal model
+    needs nothing but parameters beyond their datasheet, there is nothing to be removed: a cause
+    only keeps to the datasheet.
     """
-    if model is first.nominal:
+    table = first.evidence
+    beyond_datasheet = table.nominal_excess - table.prior_violation
+    if model is first.nominal or beyond_datasheet < first.residuals.method.calibration.healthy:
         return 1.0
     if controller.misdescribed:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,

@@ -14,12 +14,18 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import RATE, Noise, decimated
+from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.verdict.posterior import NONE, PARAMETRIC, marginals
+from clie_blocks.analysis.gap.verdict.posterior import (
+    NONE,
+    PARAMETRIC,
+    RankedCause,
+    marginals,
+)
 from clie_blocks.linear_filters import frequency_response, lfilter
 
 BANDS = ((0.0, 0.3), (0.3, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 50.0))  # Hz
@@ -30,7 +36,8 @@ _TINY = 1e-300
 def localise(residuals: ResidualModel, nominal: Fit, check: ControllerCheck) -> dict[str, Any]:
     """Return the map of the gap in plain types."""
     problem, model = residuals.problem, nominal.hypothesis
-    errors = [decimated(model.error(j), problem.period) for j in range(len(problem.logs))]
+    errors = [residuals.rows(j).of_samples(model.error(j)) for j in range(len(problem.logs))]
+    row_times = [residuals.rows(j).ticks * problem.period for j in range(len(problem.logs))]
     floor = np.array([_floor(noise) for noise in residuals.noises])
     power = np.mean([np.mean(e**2, axis=0) for e in errors], axis=0)
     share = _shares(power, floor**2)
@@ -40,9 +47,9 @@ def localise(residuals: ResidualModel, nominal: Fit, check: ControllerCheck) -> 
                    "chi2_per_sample": nominal.chi2[:, k].sum() / nominal.samples[:, k].sum(),
                    "replay_error": check.replay_error[k], "replay_limit": check.limit[k]}
                   for k in range(problem.n)],
-        "time": _by_time(errors, floor),
-        "frequency": _by_frequency(errors, residuals.noises),
-        "region": _by_region(problem, errors, floor),
+        "time": _by_time(errors, row_times, floor),
+        "frequency": _by_frequency(errors, row_times, residuals.noises),
+        "region": _by_region(residuals, errors, row_times, floor),
     }
 
 
@@ -60,22 +67,25 @@ def _shares(power: Sequence[float] | np.ndarray, floor: float | np.ndarray) -> l
     return (beyond / (beyond.sum() + _TINY)).tolist()
 
 
-def _by_time(errors: Sequence[np.ndarray], floor: np.ndarray) -> list[dict[str, Any]]:
+def _by_time(errors: Sequence[np.ndarray], row_times: Sequence[float], floor: np.ndarray,
+             ) -> list[dict[str, Any]]:
     rows = []
     for j, error in enumerate(errors):
         parts = np.array_split(np.sum(error**2 / floor**2, axis=1), PARTS)
         power = [part.mean() for part in parts]
-        rows.append({"log": j + 1, "seconds_per_part": len(error) / RATE / PARTS,
+        rows.append({"log": j + 1, "seconds_per_part": len(error) * row_times[j] / PARTS,
                      "share": _shares(power, error.shape[1])})
     return rows
 
 
-def _by_frequency(errors: Sequence[np.ndarray], noises: Sequence[Noise]) -> list[dict[str, Any]]:
+def _by_frequency(errors: Sequence[np.ndarray], row_times: Sequence[float],
+                  noises: Sequence[Noise]) -> list[dict[str, Any]]:
     power, floor = np.zeros(len(BANDS)), np.zeros(len(BANDS))
-    for error in errors:
-        frequency = np.fft.rfftfreq(len(error), 1.0 / RATE)
+    for error, row_time in zip(errors, row_times):
+        frequency = np.fft.rfftfreq(len(error), row_time)
         spectrum = np.sum(np.abs(np.fft.rfft(error, axis=0)) ** 2, axis=1) / len(error) ** 2
-        noise = np.sum([_noise_spectrum(one, frequency) for one in noises], axis=0) / len(error)
+        noise = np.sum([_noise_spectrum(one, frequency * row_time) for one in noises],
+                       axis=0) / len(error)
         for i, (low, high) in enumerate(BANDS):
             inside = (frequency >= low) & (frequency < high)
             power[i] += spectrum[inside].sum()
@@ -84,22 +94,24 @@ def _by_frequency(errors: Sequence[np.ndarray], noises: Sequence[Noise]) -> list
             for band, share in zip(BANDS, _shares(power, floor))]
 
 
-def _noise_spectrum(noise: Noise, frequency: np.ndarray) -> np.ndarray:
+def _noise_spectrum(noise: Noise, cycles_per_row: np.ndarray) -> np.ndarray:
     """Spectrum of the decimated error that sensor noise alone leaves; its mean is the power."""
-    omega = 2 * np.pi * frequency / RATE
+    omega = 2 * np.pi * cycles_per_row
     return np.abs(frequency_response([1.0], noise.whitener, omega)) ** 2
 
 
-def _by_region(problem: Problem, errors: Sequence[np.ndarray], floor: np.ndarray,
-               ) -> list[dict[str, Any]]:
+def _by_region(residuals: ResidualModel, errors: Sequence[np.ndarray],
+               row_times: Sequence[float], floor: np.ndarray) -> list[dict[str, Any]]:
     """Share of each quarter of position, velocity, speed and torque, per joint."""
-    rows = []
-    for k in range(problem.n):
+    rows, logs = [], residuals.problem.logs
+    for k in range(residuals.problem.n):
         e = np.concatenate([error[:, k] for error in errors]) ** 2
-        q = np.concatenate([decimated(log.q[:, k], problem.period) for log in problem.logs])
-        u = np.concatenate([decimated(log.u[:, k], problem.period) for log in problem.logs])
-        dq = np.concatenate([np.gradient(decimated(log.q[:, k], problem.period), 1.0 / RATE)
-                             for log in problem.logs])
+        positions = [residuals.rows(j).of_samples(log.q[:, k]) for j, log in enumerate(logs)]
+        q = np.concatenate(positions)
+        u = np.concatenate([residuals.rows(j).of_samples(log.u[:, k])
+                            for j, log in enumerate(logs)])
+        dq = np.concatenate([np.gradient(q_of_log, row_time)
+                             for q_of_log, row_time in zip(positions, row_times)])
         quarters = {name: _quarters(x, e, floor[k]**2) for name, x in (
             ("position", q), ("velocity", dq), ("speed", np.abs(dq)), ("torque", u))}
         rows.append({"joint": k + 1, **quarters})
@@ -135,7 +147,8 @@ def block_shares(result: Result) -> list[dict[str, Any]]:
     """
     probability = marginals(result.ranking)
     shares = _of_hypotheses(result)
-    shares["joint"] += probability.get(PARAMETRIC, 0.0)
+    shares["joint"] += sum(ranked.probability for ranked in result.ranking
+                           if ranked.names == (PARAMETRIC,) and not _members(ranked))
     for finding in result.findings:
         shares = _with_certain(shares, "controller", finding.share)
     if result.controller.misdescribed or result.controller.coarse:
@@ -147,14 +160,19 @@ def block_shares(result: Result) -> list[dict[str, Any]]:
             {"block": "unassigned", "share": max(0.0, rest)}]
 
 
+def _members(ranked: RankedCause) -> tuple[Member, ...]:
+    return ranked.fit.hypothesis.members if ranked.fit is not None else ()
+
+
 def _of_hypotheses(result: Result) -> dict[str, float]:
     """Share of each block by what the hypotheses of the ranking remove."""
     shares, whole = dict.fromkeys(BLOCKS, 0.0), max(result.nominal.excess, 1e-9)
     for ranked in result.ranking:
-        members = ranked.fit.hypothesis.members if ranked.fit is not None else ()
+        members = _members(ranked)
         removed = float(np.clip(1.0 - max(ranked.excess, 0.0) / whole, 0.0, 1.0))
         for member in members:
-            block = OF_PORT[member.cause.pieces[0].port]
+            block = ("joint" if is_number(member.cause)
+                     else OF_PORT[member.cause.pieces[0].port])
             shares[block] += ranked.probability * removed / len(members)
     return shares
 

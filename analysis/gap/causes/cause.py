@@ -123,7 +123,7 @@ class Cause:
     @property
     def block(self) -> str:
         """The key as the name of a block."""
-        return self.key.replace(":", "_")
+        return self.key.replace(":", "_").replace(".", "_")
 
     @property
     def shared(self) -> bool:

@@ -70,6 +70,10 @@ class Calibration:
     parametric_cost: float = threshold(
         1.0, "nats",
         "cost of a joint model outside its datasheet, against an effect that explains it")
+    wrong_number_cost: float = threshold(
+        2.0, "nats",
+        "cost of a wrong number of the robot file, against an effect that explains as much: of "
+        "about seven numbers the one that does best is taken")
     prior_violation_cost: float = threshold(
         4.0, "nats",
         "cost of parameters beyond the datasheet, for a hypothesis that does not speak of them")

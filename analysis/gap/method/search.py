@@ -25,6 +25,8 @@ class SearchMethod:
     screened_extensions: int = threshold(
         8, "causes", "that explain most of what a fit leaves: they are tried as its extensions")
     extensions: int = threshold(5, "causes", "that may be fitted together with those of a fit")
+    described_fits: int = threshold(
+        2, "fits", "of causes that are fitted together with each number of the robot file")
     most_causes: int = threshold(3, "causes", "at once")
     hopeless_share: float = threshold(
         0.3, "share of the excess without it",

@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.description import wrong_numbers
 from clie_blocks.analysis.gap.report.joint_side import exported
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
@@ -75,6 +76,7 @@ def answer(result: Result) -> dict[str, Any]:
                            "unseen_data": reduction.unseen, "judged_on": reduction.judged_on,
                            "judged_by": _judged_by(result), "earned": reduction.earned},
         "theorem_2": _theorem_2(result),
+        "description": wrong_numbers(result),
         "joint_model": _joint_model(result),
         "simulator": _simulator(result),
         "repeatable": result.torque_map and result.torque_map.as_dict(),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.effects import LIBRARY
@@ -26,13 +27,16 @@ def simulator_names(effect: str) -> tuple[str, ...]:
 def settings(model: Fit) -> list[Setting]:
     """Return the causes of a fitted model as effects of the catalogue, for `with_effects`.
 
+    Numbers of the robot file that are off are no effects: they belong into the plant.
+
     Raises
     ------
     ClieError
         If a cause and its effect do not share their parameters, or one differs between logs.
 
     """
-    return [_setting(member, model.hypothesis.values) for member in model.hypothesis.members]
+    return [_setting(member, model.hypothesis.values) for member in model.hypothesis.members
+            if not is_number(member.cause)]
 
 
 def _setting(member: Member, values: Mapping[str, np.ndarray]) -> Setting:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.causes.description import is_number, ratio_change
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.problem.preparation import torque_at_full_duty
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -161,6 +162,14 @@ def force_of(problem: Problem) -> np.ndarray:
     return force
 
 
+def joint_torque(problem: Problem, values: Values) -> np.ndarray:
+    """Torque at the joint per torque of a fitted model, shape (n,), with the ratio that it found.
+
+    A model with another ratio is eq. (8) motor side, over the change of the ratio.
+    """
+    return force_of(problem) * problem.gear_ratio * ratio_change(values, problem.n) ** 2
+
+
 def logged_command(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
     """Command of the diagnosis per command of the logs, shape (n,), and the unit of the latter.
 
@@ -169,7 +178,7 @@ def logged_command(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
     one = np.ones(problem.n)
     if not problem.records:
         return one, ("N m",) * problem.n
-    used = problem.records[0].units["u"]
+    used = tuple(problem.records[0].units["u"])
     if problem.statement is None:
         return one, used
     robot = problem.statement.robot
@@ -177,29 +186,28 @@ def logged_command(problem: Problem) -> tuple[np.ndarray, tuple[str, ...]]:
     full = torque_at_full_duty(robot)
     if robot.controller.law == "servo" and full is not None:
         return full, ("duty",) * problem.n
-    force = force_per_command(logged)
-    if logged.units["u"] == used or force is None:
-        return one, used
-    return force, logged.units["u"]
+    force, unit = force_per_command(logged), tuple(logged.units["u"])
+    return (one, used) if unit == used or force is None else (force, unit)
 
 
 def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict[str, np.ndarray]:
     """Parameters of all joints by name of `PLACES`, each of shape (n,)."""
-    force = force_of(problem)
-    torque = force * problem.gear_ratio  # at the joint, per unit of command
+    force, change = force_of(problem), ratio_change(values, problem.n)
+    torque = joint_torque(problem, values)
     zero = np.zeros(problem.n)
     forward, backward = _friction(values, zero)
     gain, limit = _drive(members, values, problem.n)
     command, _ = logged_command(problem)
-    inertia = torque * values["inertia"] - problem.chain.diagonal
+    inertia = torque * values["inertia"] - change**2 * problem.chain.diagonal
+    bearing = (change**2 - 1.0) * problem.chain.bearing_damping
     return {
         "armature": inertia, "mass": inertia,
-        "damping": torque * values["damping"],
+        "damping": torque * values["damping"] - bearing,
         "drag": torque * values.get("quadratic_drag.drag", zero),
         "frictionloss": torque * (forward + backward) / 2,
         "stiffness": torque * values.get("spring.stiffness", zero),
         "offset": -torque * (values["load"] + (forward - backward) / 2),
-        "gear": problem.gear_ratio + zero, "gain": force * gain * command,
+        "gear": change * problem.gear_ratio, "gain": force * gain * command,
         "limit": limit / command,
         "lag": values.get("actuator_lag.time", zero),
         "delay": values.get("time_delay.time", zero)}
@@ -265,9 +273,9 @@ def left_out(result: Result) -> Iterator[tuple[Member, tuple[tuple[str, np.ndarr
     """
     hypothesis = result.model.hypothesis
     problem = hypothesis.problem
-    torque = force_of(problem) * problem.gear_ratio
+    torque = joint_torque(problem, hypothesis.values)
     for member in hypothesis.members:
-        if is_held(problem, member):
+        if is_held(problem, member) or is_number(member.cause):
             continue
         at = list(member.joints)
         yield member, tuple(

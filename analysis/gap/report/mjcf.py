@@ -10,6 +10,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.causes.description import corrected_chain, zero_change
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.gap.problem.preparation import QUARTER_TURN
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -19,7 +21,7 @@ from clie_blocks.analysis.gap.report.joint_side import (
     Entry,
     controller_entries,
     entries,
-    force_of,
+    joint_torque,
     left_out,
     logged_command,
     only_differences,
@@ -155,14 +157,14 @@ def _bodies(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]
                 body, taken = _inertial("0 0 0", row["mass"].value, 0.0), 0.0
             else:
                 body, taken = _weight(problem, values, k, row["armature"].value)
-            yield _body(f"0 {k} 0", _joint(problem, k, row, step, taken), body)
+            yield _body(f"0 {k} 0", _joint(hypothesis, k, row, step, taken), body)
         return
-    inside: list[str] = _payload(problem.chain, values)
+    chain = corrected_chain(problem.chain, values)
+    inside: list[str] = _payload(chain, values)
     for k in reversed(range(problem.n)):
-        chain = problem.chain
         at = "0 0 0" if k == 0 else f"{chain.length[k - 1]:.9g} 0 0"
         link = _inertial(f"{chain.com[k]:.9g} 0 0", chain.mass[k], chain.inertia[k])
-        inside = [_body(at, _joint(problem, k, joints[k], step), link, inside)]
+        inside = [_body(at, _joint(hypothesis, k, joints[k], step), link, inside)]
     yield from inside
 
 
@@ -189,19 +191,20 @@ def _weight(problem: Problem, values: Mapping[str, np.ndarray], k: int, armature
     """Body of a joint without stated links, which only weighs, and the inertia that it takes."""
     torque = np.array([values[key][..., k] if key in values else 0.0
                        for key in ("gravity.along", "gravity.across")], float)
-    torque = torque * (force_of(problem) * problem.gear_ratio)[k]
-    size = float(np.hypot(*torque))
+    torque = torque * joint_torque(problem, values)[k]
+    size = float(np.hypot(torque[0], torque[1]))
     if size == 0.0:
         return _inertial("0 0 0", 0.0, 0.0), 0.0
     taken = WEIGHT_SHARE * armature
-    mass = size**2 / (taken * problem.chain.g**2)
+    mass = size**2 / (taken * float(problem.chain.g) ** 2)
     x, z = torque / (mass * problem.chain.g)
     return _inertial(f"{x:.9g} 0 {z:.9g}", mass, 0.0), taken
 
 
-def _joint(problem: Problem, k: int, row: Mapping[str, Entry], step: float,
+def _joint(hypothesis: Hypothesis, k: int, row: Mapping[str, Entry], step: float,
            taken: float = 0.0) -> str:
-    zero = turn(problem)[k]
+    problem = hypothesis.problem
+    zero = turn(problem)[k] - zero_change(hypothesis.values, problem.n)[k]
     found: dict[str, str | float] = {
         "name": problem.joints[k], "type": "slide" if slides(problem, k) else "hinge",
         "axis": "0 1 0" if slides(problem, k) else "0 -1 0",
@@ -249,7 +252,7 @@ def _motor(joint: str, row: Mapping[str, Entry]) -> str:
 
 
 def _changes(result: Result, rows: Sequence[Entry]) -> str:
-    """What the user's simulator lacks, joint by joint; it holds the rest already."""
+    """What to change in the user's simulator, joint by joint; it holds the rest already."""
     holder = "your simulator" if result.problem.simulated else "your loop"
     q, _ = _units(result.model.hypothesis.problem)
     parts = [

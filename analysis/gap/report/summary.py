@@ -74,7 +74,8 @@ def summary_lines(answer: Answer) -> list[str]:
         The JSON answer.
 
     """
-    return [*log_lines(answer), *_law(answer), verdict_sentence(answer), *_where(answer),
+    return [*log_lines(answer), *_law(answer), verdict_sentence(answer),
+            *_or_the_file(answer), *_where(answer),
             _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
             *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
@@ -109,6 +110,8 @@ def verdict_sentence(answer: Answer) -> str:
     if verdict == "none":
         return "The model agrees with the robot down to the sensor noise."
     if verdict == "parametric":
+        if answer.get("description"):
+            return f"The numbers of robot.toml are off: {_numbers(answer)}."
         deviations = parameter_deviations(answer)
         return ("The model structure is right, but parameters are outside their tolerance"
                 + (f": {'; '.join(deviations)}." if deviations else "."))
@@ -117,6 +120,33 @@ def verdict_sentence(answer: Answer) -> str:
     if verdict == "unexplained":
         return _unexplained(answer)
     return f"The model is missing {_list(leading_rows(answer), answer)}."
+
+
+def _numbers(answer: Answer) -> str:
+    """Numbers that are off, in words, such as 'links.mass_kg of joint 2 is 0.62 kg, stated 0.5'."""
+    joints = joint_names(answer)
+    return join_words(_wrong_number(row, joints[row["joint"] - 1])
+                      for row in answer.get("description", ()))
+
+
+def _wrong_number(row: Row, joint: str) -> str:
+    unit = "" if row["unit"] == "1" else f" {row['unit']}"
+    if row["key"] == "zero_rad":
+        return (f"where the log of {joint} reads 0, the joint stands at "
+                f"{number(row['identified'])}{unit}")
+    return (f"{row['key']} of {joint} is {number(row['identified'])}{unit}, stated "
+            f"{number(row['stated'])}" + (f" ({row['note']})" if row.get("note") else ""))
+
+
+def _or_the_file(answer: Answer) -> list[str]:
+    """Numbers of the robot file that would explain the gap as well; as a list of one or none."""
+    rows = answer.get("description", ())
+    if not rows or answer["verdict"] == PARAMETRIC:
+        return []
+    certain = rows[0]["probability"] >= LIKELY
+    head = ("The numbers of robot.toml are off as well" if certain
+            else f"Or the numbers of robot.toml are off ({percent(rows[0]['probability'])})")
+    return [f"{head}: {_numbers(answer)}."]
 
 
 def _unexplained(answer: Answer) -> str:
@@ -147,7 +177,7 @@ def _not_borne_out(answer: Answer) -> str:
 
 def leading_rows(answer: Answer) -> list[Row]:
     """Rows of the causes that are likely, or of the most likely one alone."""
-    rows = [row for row in answer["effects"] if row["effect"] not in (NONE, UNKNOWN)]
+    rows = [row for row in answer["effects"] if row["effect"] not in (NONE, UNKNOWN, PARAMETRIC)]
     return [row for row in rows if row["probability"] >= LIKELY] or rows[:1]
 
 

@@ -6,11 +6,25 @@ from collections.abc import Callable, Sequence
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.alternatives import alternatives
-from clie_blocks.analysis.gap.search.candidates import Candidate, extensions, pairs, singles
+from clie_blocks.analysis.gap.search.candidates import (
+    Candidate,
+    extensions,
+    fitted_members,
+    pairs,
+    singles,
+)
+from clie_blocks.analysis.gap.search.file_numbers import (
+    fit_numbers,
+    number_beside,
+    with_swapped_number,
+    wrong_numbers,
+)
 from clie_blocks.analysis.gap.search.racing import (
     least_excess,
     pairs_worth_fitting,
@@ -31,6 +45,8 @@ class SearchSteps:
     singles: Callable[[Screen, ResidualModel, Fit, Sequence[Cause]], list[Candidate]] = singles
     pairs: Callable[[Screen, Method], list[Candidate]] = pairs
     race: Callable[[ResidualModel, Fit, Sequence[Candidate], int], list[Fit]] = race
+    wrong_numbers: Callable[[Problem], list[Member]] = wrong_numbers
+    fit_numbers: Callable[[Sequence[Member], ResidualModel, float], Fit] = fit_numbers
     prune: Callable[[Fit, ResidualModel, float], Fit] = prune_joints
 
 
@@ -61,9 +77,45 @@ class _Search:
         return self.residuals.method
 
     def all_fits(self) -> list[Fit]:
+        """Single causes, pairs and triples, and wrong numbers of the robot file beside them."""
+        screen = self.steps.screen(self.residuals, self.nominal, self.causes)
+        return self.with_wrong_numbers(screen, self.fits_of_causes(screen))
+
+    def with_wrong_numbers(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of numbers of the robot file, alone and with one cause more."""
+        method, members = self.method.search, self.steps.wrong_numbers(self.residuals.problem)
+        if not members:
+            return fits
+        of_causes = self.near_the_best(sorted(fits, key=_total)[:method.described_fits])
+        alone = sorted(self.fits_of_numbers([(member,) for member in members]), key=_total)
+        swapped = [some for fit in of_causes
+                   for some in with_swapped_number(fitted_members(fit.hypothesis), members)]
+        found = self.with_raced(fits + alone + self.fits_of_numbers(swapped), [],
+                                method.pair_finalists)
+        if self.is_explained(found):
+            return found
+        more = [candidate for fit in self.near_the_best(alone[:1])
+                for candidate in self.one_more_cause(screen, fit)]
+        more += [number_beside(fit, member, self.residuals)
+                 for fit in of_causes for member in members]
+        worth = [candidate for candidate in _distinct(more)
+                 if worth_extending(candidate, self.nominal, self.method)]
+        return self.with_raced(found, worth, method.pair_finalists)
+
+    def fits_of_numbers(self, hypotheses: Sequence[tuple[Member, ...]]) -> list[Fit]:
+        """Fits of hypotheses with a number of the robot file, each set of causes once.
+
+        A wrong number alone explains most of the gap after few steps; one that does not is left.
+        """
+        distinct = {frozenset(member.cause.key for member in members): members
+                    for members in hypotheses}
+        limit = self.method.search.hopeless_share * self.nominal.excess
+        return [self.steps.fit_numbers(members, self.residuals, limit)
+                for members in distinct.values()]
+
+    def fits_of_causes(self, screen: Screen) -> list[Fit]:
         """Single causes, pairs and triples."""
         method = self.method.search
-        screen = self.steps.screen(self.residuals, self.nominal, self.causes)
         alone = self.steps.singles(screen, self.residuals, self.nominal, self.causes)
         alone = alone[:method.leaders]
         if not alone:  # all of the causes need links that are not stated
@@ -105,13 +157,8 @@ class _Search:
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:
         """Fits, and those of some candidates, with good leaders pruned and their alternatives."""
-        fits = fits + self.steps.race(self.residuals, self.nominal, candidates, finalists)
-        good = [fit for fit in fits
-                if fit.excess < self.method.search.hopeless_share * self.nominal.excess]
-        leaders = self.near_the_best(
-            sorted(good, key=_excess)[:self.method.search.pruned_leaders])
-        pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
-        fits = [fit for fit in fits if fit not in leaders] + pruned
+        fits = self.with_pruned(
+            fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
             alike = alternatives(min(fits, key=_excess), fits, self.causes, self.residuals, tried)
@@ -119,6 +166,15 @@ class _Search:
                                           self.method.search.alternative_finalists)
             tried += alike
         return fits
+
+    def with_pruned(self, fits: list[Fit]) -> list[Fit]:
+        """Fits of which good leaders have lost their idle joints."""
+        good = [fit for fit in fits
+                if fit.excess < self.method.search.hopeless_share * self.nominal.excess]
+        leaders = self.near_the_best(
+            sorted(good, key=_excess)[:self.method.search.pruned_leaders])
+        pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
+        return [fit for fit in fits if fit not in leaders] + pruned
 
     def is_explained(self, fits: Sequence[Fit]) -> bool:
         """Whether the best fit leaves so little that no further cause could lead with it."""

@@ -10,7 +10,8 @@ not noise: so the odds of a hypothesis follow the logarithm of the excess that i
     confounder_cost       if something outside the library would move the robot as it does.
 
 Three hypotheses hold no cause.  ``none`` leaves what the refitted nominal model leaves beyond
-`healthy`.  ``parametric`` is that model without the price of its parameters beyond the datasheet.
+`healthy`.  ``parametric`` is that model without the price of its parameters beyond the datasheet,
+or with another number of the robot file, see `causes.description`, whatever does better.
 ``unknown`` leaves a fixed share of all, or what a free torque of pose, speed and load leaves of
 the likeliest hypothesis, of the best or of the best single cause; or it is the confounder of a
 hypothesis.  With probability `contamination` all this is wrong, and the odds are less sharp.
@@ -22,12 +23,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 
-NONE, UNKNOWN, PARAMETRIC = "none", "unknown", "parametric"
+NONE, UNKNOWN = "none", "unknown"
 LIKELY = 0.5  # probability from which on a name is an answer: more likely than not
 SET_PROBABILITY = 0.9  # of a credible set
 
@@ -72,10 +74,14 @@ def posterior(table: Table, calibration: Calibration) -> list[RankedCause]:
     """
     without_cause = [((NONE,), table.nominal, _none(table, calibration)),
                      ((UNKNOWN,), None, _unknown(table, calibration))]
-    if table.prior_violations:
-        without_cause.append(((PARAMETRIC,), table.nominal, _parametric(table, calibration)))
     causes = [(row.names, row.fit, _Scored(row.excess, score))
               for row, score in zip(table.rows, _cause_scores(table, calibration))]
+    joint_model = _parametric(table, calibration)
+    best_number = max((scored.score for names, _, scored in causes if names == (PARAMETRIC,)),
+                      default=-np.inf)
+    if table.prior_violations and joint_model.score > best_number:
+        without_cause.append(((PARAMETRIC,), table.nominal, joint_model))
+        causes = [one for one in causes if one[0] != (PARAMETRIC,)]
     hypotheses = without_cause + causes
     scores = np.array([scored.score for *_, scored in hypotheses])
     sharp, blunt = _odds(scores), _odds(scores / calibration.contamination_bluntness)
@@ -126,7 +132,7 @@ def _cause_scores(table: Table, c: Calibration) -> list[float]:
 
 def _cost(row: Row, table: Table, c: Calibration) -> float:
     """Cost of a hypothesis: its parameters, and its causes after the first [nats]."""
-    cost = _parameter_cost(row, c)
+    cost = _parameter_cost(row, c) + c.wrong_number_cost * (PARAMETRIC in row.names)
     if len(row.names) == 1:
         return cost
     fewer = [other.excess for other in table.rows
@@ -225,7 +231,7 @@ def verdict(ranking: Sequence[RankedCause], established: bool = False) -> str:
     """
     if established:
         return "effect"
-    leading = ranking[0].names[0]
+    leading = min(ranking[0].names, key=lambda name: name == PARAMETRIC)
     if leading != UNKNOWN and max(marginals(ranking).values()) < LIKELY:
         return "not_identifiable"
     words = {NONE: "none", UNKNOWN: "unexplained", PARAMETRIC: "parametric"}

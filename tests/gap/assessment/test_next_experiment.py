@@ -31,8 +31,9 @@ def undecided():
     """A spring, and two causes of even odds: itself, and gravity."""
     made = draw_cases(1, 3, ["spring"], ["single"], duration=12.0)[0]
     residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records[:1]), METHOD)
-    fits = {name: search_causes(residuals, nominal, (cause,))[0]
-            for name, cause in zip(ALTERNATIVES, (SPRING, GRAVITY))}
+    fits = {name: fit for name, cause in zip(ALTERNATIVES, (SPRING, GRAVITY))
+            for fit in search_causes(residuals, nominal, (cause,))
+            if [member.cause for member in fit.hypothesis.members] == [cause]}
     ranking = [make_ranked(name, 0.5, 0.1, fit) for name, fit in fits.items()]
     return made, residuals, fits, next_experiment(residuals, nominal, ranking)
 

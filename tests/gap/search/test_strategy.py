@@ -61,9 +61,9 @@ def searched():
         steps = dataclasses.replace(
             SEARCH_STEPS, screen=lambda *_: None, screen_residual=lambda *_: None,
             singles=singles, pairs=lambda screen, method: [], race=race,
-            prune=lambda fit, residuals, excess_of_nominal: fit)
+            wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0})
-        return search_causes(SimpleNamespace(method=method), StubFit(WHOLE, ()), CAUSES, steps)
+        return search_causes(SimpleNamespace(method=method, problem=None), StubFit(WHOLE, ()), CAUSES, steps)
     return run
 
 
@@ -82,6 +82,7 @@ def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_is_predicted_
 
 
 def test_where_no_cause_can_act_nothing_is_fitted():
-    steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [])
-    residuals = SimpleNamespace(method=METHOD)
+    steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [],
+                                wrong_numbers=lambda problem: [])
+    residuals = SimpleNamespace(method=METHOD, problem=None)
     assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps) == []

@@ -1,0 +1,185 @@
+"""Numbers of the robot file that may be wrong: hypotheses on the description, not on the robot.
+
+A gear ratio, a mass, a length that is stated wrong moves the model in a way of its own, through
+every term of the nominal model that contains the number.  So it is fitted like a cause, by its own
+change, and is compared with the causes by what it leaves and by what it costs.  All of them have
+one name, ``parametric``: the structure of the model is right.  The numbers of the joint model
+(inertia, damping, offset of a drive) are refitted anyway, see `Nominal`.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import (
+    BodyTerms,
+    Cause,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
+from clie_blocks.analysis.gap.causes.drive import counts_motor_turns
+from clie_blocks.analysis.gap.problem import planar_chain
+from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.simulation.dynamics import Piece, State, split_mass
+
+PARAMETRIC = "parametric"
+"""The name of all of them."""
+CHANGE = "change"
+"""Their parameter: relative, of the link's length for a centre of mass, in rad for a zero."""
+GEAR_RATIO, MASS, COM, LENGTH, INERTIA, ZERO = (
+    "motor.gear_ratio", "links.mass_kg", "links.com_m", "links.length_m", "links.inertia_kgm2",
+    "zero_rad")
+SIZE = 0.1  # of a change that has a visible effect
+_LEAST, _MOST = -0.9, 10.0  # of a relative change
+
+_Change = Callable[[PlanarChain, np.ndarray], PlanarChain]
+
+
+def _none(scene: Scene) -> list[Probe]:
+    """None: a wrong number is not screened, its fit starts at the stated one."""
+    return []
+
+
+def _number(key: str, pieces: tuple[Piece, ...], lower: float = _LEAST, upper: float = _MOST,
+            unit: str = "1", needs_links: bool = True) -> Cause:
+    return Cause(PARAMETRIC, pieces, (Number(CHANGE, unit, lower, upper),), _none, variant=key,
+                 needs_links=needs_links)
+
+
+def _links_terms(chain: PlanarChain, q: np.ndarray, dq: np.ndarray,
+                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Diagonal and whole of the mass matrix, and torque, of what the model holds, joint side."""
+    own, cross = split_mass(planar_chain.mass_matrix(chain, q))
+    torque = np.zeros(chain.n)
+    if chain.has_coupling:
+        torque = planar_chain.coriolis_torque(chain, q, dq)
+    else:
+        cross = 0.0 * cross
+    if chain.has_gravity:
+        torque = torque + planar_chain.gravity_torque(chain, q)
+    return own, cross, torque
+
+
+def _difference(s: State, chain: PlanarChain, q: np.ndarray) -> BodyTerms:
+    """Terms of other links, in another pose, less those of the stated ones, motor side."""
+    pairs = zip(_links_terms(chain, q, s.dq), _links_terms(s.chain, s.q, s.dq))
+    own, cross, torque = ((other - stated) / s.ratio for other, stated in pairs)
+    return own, cross, torque
+
+
+def _mass(s: State, p: Values) -> BodyTerms:
+    return _difference(s, dataclasses.replace(
+        s.chain, mass=s.chain.mass * (1.0 + p[CHANGE])), s.q)
+
+
+def _com(s: State, p: Values) -> BodyTerms:
+    return _difference(s, dataclasses.replace(
+        s.chain, com=s.chain.com + p[CHANGE] * s.chain.length), s.q)
+
+
+def _length(s: State, p: Values) -> BodyTerms:
+    return _difference(s, dataclasses.replace(
+        s.chain, length=s.chain.length * (1.0 + p[CHANGE])), s.q)
+
+
+def _inertia(s: State, p: Values) -> BodyTerms:
+    return _difference(s, dataclasses.replace(
+        s.chain, inertia=s.chain.inertia * (1.0 + p[CHANGE])), s.q)
+
+
+def _zero(s: State, p: Values) -> BodyTerms:
+    return _difference(s, s.chain, s.q + p[CHANGE])
+
+
+def _geared_torque(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
+    """Command over the change of the ratio: eq. (8) motor side, divided by it."""
+    return u / (1.0 + p[CHANGE]), z
+
+
+def _geared_links(s: State, p: Values) -> BodyTerms:
+    """Links and bearings, which the motor feels by the square of the ratio."""
+    share = 1.0 / (1.0 + p[CHANGE]) ** 2 - 1.0
+    own, cross, torque = _links_terms(s.chain, s.q, s.dq)
+    if not s.chain.has_coupling:
+        own = s.chain.diagonal
+    bearing = s.chain.bearing_damping * s.dq
+    return (share * own / s.ratio, share * cross / s.ratio,
+            share * (torque + bearing) / s.ratio)
+
+
+_DRIVE = Piece("drive", _geared_torque)
+_OF_MOTOR = _number(GEAR_RATIO, (_DRIVE,), needs_links=False)
+_OF_LINKS = _number(GEAR_RATIO, (_DRIVE, Piece("body", _geared_links)))
+_MASS = _number(MASS, (Piece("body", _mass),))
+_COM = _number(COM, (Piece("body", _com),), -2.0, 2.0)
+_LENGTH = _number(LENGTH, (Piece("body", _length),))
+_INERTIA = _number(INERTIA, (Piece("body", _inertia),), upper=100.0)
+_ZERO = _number(ZERO, (Piece("body", _zero),), -np.pi, np.pi, "rad")
+
+
+def is_number(cause: Cause) -> bool:
+    """Whether a cause is a wrong number of the robot file, and no effect."""
+    return cause.name == PARAMETRIC
+
+
+def ratio_change(values: Values, n: int) -> np.ndarray:
+    """Gear ratio over the stated one in a fitted model, shape (n,)."""
+    return 1.0 + values.get(f"{_OF_MOTOR.block}.{CHANGE}", np.zeros(n))
+
+
+def corrected_chain(chain: PlanarChain, values: Values) -> PlanarChain:
+    """Links with the wrong numbers of a fitted model replaced by the identified ones."""
+    zero = np.zeros(chain.n)
+
+    def change(cause: Cause) -> np.ndarray:
+        return values.get(f"{cause.block}.{CHANGE}", zero)
+
+    return dataclasses.replace(
+        chain, mass=chain.mass * (1.0 + change(_MASS)),
+        com=chain.com + change(_COM) * chain.length,
+        length=chain.length * (1.0 + change(_LENGTH)),
+        inertia=chain.inertia * (1.0 + change(_INERTIA)))
+
+
+def zero_change(values: Values, n: int) -> np.ndarray:
+    """Angle of each joint where its log reads 0, shape (n,) [rad]."""
+    return values.get(f"{_ZERO.block}.{CHANGE}", np.zeros(n))
+
+
+def stated_numbers(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]], ...]:
+    """Numbers that a robot file states and its model uses, and at which joints.
+
+    Of links that neither weigh nor push each other in the nominal model nothing is used but their
+    inertia, which the joint model refits.
+    """
+    robot, chain, every = problem.robot, problem.chain, tuple(range(problem.n))
+    geared = tuple(k for k in every if counts_motor_turns(problem.gear_ratio[k]))
+    found: list[tuple[Cause, tuple[int, ...]]] = []
+    if robot is not None and robot.motor.gear_ratio is not None and geared:
+        found.append((_OF_LINKS if chain.known else _OF_MOTOR, geared))
+    if chain.known and (chain.has_gravity or chain.has_coupling):
+        found += [(_MASS, every), (_COM, every), (_INERTIA, every), (_ZERO, every)]
+        if problem.n > 1:
+            found.append((_LENGTH, every[:-1]))
+    return tuple(found)
+
+
+def stated_and_identified(key: str, change: float, problem: Problem, k: int,
+                          ) -> tuple[float, float, str]:
+    """Stated and identified value of a number of joint k, and its unit.
+
+    A zero is the angle of the joint where the log reads 0.
+    """
+    chain = problem.chain
+    if key == COM:
+        return float(chain.com[k]), float(chain.com[k] + change * chain.length[k]), "m"
+    if key == ZERO:
+        return 0.0, change, "rad"
+    values, unit = {GEAR_RATIO: (problem.gear_ratio, "1"), MASS: (chain.mass, "kg"),
+                    LENGTH: (chain.length, "m"), INERTIA: (chain.inertia, "kg m^2")}[key]
+    return float(values[k]), float(values[k] * (1.0 + change)), unit

@@ -1,0 +1,91 @@
+"""Numbers of the robot file that the logs speak against: as stated, and as identified."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.causes.description import (
+    CHANGE,
+    COM,
+    PARAMETRIC,
+    is_number,
+    stated_and_identified,
+)
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.verdict.posterior import RankedCause
+from clie_blocks.analysis.statistical_measures import NORMAL_95
+
+LEAST = 0.05  # probability from which a wrong number is named
+FAR_END = 0.02  # of a link's length, between two centres of mass that are one from either end
+
+
+def wrong_numbers(result: Result) -> list[dict[str, Any]]:
+    """Numbers of the robot file that are likely wrong, one entry per joint.
+
+    Those of the most probable hypothesis that holds any; its probability is that of all such
+    hypotheses together.
+    """
+    likely = [ranked for ranked in result.ranking
+              if PARAMETRIC in ranked.names and ranked.fit is not None]
+    probability = sum(ranked.probability for ranked in likely)
+    if not likely or probability < LEAST or result.problem.simulated:
+        return []
+    return [{**entry, "probability": probability} for entry in _of_hypothesis(likely[0], result)]
+
+
+def _of_hypothesis(ranked: RankedCause, result: Result) -> Iterator[dict[str, Any]]:
+    fit = ranked.fit
+    if fit is None:
+        return
+    numbers = [member for member in fit.hypothesis.members if is_number(member.cause)]
+    if not numbers:
+        yield from _of_joint_model(fit, result)
+    for member in numbers:
+        yield from (_entry(member, k, fit, result) for k in member.joints)
+
+
+def _entry(member: Member, k: int, fit: Fit, result: Result) -> dict[str, Any]:
+    """Number of the links or the gear at joint k."""
+    problem, key = result.problem, member.cause.variant
+    name = f"{member.name}.{CHANGE}"
+    change = float(fit.hypothesis.values[name][k])
+    half = NORMAL_95 * _spread(fit, name, k)
+    stated, identified, unit = stated_and_identified(key, change, problem, k)
+    ends = sorted(stated_and_identified(key, change + side * half, problem, k)[1]
+                  for side in (-1.0, 1.0))
+    length = problem.chain.length[k]
+    far_end = key == COM and abs(stated + identified - length) < FAR_END * length
+    return {"key": key, "joint": k + 1, "stated": stated, "identified": identified,
+            "interval": ends, "unit": unit,
+            "note": "measured from the far end of the link" if far_end else ""}
+
+
+def _of_joint_model(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
+    """Numbers of the drives, motor side, whose refitted value is beyond the datasheet."""
+    problem, motor = result.problem, result.problem.robot and result.problem.robot.motor
+    if not motor or motor.inertia is None:
+        return
+    ratio, stated = problem.gear_ratio, problem.nominal
+    links = {"inertia": problem.chain.diagonal, "damping": problem.chain.bearing_damping}
+    for name, key, unit in (("inertia", "motor.inertia_kgm2", "kg m^2"),
+                            ("damping", "motor.viscous_friction_nms", "N m s")):
+        values, centre = fit.hypothesis.values[name], getattr(stated, name)
+        beyond = np.abs(values - centre) > getattr(stated, f"{name}_tolerance")
+        for k in map(int, np.flatnonzero(beyond)):
+            half = NORMAL_95 * _spread(fit, name, k) / ratio[k]
+            rotor, file = ((side[k] - links[name][k] / ratio[k]) / ratio[k]
+                           for side in (values, centre))
+            yield {"key": key, "joint": k + 1, "stated": float(file), "identified": float(rotor),
+                   "interval": [float(rotor - half), float(rotor + half)], "unit": unit,
+                   "note": ""}
+
+
+def _spread(fit: Fit, key: str, k: int) -> float:
+    return next((float(spread) for parameter, spread in zip(
+        fit.hypothesis.free_parameters, fit.spread)
+        if parameter.key == key and parameter.joint in (None, k)), 0.0)

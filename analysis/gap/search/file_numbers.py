@@ -1,0 +1,54 @@
+"""Numbers of the robot file that may be wrong, as members of hypotheses, and their fits."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.description import CHANGE, SIZE, stated_numbers
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_gain
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
+
+# Effects that a wrong number passes for: they act through the same terms of the model.
+_ALIKE = frozenset({"torque_gain_error", "payload", "gravity", "spring"})
+
+
+def wrong_numbers(problem: Problem) -> list[Member]:
+    """Return a member for every number that the robot file states and its model uses."""
+    zero, size = np.zeros(problem.n), np.full(problem.n, SIZE)
+    return [Member(cause, joints, {CHANGE: zero}, {CHANGE: size})
+            for cause, joints in stated_numbers(problem)]
+
+
+def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: float) -> Fit:
+    """Return the fit of some members that starts at the stated joint model.
+
+    The refitted one has absorbed much of a wrong number, and leads astray from there.  What leaves
+    a hopeless excess after the first steps is not continued.
+    """
+    method = residuals.method.search
+    begun = fit(build_hypothesis(residuals.problem, members), residuals, method.first_steps)
+    if begun.excess > hopeless:
+        return begun
+    return fit(begun.hypothesis, residuals, method.finalist_steps)
+
+
+def number_beside(extended: Fit, number: Member, residuals: ResidualModel) -> Candidate:
+    """Return the candidate of a number beside the causes of a fit, with its predicted gain."""
+    members = (*fitted_members(extended.hypothesis), number)
+    start = build_hypothesis(residuals.problem, members, extended.hypothesis)
+    gain = predicted_gain(start, jacobian(start, residuals), residuals.method.fitting)
+    return Candidate(members, float(gain), extended)
+
+
+def with_swapped_number(members: Sequence[Member], numbers: Sequence[Member],
+                        ) -> Iterator[tuple[Member, ...]]:
+    """Members of a hypothesis with one number of the file in the place of all effects like it."""
+    others = tuple(member for member in members if member.cause.name not in _ALIKE)
+    if 0 < len(others) < len(members):
+        for number in numbers:
+            yield (*others, number)
