@@ -13,6 +13,8 @@ from clie_blocks.analysis.identification.columns import EXTRA
 from clie_blocks.analysis.identification.identification import Bias
 from clie_blocks.analysis.identification.prediction import Prediction
 from clie_blocks.analysis.identification.regression import Estimate
+from clie_blocks.analysis.records.corrections import examine
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_logs, refuse_twins
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.analysis.records.robot_file import read_robot
@@ -41,6 +43,8 @@ def main(argv: list[str] | None = None) -> int:
         refuse_twins([*records, *held_out])
         if not options.holdout and len(records) > 1:
             records, held_out = records[:-1], records[-1:]
+        seen = _examined([*records, *held_out], options.trust_log)
+        records, held_out = seen[:len(records)], seen[len(records):]
         result = identify(records, held_out, [name for name in options.extra.split(",") if name])
     if options.json:
         print(to_json(as_dict(result)))
@@ -50,6 +54,25 @@ def main(argv: list[str] | None = None) -> int:
         for path in save(result, options.output):
             print(f"wrote {path}", file=sys.stderr)
     return 0
+
+
+def _examined(records: list[Record], trust_logs: bool) -> list[Record]:
+    """Logs after the corrections that they prove; the first lines say them.
+
+    Raises
+    ------
+    RecordError, NotIdentifiableError
+        If the logs are not what they seem to be.
+
+    """
+    robot = records[0].robot
+    if trust_logs or robot is None:
+        return records
+    seen = examine(records, robot)
+    seen.raise_obstacles()
+    for correction in seen.corrections:
+        print(f"Corrected in the logs: {correction}", file=sys.stderr)
+    return list(seen.records)
 
 
 def show(result: Identification) -> None:
@@ -160,6 +183,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one with the log")
     add_reading_options(parser)
+    parser.add_argument("--trust-log", action="store_true",
+                        help="take the logs as they are: correct nothing, stop for nothing that "
+                             "'clie check' finds")
     parser.add_argument("--holdout", nargs="+", default=[], metavar="LOG",
                         help="logs to predict only")
     parser.add_argument("--with", dest="extra", default="", metavar="TERMS",

@@ -201,7 +201,7 @@ def _by_the_law(seen: Examination) -> Examination:
     Where two different changes explain the logs alike, nothing is changed and both are named.
     """
     records, robot = seen.records, seen.robot
-    if not all(can_replay(record, robot) for record in records):
+    if not all(can_replay(record, robot) and _is_of(record, robot) for record in records):
         return seen
     before = _law_misfit(records, robot)
     joints = [int(k) for k in np.flatnonzero((before.rms > before.limit).any(axis=0))]
@@ -219,6 +219,15 @@ def _by_the_law(seen: Examination) -> Examination:
         return _corrected(seen, changed, _correction(change, robot))
     return _with_lost_excitation(seen, before) or dataclasses.replace(
         seen, obstacles=tuple(_dead_channels(records, robot, joints)))
+
+
+def _is_of(record: Record, robot: Robot) -> bool:
+    """Whether a log was taken with the gains of a robot; that it was not is said elsewhere."""
+    own = robot if record.robot is None else record.robot
+    return own.name == robot.name and all(
+        np.array_equal(one, other) if one is not None and other is not None else one is other
+        for one, other in ((own.controller.kp, robot.controller.kp),
+                           (own.controller.kd, robot.controller.kd)))
 
 
 def _corrected(seen: Examination, records: Sequence[Record],

@@ -19,6 +19,10 @@ def logs(clean):
     return clean.part(0, 4000), clean.part(6000, 10_000)
 
 
+def of(robot, logs):
+    return [log.replace(robot=robot) for log in logs]
+
+
 def scale(factor, *names):
     return lambda log: log.replace(**{name: getattr(log, name) * factor for name in names})
 
@@ -124,7 +128,7 @@ def test_other_gains_and_filters_are_no_fault_of_the_log(logs, robot):
     for change in ({"kp": robot.controller.kp * 1.25}, {"lowpass": 150.0}):
         other = dataclasses.replace(robot, controller=dataclasses.replace(
             robot.controller, **change))
-        seen = examine(logs, other)
+        seen = examine(of(other, logs), other)
         assert seen.corrections == () and seen.obstacles == ()
         assert any(finding.check.startswith("law.") for finding in seen.warnings)
 
@@ -148,7 +152,7 @@ def test_a_zero_that_every_log_shows_is_that_of_the_file(logs, robot):
     both = [log.replace(q=log.q + shift, qd=log.qd + shift) for log in logs]
     alone = [log.replace(q=log.q + shift) for log in logs]
     for moved in (both, alone):
-        seen = examine(moved, stated)
+        seen = examine(of(stated, moved), stated)
         assert [one.check for one in seen.corrections] == ["position.zero"]
         assert np.abs(seen.records[1].q - logs[1].q).max() < 1e-3
     assert examine(both, robot).corrections == ()
@@ -159,9 +163,9 @@ def test_two_readings_of_one_log_stop_it(logs, robot):
         robot.controller, kp=np.full(3, 20.0), kd=np.full(3, 4.0)))
     bare = [log.replace(pe=0 * log.pe, u=log.u - log.pe, dq=None, tau=None) for log in logs]
     law = [log.replace(u=np.round(_law(log, alike) / 1e-3) * 1e-3) for log in bare]
-    assert examine(law, alike).corrections == ()
+    assert examine(of(alike, law), alike).corrections == ()
     swapped = [order([1, 0, 2], "u")(log) for log in law]
-    seen = examine(swapped, alike)
+    seen = examine(of(alike, swapped), alike)
     assert seen.corrections == ()
     with pytest.raises(RecordError, match=r"leave open which.*command u.*; or: .*--trust-log"):
         seen.raise_obstacles()
@@ -184,7 +188,7 @@ def test_the_gains_of_a_file_in_another_order_stop(logs, robot):
     swapped = dataclasses.replace(robot, controller=dataclasses.replace(
         robot.controller, kp=robot.controller.kp[[1, 0, 2]], kd=robot.controller.kd[[1, 0, 2]]))
     with pytest.raises(RecordError, match=r"gains of base, arm in the robot file are swapped"):
-        examine(logs, swapped).raise_obstacles()
+        examine(of(swapped, logs), swapped).raise_obstacles()
 
 
 @pytest.mark.parametrize(("change", "hint"), [
@@ -200,6 +204,13 @@ def test_without_a_law_the_stated_inertia_stops_wrong_units(change, hint, logs, 
     assert seen.corrections == ()
     with pytest.raises(RecordError, match=hint):
         seen.raise_obstacles()
+
+
+def test_logs_of_several_robots_are_not_compared_with_the_law_of_one(logs, robot):
+    stiff = dataclasses.replace(robot, controller=dataclasses.replace(
+        robot.controller, kp=2 * robot.controller.kp))
+    mixed = [logs[0], logs[1].replace(robot=stiff, u=-logs[1].u, tau=None)]
+    assert examine(mixed, robot).corrections == ()
 
 
 def test_no_obstacle_no_error(logs, robot):
