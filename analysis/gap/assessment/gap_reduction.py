@@ -129,8 +129,8 @@ def _interval(drawn: np.ndarray) -> tuple[float, float] | None:
 
 
 def _percent(before: float, after: float, floor: float, method: AssessmentMethod) -> float | None:
-    """Share of the reducible gap that is removed [%]; None near the floor."""
-    if before <= method.reducible_from * floor:
+    """Share of the reducible gap that is removed [%]; None near the floor, or without one."""
+    if not np.isfinite(before - after) or before <= method.reducible_from * floor:
         return None
     return 100.0 * (before - after) / (before - floor)
 

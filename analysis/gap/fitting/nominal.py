@@ -18,6 +18,7 @@ from clie_blocks.linear_filters import high_pass
 _CORNER_SHARE = 0.2  # of the sample rate: the highest corner that a filter may have
 
 
+@np.errstate(over="ignore", invalid="ignore")  # by a model that diverges, as `Fit` says
 def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sensor_noise_model,
                 ) -> tuple[ResidualModel, Fit]:
     """Fit inertia, damping and load of every joint, with the datasheet as prior information.

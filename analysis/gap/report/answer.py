@@ -70,6 +70,8 @@ def answer(result: Result) -> dict[str, Any]:
         "families": _families(result.ranking, findings),
         "unexplained": result.verdict == "unexplained",
         "reason": result.reason,
+        "closest": [{"effect": member.cause.name, "joint": [k + 1 for k in member.joints]}
+                    for member in result.model.hypothesis.members],
         "gap_before": reduction.before, "gap_after": reduction.after,
         "gap_floor": reduction.floor,
         "closed_percent": {"value": reduction.percent, "interval": reduction.interval,

@@ -168,11 +168,9 @@ def _unexplained(answer: Answer) -> str:
 
 def _not_borne_out(answer: Answer) -> str:
     """Why the closest effect is not named."""
-    closest = next((row for row in answer["effects"] if row["effect"] in LIBRARY), None)
-    name = f"; the closest, {_at_joints(closest, answer)}," if closest else ": the closest"
-    return ("No effect in the library explains the gap"
-            f"{name} fits these logs but does not predict unseen ones clearly better than the "
-            "refitted nominal model")
+    closest = join_words(_at_joints(row, answer) for row in answer["closest"])
+    return (f"No effect in the library explains the gap: {closest} would fit these logs best, but "
+            "does not predict unseen data clearly better than the refitted nominal model")
 
 
 def leading_rows(answer: Answer) -> list[Row]:
