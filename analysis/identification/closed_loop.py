@@ -34,6 +34,7 @@ from clie_blocks.linear_filters import lfilter
 
 PASSES = 40
 CONVERGED = 1e-7
+UNBOUNDED = 1e6  # times the motion: an error of a loop that is unstable
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -88,8 +89,10 @@ def closed_loop_least_squares(runs: Sequence[Run], loads: Sequence[np.ndarray], 
     value[0] = abs(value[0])
     speed = top_speed(runs, k)
     for _ in range(PASSES):
-        parts = [_linearise(run, load, k, start.names, value, speed)
-                 for run, load in zip(runs, loads, strict=True)]
+        with np.errstate(over="ignore", invalid="ignore"):  # of an unstable loop, see below
+            parts = [_linearise(run, load, k, start.names, value, speed)
+                     for run, load in zip(runs, loads, strict=True)]
+        _check_finite(parts, runs, k)
         fit = solve(np.vstack([part[0] for part in parts]),
                     np.concatenate([part[1] for part in parts]), runs[0].record.joints[k],
                     start.names)
@@ -101,6 +104,19 @@ def closed_loop_least_squares(runs: Sequence[Run], loads: Sequence[np.ndarray], 
     raise DivergedError(f"{runs[0].record.joints[k]}: the closed-loop least squares does not "
                         f"settle in {PASSES} passes; is the stated control law the one that ran? "
                         "'clie check' replays it")
+
+
+def _check_finite(parts: Sequence[tuple[np.ndarray, np.ndarray]], runs: Sequence[Run], k: int,
+                  ) -> None:
+    """Refuse a loop that grows without bound at the rate of the log."""
+    largest = UNBOUNDED * max(float(np.ptp(run.q[:, k])) for run in runs)
+    if not all(np.isfinite(columns).all() and np.abs(error).max(initial=0.0) < largest
+               for columns, error in parts):
+        raise DivergedError(
+            f"{runs[0].record.joints[k]}: the loop of the stated law and a rigid joint grows "
+            f"without bound at the rate of the log, {1.0 / runs[0].step:.4g} Hz; a controller "
+            "that runs faster cannot be replayed from it: log every cycle of the controller, or "
+            "check its gains")
 
 
 def model_motion(run: Run, load: np.ndarray, k: int, names: Sequence[str], value: np.ndarray,

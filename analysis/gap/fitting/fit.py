@@ -1,11 +1,14 @@
 """A fitted hypothesis: how well it does, and how sure its parameters are."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED
+
+FAR = 100.0  # times the largest motion of the logs: a model that is as far off has diverged
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -62,8 +65,9 @@ class Fit:
         beyond = self.total + free * np.log(samples) - samples
         return beyond / (samples / self.hypothesis.problem.n)
 
-    @property
+    @functools.cached_property
     def has_diverged(self) -> bool:
-        """Whether the model diverges in one of the logs."""
-        logs = range(len(self.hypothesis.problem.logs))
-        return any(np.abs(self.hypothesis.error(j)).max() >= DIVERGED for j in logs)
+        """Whether the model diverges in one of the logs, or leaves the motion far behind."""
+        logs = self.hypothesis.problem.logs
+        limit = min(DIVERGED, FAR * max(float(np.ptp(log.q, axis=0).max()) for log in logs))
+        return any(np.abs(self.hypothesis.error(j)).max() >= limit for j in range(len(logs)))

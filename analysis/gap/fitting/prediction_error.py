@@ -4,6 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.unknown_states import responses_to_cuts
 
 
 def validation_logs(problem: Problem) -> range:
@@ -17,9 +18,17 @@ def gap(hypothesis: Hypothesis) -> float:
 
 
 def square_errors(hypothesis: Hypothesis, j: int) -> np.ndarray:
-    """Squared error of log j, predicted from reference and excitation alone, over joints (N,)."""
-    squares = np.sum(hypothesis.error(j, dithered=False) ** 2, axis=1)
-    return hypothesis.problem.logs[j].at_samples(squares)
+    """Squared error of log j, predicted from reference and excitation alone, over joints (N,).
+
+    Where a log was cut, no model can know the state that it starts from: what that leaves is not
+    counted.
+    """
+    problem, values = hypothesis.problem, hypothesis.of_log(j)
+    log, error = problem.logs[j], hypothesis.error(j, dithered=False)
+    for k in range(problem.n) if log.cuts else ():
+        basis = responses_to_cuts(problem, values["inertia"], values["damping"], k, log)
+        error[:, k] -= basis @ (basis.T @ error[:, k])
+    return log.at_samples(np.sum(error**2, axis=1))
 
 
 def rms(squares: list[np.ndarray]) -> float:

@@ -12,6 +12,7 @@ from clie_blocks.linear_filters import high_pass
 LEAST_SAMPLES = 400  # of a log that can be diagnosed
 # Of the range of motion, between the stated start and the first sample of one run.
 LARGEST_START_ERROR = 0.1
+SHORTEST_CUT = 3  # steps: what happened in a longer gap is more than a pulse
 NOISE_CORNER = 30.0  # Hz, above which a measured position is noise
 
 
@@ -88,6 +89,13 @@ class Log:
         before = np.flatnonzero(np.diff(known) > 1)
         return [(int(self.stride * known[i]), int(self.stride * known[i + 1])) for i in before]
 
+    @property
+    def cuts(self) -> list[int]:
+        """First ticks whose state nothing before them tells: behind gaps, and of later pieces."""
+        behind = [behind for before, behind in self.gaps
+                  if behind - before > SHORTEST_CUT * self.stride]
+        return [0, *behind] if self.began > 0.0 else behind
+
     def bridged(self, error: np.ndarray) -> np.ndarray:
         """An error (N, n) of a model, bridged over the ticks that do not count."""
         if self.measured is None:
@@ -112,11 +120,15 @@ def as_logs(record: Record, robot: Robot, k: int, period: float) -> list[Log]:
         return [as_log(record, robot, k, stride)]
     parts = [record.part(*ends) for ends in record.segments]
     whole = [part for part in parts if len(part) >= LEAST_SAMPLES]
-    logs = [as_log(part, robot, k, stride) for part in whole or parts]
-    return [log if part is parts[0] else dataclasses.replace(
-                log, name=f"{log.name}, from {part.time[0]:.4g} s", start=log.q[0], at_rest=False,
-                began=float(part.time[0] - parts[0].time[0]))
-            for log, part in zip(logs, whole or parts)]
+    return [_piece(part, robot, k, stride, record.time[0]) for part in whole or parts]
+
+
+def _piece(part: Record, robot: Robot, k: int, stride: int, first: float) -> Log:
+    """One piece of record k, which began at a time [s]; behind a cut nothing is known of it."""
+    log = as_log(part, robot, k, stride)
+    began = float(part.time[0] - first)
+    return log if began == 0.0 else dataclasses.replace(
+        log, name=f"{log.name}, from {began:.4g} s", start=log.q[0], at_rest=False, began=began)
 
 
 def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:

@@ -6,6 +6,7 @@ what stands there only keeps signals finite, and never counts.  Where the clock 
 still for long nothing leads from one side to the other: there the log is cut into pieces.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,6 +19,7 @@ from clie_blocks.errors import RecordError
 FAST_ENOUGH = 5e-4  # s: a servo that is faster is simulated at this period, if its loop is stable
 FINEST_PERIOD = 2e-5  # s, down to which a period is sought at which the loop is stable
 OFF_TICK = 0.1  # of a period, by which a sample may miss its tick
+OFF_STEP = 0.01  # of the step of a log, by which that may differ from its ticks
 SAME_PERIOD = 1e-3  # relative, between two clocks that show the same period
 MOST_PARTS = 10  # of a period, so that the samples of logs of several rates are at ticks
 LONGEST_BRIDGE = 0.2  # s without samples that a model runs through; a longer gap cuts the log
@@ -34,12 +36,6 @@ def controller_period(controller: Controller, records: Sequence[Record]) -> floa
 
     It is the stated one where the fastest log has that rate, and otherwise a part of the step of
     that log: as short as the stated period, but for fast servos, whose rate no motion shows.
-
-    Raises
-    ------
-    RecordError
-        If the steps of the logs are no multiples of one period.
-
     """
     fastest = min(records, key=lambda record: record.sample_time)
     logged, period = fastest.sample_time, sample_time(fastest, controller)
@@ -48,15 +44,20 @@ def controller_period(controller: Controller, records: Sequence[Record]) -> floa
         period = logged / max(1, np.ceil(logged / finest - OFF_TICK))
         if abs(period - finest) < SAME_PERIOD * finest:
             period = finest
-    for parts in range(1, MOST_PARTS + 1):
-        ratios = [record.sample_time * parts / period for record in records]
-        if all(abs(ratio - round(ratio)) <= OFF_TICK for ratio in ratios):
-            return float(period / parts)
-    steps = ", ".join(f"{1e3 * record.sample_time:.4g} ms" for record in records)
-    raise RecordError(f"{records[0].source}: the logs have steps of {steps}, which are no "
-                      "multiples of one period of the controller, so that no simulation meets "
-                      "their samples; state [controller] sample_time_s, log all at rates that are "
-                      "parts of its rate, or diagnose the logs of each rate alone")
+    steps = np.array([record.sample_time for record in records])
+    off = [_off_step(steps * parts / period) for parts in range(1, MOST_PARTS + 1)]
+    fitting = next((i for i, each in enumerate(off) if each <= OFF_STEP), int(np.argmin(off)))
+    return float(period / (fitting + 1))
+
+
+def _off_step(ratios: np.ndarray) -> float:
+    """Largest relative distance of the steps of logs from a number of ticks.
+
+    A log of the controller's own rate may be off by more: its clock is not that of the controller.
+    """
+    count = np.rint(ratios)
+    off = np.abs(ratios - count) / np.maximum(count, 1.0)
+    return float(np.max(np.where(np.abs(ratios - 1.0) <= OFF_TICK, 0.0, off)))
 
 
 def on_ticks(record: Record, period: float) -> Record:
@@ -75,6 +76,8 @@ def on_ticks(record: Record, period: float) -> Record:
         return record
     pieces = [_piece(record, known & _between(known, rows), usable, period)
               for rows in _cut(record.time, usable, period)]
+    for earlier, later in itertools.pairwise(pieces):  # a clock that was reset goes on
+        later["time"] += max(0.0, earlier["time"][-1] + period - later["time"][0])
     ends = np.cumsum([0, *(len(piece["time"]) for piece in pieces)]).tolist()
     joined = {name: read_only(np.concatenate([piece[name] for piece in pieces]))
               for name in pieces[0]}

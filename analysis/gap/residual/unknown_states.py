@@ -53,6 +53,14 @@ def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray
     return _independent(columns, int(MOST_FREE * len(columns)))
 
 
+def responses_to_cuts(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int, log: Log,
+                      ) -> np.ndarray:
+    """Orthonormal responses of joint k to the unknown state behind each cut of a log, (N, m)."""
+    first = _initial_responses(problem, inertia, damping, k, len(log))
+    columns = [np.pad(first, ((at, 0), (0, 0)))[:len(log)] for at in log.cuts]
+    return _orthonormal(np.concatenate(columns, axis=1))
+
+
 def _initial_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int,
                        samples: int) -> np.ndarray:
     """Responses of the measured position to an initial speed and an initial position, (N, 2)."""

@@ -5,8 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clie_blocks.analysis.gap.problem.ticks import LONGEST_BRIDGE, on_ticks, ticks
+from clie_blocks.analysis.gap.problem.ticks import (
+    LONGEST_BRIDGE,
+    between_samples,
+    controller_period,
+    on_ticks,
+    ticks,
+)
 from clie_blocks.analysis.records import Record
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import RecordError
 
 PERIOD = 0.001  # s
@@ -86,6 +93,25 @@ def test_of_two_rows_with_one_stamp_the_last_counts():
     record = on_ticks(Record(time=TIME[twice], q=course), PERIOD)
     np.testing.assert_array_equal(record.q, COURSE)
     assert record.valid.all()
+
+
+@pytest.mark.parametrize(("stated", "steps", "period"), [
+    (None, (0.001, 0.002), 0.001), (0.001, (0.002, 0.02), 0.001), (0.001, (0.001, 0.00101), 0.001),
+    (None, (0.001, 0.0015), 0.0005), (1 / 30_000, (0.015,), 0.0005), (0.01, (0.001,), 0.001)])
+def test_the_controller_runs_as_stated_and_meets_every_sample(stated, steps, period):
+    records = [make_record(step * np.arange(3000)) for step in steps]
+    controller = Controller(law="pd", kp=[1.0, 1.0], kd=[1.0, 1.0], sample_time=stated)
+    assert controller_period(controller, records) == pytest.approx(period, rel=1e-3)
+
+
+def test_between_the_samples_of_a_slow_log_a_command_is_held_or_follows_a_curve():
+    slow = make_record(keep=np.arange(0, 3000, 20))
+    filled = between_samples(slow, 20)
+    assert len(filled) == 3000 and filled.sample_time == pytest.approx(PERIOD)
+    np.testing.assert_array_equal(np.flatnonzero(filled.valid), np.arange(0, 3000, 20))
+    inside = slice(100, 2900)
+    np.testing.assert_allclose(filled.pe[inside], 3.0 * COURSE[inside], atol=2e-4)
+    np.testing.assert_array_equal(filled.qd, STEPS)
 
 
 def test_a_log_that_is_mostly_holes_is_refused_with_the_place_of_the_first():

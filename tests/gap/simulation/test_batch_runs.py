@@ -1,5 +1,7 @@
 """Batches, means, short delay lines and slow filters agree with plain runs and filters."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -10,7 +12,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.residual.noise import decimated, decimation
+from clie_blocks.analysis.gap.residual.noise import Rows, decimated, decimation
 from clie_blocks.analysis.gap.simulation.closed_loop import SHORT_DELAY_TAPS
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 
@@ -50,6 +52,20 @@ def test_means_are_those_of_the_positions(fitted):
     expected = decimated(model.positions(0, [model.values])[0].T, period).T
     np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)
     assert not np.abs(means[1]).max() < 100.0  # a run that diverges is large or NaN
+
+
+@pytest.mark.parametrize(("stride", "width"), [(2, 5), (20, 1), (7, 3)])
+def test_means_of_a_slow_log_are_those_of_its_samples(fitted, stride, width):
+    model = fitted[1].hypothesis
+    log = model.problem.logs[0]
+    whole = len(log) // stride * stride
+    slow = dataclasses.replace(
+        log, stride=stride, **{name: getattr(log, name)[:whole]
+                               for name in ("q", "u", "q_d", "pe", "dither")})
+    means = model.simulator.means(slow, [model.of_log(0)], width)
+    every = model.positions(0, [model.values])[..., :whole]
+    expected = Rows(stride, width).of_samples(every[0].T).T
+    np.testing.assert_allclose(means[0], expected, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("cause", [TIME_DELAY, ENCODER_DELAY])
