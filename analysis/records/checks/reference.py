@@ -3,6 +3,11 @@
 import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import Finding
+from clie_blocks.analysis.records.checks.law import (
+    can_replay,
+    explained_rms,
+    replay_unsaturated,
+)
 from clie_blocks.analysis.records.checks.measures import (
     centres,
     correlation_matrix,
@@ -17,6 +22,7 @@ from clie_blocks.analysis.records.robot import Robot
 DEGREE = 180 / np.pi
 ALIKE = 0.6  # correlation of a position with its reference; a soft loop follows late
 FACTOR = 1.35  # within which a soft loop's motion over its reference still shows a unit
+GEARED = 3.0  # gear ratio from which it shows a side: soft loops alone move half their reference
 TURNS = 3  # a joint that sweeps more than this many turns in radians is probably in degrees
 
 
@@ -43,8 +49,19 @@ def check_reference(record: Record, robot: Robot | None) -> list[Finding]:
         return [Finding("error", "reference.swapped", f"Joints are swapped: {pairs}.",
                         "Every joint would be given another's model.",
                         f"Reorder the columns: permutation {[j + 1 for j in order]}.")]
-    return [*_range(record), *(finding for k in range(record.n)
-                               for finding in _scale(record, robot, k, wanted[:, k], moved[:, k]))]
+    scaled = [finding for k in range(record.n)
+              for finding in _scale(record, robot, k, wanted[:, k], moved[:, k])]
+    proven = _follow_the_law(record, robot) if scaled else []
+    return [*_range(record), *(finding for finding in scaled if finding.joint not in proven)]
+
+
+def _follow_the_law(record: Record, robot: Robot | None) -> list[str]:
+    """Joints whose command follows from position and reference: both have one unit and side."""
+    if robot is None or not can_replay(record, robot):
+        return []
+    best = replay_unsaturated(record, robot)
+    return [record.joints[k]
+            for k in np.flatnonzero(best.rms <= explained_rms(record, robot, best))]
 
 
 def _identical(q: np.ndarray, qd: np.ndarray) -> bool:
@@ -96,7 +113,7 @@ def _causes(robot: Robot | None, k: int, scale: float) -> dict[str, str]:
     known = {"q": (DEGREE, "the position were in deg and the reference in rad"),
              "qd": (1 / DEGREE, "the reference were in deg and the position in rad")}
     ratio = robot.motor.gear_ratio if robot else None
-    if ratio is not None and ratio[k] > 1.5:
+    if ratio is not None and ratio[k] >= GEARED:
         side = f"were on the motor side of a gear of {ratio[k]:g}, the other on the joint side"
         known["motor q"] = ratio[k], f"the position {side}"
         known["motor qd"] = 1 / ratio[k], f"the reference {side}"
