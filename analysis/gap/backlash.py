@@ -43,21 +43,23 @@ def explain_backlash(first: Explanation, causes: Sequence[Cause], method: Method
                      ) -> Explanation | None:
     """Explain a problem in a softened loop where its first explanation leaves room for backlash.
 
-    None where the first explanation stands.  `explain` explains the softened problem, `restart`
-    improves the fit of backlash alone, by default from many starts.
+    None where the first explanation stands, or no time is left.  `explain` explains the softened
+    problem, `restart` improves the fit of backlash alone, by default from many starts.
     """
     problem, table = first.residuals.problem, first.evidence
-    if not _is_worthwhile(problem, table, causes, method):
+    deadline = first.residuals.deadline
+    if first.residuals.is_out_of_time or not _is_worthwhile(problem, table, causes, method):
         return None
     softened, thresholds = soften_loop(problem, method), method.backlash
     method = method.with_values(**{"search.negligible_share": thresholds.negligible_share})
-    alone = explain(softened, (BACKLASH,), method, steps, test_lack_of_fit=False).evidence
+    alone = explain(softened, (BACKLASH,), method, steps, test_lack_of_fit=False,
+                    deadline=deadline).evidence
     of_first = _leading_share(table, method)
     limit = (thresholds.largest_share_alone if of_first > thresholds.negligible_share
              else of_first)
     if _share(alone) > limit:
         return None
-    second = explain(softened, causes, method, steps)
+    second = explain(softened, causes, method, steps, deadline=deadline)
     evidence = _with_best_backlash(second, alone, restart or multistart)
     return (dataclasses.replace(second, evidence=evidence)
             if _has_backlash(evidence, method) else None)

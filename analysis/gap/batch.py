@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from clie_blocks.analysis.gap.problem.problem import Problem
     from clie_blocks.analysis.records import Record, Robot
 
+BUDGET = 120.0  # s, of the diagnosis of one robot
 PARTS = ".parts"  # ending of a folder that only stores results for a later run, without reports
 
 
@@ -46,6 +47,8 @@ class Options:
         How the logs are read: columns, unit of the clock, topics.
     trust_logs : bool
         Correct nothing in the logs, and stop for nothing that a check finds in them.
+    seconds : float
+        Budget of the diagnosis of one robot [s].
 
     """
 
@@ -55,12 +58,14 @@ class Options:
     simulated: tuple[str, ...] = ()
     reading: Reading = Reading()
     trust_logs: bool = False
+    seconds: float = BUDGET
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
     from clie_blocks.analysis.gap.diagnosis import diagnose
 
-    return diagnose(state(task, options), effects=options.effects, exclude=options.exclude)
+    return diagnose(state(task, options), effects=options.effects, exclude=options.exclude,
+                    seconds=options.seconds)
 
 
 def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None,

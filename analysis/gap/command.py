@@ -23,7 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     tasks = batch.find_tasks(args.paths, args.robot)
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
                             simulated=tuple(map(str, args.simulated)), reading=reading(args),
-                            trust_logs=args.trust_log)
+                            trust_logs=args.trust_log, seconds=args.seconds)
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -94,10 +94,19 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--trust-log", action="store_true",
                         help="take the logs as they are: correct nothing, stop for nothing that "
                              "'clie check' finds")
+    parser.add_argument("--seconds", type=_seconds, default=120.0, metavar="S",
+                        help="budget per robot: the search ends early enough to answer within it")
     parser.add_argument("--jobs", type=_count, default=1, help="robots diagnosed in parallel")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     return parser
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"{text} is no time to search in; allow 5 s or more")
+    return value
 
 
 if __name__ == "__main__":

@@ -153,7 +153,8 @@ class Diagnosis(Result):
 
 
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),
-             exclude: Sequence[str] = (), stages: Stages = STAGES) -> Diagnosis:
+             exclude: Sequence[str] = (), stages: Stages = STAGES,
+             seconds: float = 120.0) -> Diagnosis:
     """Find the effects that make a robot differ from its model, where they act, and their share.
 
     Parameters
@@ -167,9 +168,12 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         Effects to search for (all when empty), and effects to leave out.
     stages : Stages
         The functions that run.
+    seconds : float
+        Budget: the search ends early enough to answer within it, with what was fitted by then.
 
     """
-    start = time.perf_counter()
+    start = time.monotonic()
+    deadline = start + method.search.budget_share * seconds
     causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
     simulator_of(problem, ()).check(problem.logs[0])
@@ -179,7 +183,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         corrected, decisions = stages.against_simulator(corrected, causes, method, stages.steps)
         controller = controller.with_decisions(decisions)
     causes = causes_missing_in(causes, corrected)
-    first = stages.explain(with_observer(corrected, method), causes, method, stages.steps)
+    first = stages.explain(with_observer(corrected, method), causes, method, stages.steps,
+                           deadline=deadline)
     second = stages.explain_backlash(first, causes, method, stages.steps)
     ranking, model = _ranking(second or first, controller, method, stages)
     if second:
@@ -187,7 +192,9 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     nominal = _stated_nominal(first, controller, problem, method, stages)
     reduction = stages.gap_reduction(nominal.hypothesis, model.hypothesis, first.residuals)
     earned = _earned(reduction, controller, first, model, stages)
-    ranking = doubted(ranking, controller.reading * earned)
+    is_complete = first.is_complete and (second is None or second.is_complete)
+    searched = 1.0 if is_complete else method.verdict.unfinished_search
+    ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
     established = bool(controller_findings(controller, method.verdict, excluded))
     decision = with_signal_findings(verdict(ranking, established), findings)
@@ -199,8 +206,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
         advice=advice(first.residuals.problem, ranking), findings=findings,
-        reason=_reason(decision, first, controller, earned),
-        excluded=excluded, seconds=time.perf_counter() - start)
+        reason=_reason(decision, first, controller, earned), is_complete=is_complete,
+        excluded=excluded, seconds=time.monotonic() - start)
 
 
 def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],

@@ -1,6 +1,7 @@
 """Explain a problem: fit the nominal model, and the hypotheses that are worth a fit."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 
 from clie_blocks.analysis.gap.causes import CAUSES
@@ -32,33 +33,41 @@ EXPLAIN_STEPS = ExplainSteps()
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Explanation:
-    """The refitted nominal model, and the evidence on all hypotheses that were fitted."""
+    """The refitted nominal model, and the evidence on all hypotheses that were fitted.
+
+    It is complete unless the time was over before the search was.
+    """
 
     residuals: ResidualModel
     nominal: Fit
     evidence: Table
+    is_complete: bool = True
 
 
 def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method = METHOD,
-            steps: ExplainSteps = EXPLAIN_STEPS, test_lack_of_fit: bool = True) -> Explanation:
+            steps: ExplainSteps = EXPLAIN_STEPS, test_lack_of_fit: bool = True,
+            deadline: float = math.inf) -> Explanation:
     """Fit the nominal model and the hypotheses that are worth a fit.
 
-    Without the test of lack of fit, the evidence does not cover an unknown effect.
+    Without the test of lack of fit, the evidence does not cover an unknown effect.  The search
+    ends at the deadline, a reading of `time.monotonic` [s].
     """
     residuals, nominal = steps.fit_nominal(problem, method, steps.noise_model)
     pooled = pool_logs(problem, nominal, method)
     if pooled is not problem:
         residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
+    residuals = dataclasses.replace(residuals, deadline=deadline)
     has_gap = (nominal.excess > method.calibration.healthy
                or nominal.penalty > method.verdict.prior_violation)
-    fits = (search_causes(residuals, nominal, causes, steps.search)
-            if has_gap and causes and not nominal.has_diverged else [])
+    is_searched = bool(has_gap and causes and not nominal.has_diverged)
+    fits = search_causes(residuals, nominal, causes, steps.search) if is_searched else []
+    is_complete = not (is_searched and residuals.is_out_of_time)
     table = steps.evidence(nominal, fits, residuals)
     if not test_lack_of_fit:
-        return Explanation(residuals, nominal, table)
+        return Explanation(residuals, nominal, table, is_complete)
     candidates = [row.fit for row in table.rows if row.fit is not None and not row.confounder]
     free = _excess_with_free_torque(nominal, candidates, residuals, steps)
-    return Explanation(residuals, nominal, dataclasses.replace(table, free=free))
+    return Explanation(residuals, nominal, dataclasses.replace(table, free=free), is_complete)
 
 
 def _excess_with_free_torque(nominal: Fit, fits: Sequence[Fit], residuals: ResidualModel,

@@ -8,6 +8,7 @@ import pytest
 from clie_blocks.analysis.gap import diagnose, read
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.verdict.posterior import marginals
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.output import to_json
 
@@ -42,6 +43,20 @@ def test_an_effect_left_out_of_the_library_is_unexplained(case):
     diagnosis = diagnose(Problem.from_logs(robot.robot, robot.records),
                          effects=["spring", "dead_zone"])
     assert verdict_and_leader(diagnosis) == ("unexplained", ("unknown",))
+
+
+def test_a_diagnosis_without_time_says_so_and_is_sure_of_nothing(case):
+    robot = case("quadratic_drag")
+    diagnosis = diagnose(Problem.from_logs(robot.robot, robot.records), seconds=1e-3)
+    assert not diagnosis.is_complete and "allow more with --seconds" in str(diagnosis)
+    assert len(diagnosis.evidence.rows) == 1  # the likeliest, without a step of its fit
+    assert marginals(diagnosis.ranking)["quadratic_drag"] <= 0.5
+
+
+def test_a_healthy_robot_needs_no_time_for_a_search(case):
+    robot = case("none")
+    diagnosis = diagnose(Problem.from_logs(robot.robot, robot.records), seconds=1e-3)
+    assert verdict_and_leader(diagnosis) == ("none", ("none",)) and diagnosis.is_complete
 
 
 def test_an_unknown_effect_is_refused_with_the_nearest_name(case):

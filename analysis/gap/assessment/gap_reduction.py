@@ -181,8 +181,10 @@ def unseen_errors(model: Hypothesis, residuals: ResidualModel, logs: Sequence[in
     """Squared prediction errors of a model that was refitted without the block it predicts.
 
     For each of some fit logs the squared error, summed over joints, (N,); None where a single log
-    is too short to be cut.
+    is too short to be cut, or no time is left to refit anything.
     """
+    if residuals.is_out_of_time:
+        return None
     method, period = residuals.method.assessment, model.problem.period
     lengths = [len(log) for log in model.problem.fit]
     errors = [np.zeros(length) for length in lengths]

@@ -55,6 +55,8 @@ class Result:
     reason : str
         Why nothing explains the gap, where that is known: ``diverged``, ``not_borne_out`` or
         ``commands_unclear``.
+    is_complete : bool
+        Whether the search was done before the time was over.
     excluded : frozenset of str
         Effects that were excluded, or not searched for: none of them is named.
     seconds : float
@@ -78,5 +80,6 @@ class Result:
     advice: tuple[str, ...] = ()
     findings: tuple[SignalFinding, ...] = ()
     reason: str = ""
+    is_complete: bool = True
     excluded: frozenset[str] = frozenset()
     seconds: float = 0.0

@@ -33,12 +33,14 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
 
     Where a fit ends beyond the datasheet it continues with central differences: along a flat
     valley, the curvature in a one-sided slope outweighs the datasheet.  By default it takes as
-    many steps as the method of the residuals says.
+    many steps as the method of the residuals says, and none once the time is over.
     """
     method = residuals.method.fitting
     hypothesis, tangent = start, jacobian(start, residuals)
     damping, kept, two_sided, cautious = method.least_damping, 0, False, False
     for _ in range(method.iterations if iterations is None else iterations):
+        if residuals.is_out_of_time:
+            break
         step = _improving_step(hypothesis, tangent, residuals, damping, cautious)
         if step is not None:
             hypothesis, damping, cautious = step

@@ -98,3 +98,7 @@ class SearchMethod:
         "160, the largest of harmonic drives")
     ripple_lines: int = threshold(
         3, "orders", "that are tried, with the strongest of each octave")
+
+    budget_share: float = threshold(
+        0.7, "share of the budget of a diagnosis",
+        "after which the search ends: the rest is for reading, unseen data and the next run")

@@ -37,6 +37,26 @@ class VerdictMethod:
         2e-3, "share of the travel",
         "a contact that yields more shows by a torque that grows with the depth")
 
+    right_before: float = threshold(
+        0.3, "of what an effect explains per sample while it acts",
+        "that a model may leave before a fault sets in or a limit is met: what is wrong before is "
+        "something else")
+    least_rows_before: int = threshold(
+        100, "whitened samples",
+        "before an effect acts: fewer, about a second, show little of what was there before")
+    same_moment: float = threshold(
+        0.3, "s", "between the onsets of one fault at several joints")
+    away_from_ends: float = threshold(
+        1.05, "s",
+        "from an onset to the ends of a log: nearer, where none is sought, it is the start or the "
+        "end itself")
+    drift_left: float = threshold(
+        0.5, "share of a drift",
+        "that comes after the first second of a log: what is over by then is a start")
+    most_weight: float = threshold(
+        1.2, "times the weight of the stated links",
+        "that a tilted base may bring about, with the tolerances of their masses")
+
     free_torque_bumps: int = threshold(
         10, "count", "resolution of a free torque over the range of a signal")
     free_torque_ridges: tuple[float, ...] = threshold(
@@ -49,6 +69,9 @@ class VerdictMethod:
     free_torque_speed_range: float = threshold(
         5.0, "factor on the RMS speed", "range of a free torque over the speed")
 
+    unfinished_search: float = threshold(
+        0.5, "probability",
+        "that the cause is among what was fitted, where the time was over before the search was")
     certain: float = threshold(
         0.97, "probability",
         "of what two logged signals, or the replay of the law, show without a model of the joint")

@@ -70,6 +70,7 @@ def answer(result: Result) -> dict[str, Any]:
         "families": _families(result.ranking, findings),
         "unexplained": result.verdict == "unexplained",
         "reason": result.reason,
+        "complete": result.is_complete,
         "closest": [{"effect": member.cause.name, "joint": [k + 1 for k in member.joints]}
                     for member in result.model.hypothesis.members],
         "gap_before": reduction.before, "gap_after": reduction.after,
@@ -183,7 +184,7 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
         row: dict[str, Any] = {"effect": name, "joint": None, "probability": probability}
         fit = first[name]
         if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
-            row.update(_parameters(name, fit), rival=confounder(fit, result.method.verdict))
+            row.update(_parameters(name, fit), rival=confounder(fit, result.residuals))
         rows.append(row)
     return rows
 

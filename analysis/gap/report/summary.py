@@ -57,7 +57,8 @@ def summary_line(name: str, answer: Answer) -> str:
 
 def headline(answer: Answer) -> str:
     """Return the verdict and what the corrected model removes, as a sentence or two."""
-    return " ".join([*_law(answer), verdict_sentence(answer), *_reduction(answer)])
+    return " ".join([*_law(answer), verdict_sentence(answer), *_reduction(answer),
+                     *_unfinished(answer)])
 
 
 def _law(answer: Answer) -> list[str]:
@@ -75,11 +76,16 @@ def summary_lines(answer: Answer) -> list[str]:
 
     """
     return [*log_lines(answer), *_law(answer), verdict_sentence(answer),
-            *_or_the_file(answer), *_where(answer),
-            _how_far(answer),
+            *_or_the_file(answer), *_unfinished(answer), *_where(answer), _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
             *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
             *_next_experiment(answer), _assumptions(answer)]
+
+
+def _unfinished(answer: Answer) -> list[str]:
+    """That the budget ended the search, as a list of one or none."""
+    return [] if answer.get("complete", True) else [
+        "The time was over before the search was: allow more with --seconds."]
 
 
 def log_lines(answer: Answer) -> list[str]:
@@ -123,7 +129,7 @@ def verdict_sentence(answer: Answer) -> str:
 
 
 def _numbers(answer: Answer) -> str:
-    """Numbers that are off, in words, such as 'links.mass_kg of joint 2 is 0.62 kg, stated 0.5'."""
+    """Numbers that are off, in words: 'links.mass_kg of joint 2 is 0.62 kg, stated 0.5'."""
     joints = joint_names(answer)
     return join_words(_wrong_number(row, joints[row["joint"] - 1])
                       for row in answer.get("description", ()))

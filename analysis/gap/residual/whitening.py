@@ -1,6 +1,8 @@
 """From a prediction error to a white residual that no unknown initial state explains."""
 
 import dataclasses
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
@@ -56,6 +58,8 @@ class ResidualModel:
         are zero.
     other_noises : mapping
         Log -> its noises, for logs with other rows than the first.
+    deadline : float
+        Reading of `time.monotonic` from which no search and no fit goes on [s].
 
     """
 
@@ -65,6 +69,12 @@ class ResidualModel:
     method: Method
     counted: tuple[np.ndarray | None, ...] = ()
     other_noises: Mapping[int, tuple[Noise, ...]] = dataclasses.field(default_factory=dict)
+    deadline: float = math.inf
+
+    @property
+    def is_out_of_time(self) -> bool:
+        """Whether the time for a search is over: what was fitted by now has to do."""
+        return time.monotonic() > self.deadline
 
     def rows(self, j: int) -> Rows:
         """Rows in which log j is compared."""

@@ -28,7 +28,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
                        for one in to_finish), key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
-    return [refit_event_times(one, residuals) if explains_fair_share(one, nominal, method) else one
+    return [refit_event_times(one, residuals)
+            if explains_fair_share(one, nominal, method) and not residuals.is_out_of_time else one
             for one in finished] + [one for one in order if one not in to_finish]
 
 
@@ -85,6 +86,8 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
     """First steps of the candidates that compete, those with the best predictions first."""
     begun: list[Fit] = []
     for candidate in sorted(candidates, key=predicted_excess):
+        if begun and residuals.is_out_of_time:
+            break
         if not begun or can_compete(candidate, min(begun, key=training_excess), residuals.method):
             begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
                                       residuals, nominal))

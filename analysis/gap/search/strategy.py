@@ -84,7 +84,7 @@ class _Search:
     def with_wrong_numbers(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and those of numbers of the robot file, alone and with one cause more."""
         method, members = self.method.search, self.steps.wrong_numbers(self.residuals.problem)
-        if not members:
+        if not members or self.residuals.is_out_of_time:
             return fits
         of_causes = self.near_the_best(sorted(fits, key=_total)[:method.described_fits])
         alone = sorted(self.fits_of_numbers([(member,) for member in members]), key=_total)
@@ -92,7 +92,7 @@ class _Search:
                    for some in with_swapped_number(fitted_members(fit.hypothesis), members)]
         found = self.with_raced(fits + alone + self.fits_of_numbers(swapped), [],
                                 method.pair_finalists)
-        if self.is_explained(found):
+        if self.is_done(found):
             return found
         more = [candidate for fit in self.near_the_best(alone[:1])
                 for candidate in self.one_more_cause(screen, fit)]
@@ -121,13 +121,13 @@ class _Search:
         if not alone:  # all of the causes need links that are not stated
             return []
         fits = self.with_raced([], alone, method.single_finalists)
-        if self.is_explained(fits) or len(self.causes) == 1:
+        if self.is_done(fits) or len(self.causes) == 1:
             return fits
         extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
         best = min(fits, key=_total)
-        if (self.is_explained(fits) or best in extended
+        if (self.is_done(fits) or best in extended
                 or len(best.hypothesis.members) >= method.most_causes):
             return fits
         thirds = self.one_more_cause(screen, best)
@@ -161,6 +161,8 @@ class _Search:
             fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
+            if self.residuals.is_out_of_time:
+                break
             alike = alternatives(min(fits, key=_excess), fits, self.causes, self.residuals, tried)
             fits = fits + self.steps.race(self.residuals, self.nominal, alike,
                                           self.method.search.alternative_finalists)
@@ -175,6 +177,10 @@ class _Search:
             sorted(good, key=_excess)[:self.method.search.pruned_leaders])
         pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
         return [fit for fit in fits if fit not in leaders] + pruned
+
+    def is_done(self, fits: Sequence[Fit]) -> bool:
+        """Whether there is no need, or no time, for further causes."""
+        return self.is_explained(fits) or self.residuals.is_out_of_time
 
     def is_explained(self, fits: Sequence[Fit]) -> bool:
         """Whether the best fit leaves so little that no further cause could lead with it."""
