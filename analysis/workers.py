@@ -25,7 +25,7 @@ class _SafeProcess(SpawnProcess):
 
 
 class _SafeContext(SpawnContext):
-    Process = _SafeProcess  # type: ignore[assignment]
+    Process = _SafeProcess
 
 
 @contextlib.contextmanager

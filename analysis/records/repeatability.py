@@ -6,6 +6,7 @@ the second difference of the position stands in, which sees white noise alone.
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -77,31 +78,33 @@ def roughness(record: Record) -> tuple[np.ndarray, np.ndarray]:
 
 def repeated_period(record: Record, start: int, stop: int) -> int:
     """Period of reference and excitation in samples, when at least three fit; else 0."""
-    inputs = [x[start:stop] for x in (record.qd, record.pe) if x is not None and np.ptp(x) > 0]
-    if not inputs:
+    inputs = [x[start:stop, k] for x in (record.qd, record.pe) if x is not None
+              for k in range(record.n)]
+    drives = [(x, float(np.ptp(x))) for x in inputs if np.ptp(x) > 0]
+    if not drives:
         return 0
-    drive = np.hstack(inputs)
-    drive = drive[:, np.ptp(drive, axis=0) > 0]
-    drive = (drive - drive.mean(axis=0)) / np.ptp(drive, axis=0)
-    size = len(drive)
-    candidates = _self_similar(drive, size // LEAST_PERIODS)
-    for period in candidates:
-        if np.abs(drive[2 * period:] - drive[period:-period]).max() < 1e-3:
+    for period in _self_similar(drives, (stop - start) // LEAST_PERIODS):
+        if all(np.abs(x[2 * period:] - x[period:-period]).max() < 1e-3 * span
+               for x, span in drives):
             return int(period)
     return 0
 
 
-def _self_similar(drive: np.ndarray, longest: int) -> np.ndarray:
-    """Shifts at which the drive is nearly itself again, shortest first.
+def _self_similar(drives: Sequence[tuple[np.ndarray, float]], longest: int) -> np.ndarray:
+    """Shifts at which all drives, of known span, are nearly themselves again, shortest first.
 
     The mean square of ``drive[k + shift] - drive[k]`` comes from energies and a correlation, which
-    takes one transform for all shifts.
+    takes one transform for all shifts.  One drive after another, as a log may be long.
     """
-    count = len(drive)
+    count = drives[0][0].size
     size = 1 << (2 * count - 1).bit_length()
-    power = np.abs(np.fft.rfft(drive, size, axis=0)) ** 2
-    correlation = np.fft.irfft(power.sum(axis=1), size)[:longest + 1]
-    energy = np.concatenate(([0.0], np.cumsum(np.sum(drive**2, axis=1))))
+    power, square = np.zeros(size // 2 + 1), np.zeros(count)
+    for x, span in drives:
+        drive = (x - x.mean()) / span
+        power += np.abs(np.fft.rfft(drive, size)) ** 2
+        square += drive**2
+    correlation = np.fft.irfft(power, size)[:longest + 1]
+    energy = np.concatenate(([0.0], np.cumsum(square)))
     shift = np.arange(longest + 1)
     ends = energy[count - shift] + energy[-1] - energy[shift]
     apart = (ends - 2 * correlation) / (count - shift)
@@ -122,17 +125,22 @@ def _change(periods: np.ndarray) -> np.ndarray:
 
 
 def _second_difference(record: Record, width: int) -> np.ndarray:
-    bends = [record.q[start:stop][2 * width:] - 2 * record.q[start:stop][width:-width]
-             + record.q[start:stop][:-2 * width]
-             for start, stop in runs(record, least=2 * width + 1)]
-    if not bends:
+    ranges = runs(record, least=2 * width + 1)
+    if not ranges:
         raise RecordError(f"{record.source or 'the record'} has no five valid samples in a "
                           "row, so the noise of its position cannot be estimated; log longer, "
                           "or repair the export")
-    bends = np.abs(np.vstack(bends))
-    usual = MAD_TO_STD * np.median(bends, axis=0)
-    kept = (bends <= OUTLIER * usual) | (usual == 0)  # the median alone is coarse on a lattice
-    return np.sqrt(np.sum(bends**2, axis=0, where=kept) / kept.sum(axis=0) / 6)
+    return np.array([_bend(np.concatenate([
+        q[start:stop][2 * width:] - 2 * q[start:stop][width:-width] + q[start:stop][:-2 * width]
+        for start, stop in ranges])) for q in record.q.T])
+
+
+def _bend(bends: np.ndarray) -> float:
+    """Root mean square of second differences without outliers, over that of white noise."""
+    bends = np.abs(bends)
+    usual = MAD_TO_STD * np.median(bends)
+    kept = bends[bends <= OUTLIER * usual] if usual else bends  # the median is coarse on a lattice
+    return float(np.sqrt(np.sum(kept**2) / kept.size / 6))
 
 
 def _same_drive(one: Record, other: Record) -> bool:

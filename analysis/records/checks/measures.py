@@ -46,14 +46,24 @@ def smooth_motion(record: Record, at: np.ndarray,
     `triangular_mean`, so that a force averaged in the same way obeys the same equation of motion.
     """
     ahead, here, behind = record.q[at + width], record.q[at], record.q[at - width]
-    rate = np.zeros(record.q.shape)
-    rate[1:-1] = (record.q[2:] - record.q[:-2]) / (2 * record.sample_time)
-    return (triangular_mean(record.q, at, width), triangular_mean(rate, at, width),
+    speeds = []
+    for q in record.q.T:
+        rate = np.zeros(q.shape)
+        rate[1:-1] = (q[2:] - q[:-2]) / (2 * record.sample_time)
+        speeds.append(_triangular_mean(rate, at, width))
+    return (triangular_mean(record.q, at, width), np.column_stack(speeds),
             (ahead - 2 * here + behind) / (width * record.sample_time) ** 2)
 
 
 def triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
-    """Triangular mean over each window: twice the mean of `width` samples."""
+    """Triangular mean over each window: twice the mean of `width` samples.
+
+    One joint after another, as a log may be long.
+    """
+    return np.column_stack([_triangular_mean(column, at, width) for column in x.T])
+
+
+def _triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
     ahead = _total(x)
     ahead = (ahead[width:] - ahead[:-width]) / width
     total = _total(ahead)
@@ -61,8 +71,10 @@ def triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
 
 
 def _total(x: np.ndarray) -> np.ndarray:
-    finite = np.where(np.isfinite(x), x, 0.0)
-    return np.concatenate((np.zeros((1, x.shape[1])), np.cumsum(finite, axis=0)))
+    """Sums of the first 0, 1, ... values, holes left out."""
+    total = np.zeros((len(x) + 1, *x.shape[1:]))
+    np.cumsum(np.where(np.isfinite(x), x, 0.0), axis=0, out=total[1:])
+    return total
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:

@@ -29,8 +29,9 @@ def read(path: Path, options: Options) -> list[Record] | list[Table]:
         if file.metadata.num_rows > LARGEST:
             raise RecordError(f"{path} states {file.metadata.num_rows} rows; a robot log has "
                               f"fewer than {LARGEST}: cut it into runs")
-        refuse_bomb(path, 8 * _values(file.metadata))
+        refuse_bomb(path, 8 * file.metadata.num_rows * len(file.schema_arrow))
         names, cells = _names(file)
+        refuse_bomb(path, 8 * file.metadata.num_rows * len(names))
     if emps.is_emps(names):
         return [emps.record(emps.columns_of(path), str(path))]
 
@@ -41,13 +42,6 @@ def read(path: Path, options: Options) -> list[Record] | list[Table]:
                 yield np.column_stack([_cell(batch, *cells[index]) for index in indices])
 
     return [Table(tuple(names), blocks, str(path))]
-
-
-def _values(metadata: Any) -> int:
-    """Number of values in all columns; those of lists count one by one."""
-    return sum(metadata.row_group(row).column(column).num_values
-               for row in range(metadata.num_row_groups)
-               for column in range(metadata.num_columns))
 
 
 def _names(file: Any) -> tuple[list[str], list[tuple[str, int | None]]]:

@@ -3,9 +3,12 @@
 import gzip
 import io
 import os
+import random
 import struct
+import time
 import zipfile
 
+import fuzzing
 import numpy as np
 import pytest
 
@@ -79,6 +82,20 @@ def test_a_table_that_unpacks_to_far_more(tmp_path):
     pq.write_table(pa.table({"time": np.zeros(7_000_000), "q1": np.zeros(7_000_000)}),
                    tmp_path / "log.parquet")
     refused(tmp_path / "log.parquet", "unpacks to more than 300 times its size")
+
+
+def test_a_table_whose_statistics_are_damaged(tmp_path):
+    pytest.importorskip("pyarrow")
+    _, make = fuzzing.makers("parquet", tmp_path)  # asking ends the process
+    (tmp_path / "log.parquet").write_bytes(make(random.Random("parquet 4040")))
+    refused(tmp_path / "log.parquet", "cannot be read as Parquet|no column is recognised")
+
+
+def test_a_number_of_many_digits_is_looked_at_once(tmp_path):
+    (tmp_path / "log.csv").write_text("9" * 90_000 + "x,1\n")
+    start = time.process_time()
+    refused(tmp_path / "log.csv", "no column|no header|longer than")
+    assert time.process_time() - start < 3  # every split of the digits took minutes
 
 
 def test_a_hundred_thousand_columns(tmp_path):
