@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.report.wording import (
     number,
     percent,
 )
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
 from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
@@ -29,6 +29,10 @@ SEPARATED_BY = {
     CONTACT: "the effect sets in at a position that the robot passes at no other time, so contact "
              "with an obstacle moves it alike. A run that returns to that position and leaves it "
              "again separates them",
+    UNMARKED: "the logs do not show the mark by which the effect is known (a model that is right "
+              "until a fault sets in or a limit is met, a weight that the links may have, "
+              "friction that still drifts after the start), so it may have absorbed a part of "
+              "anything. A longer run that moves all joints separates them",
     SOFT_STOP: "over this range of motion they, and any other torque that depends on the "
                "position, move the robot alike. A run over a wider range separates them"}
 

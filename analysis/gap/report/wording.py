@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.records import Record
@@ -20,7 +20,8 @@ MIXED = " or "  # between the units of joints that turn and of joints that slide
 TITLES = {"none": "no effect", "unknown": "an effect outside the library",
           "parametric": "parameters outside their tolerance"}
 JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
-CONFOUNDERS = {CONTACT: "an obstacle", SOFT_STOP: "a soft stop"}
+CONFOUNDERS = {CONTACT: "an obstacle", SOFT_STOP: "a soft stop",
+               UNMARKED: "an effect outside the library"}
 
 CLOSED_LOOP, RECORDED_COMMAND, WITH_OBSERVER = (
     "closed loop", "recorded command", "recorded command with an observer")

@@ -15,13 +15,15 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.marks import acting, shows_marks
 
-SOFT_STOP, CONTACT = "soft stop", "contact"
+SOFT_STOP, CONTACT, UNMARKED = "soft stop", "contact", "unmarked"
 _ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
 _MOST_POSITIONS = 1000  # of each kind that are compared
 
 
-def confounder(fit: Fit, method: VerdictMethod) -> str:
+def confounder(fit: Fit, residuals: ResidualModel) -> str:
     """Return the effect outside the library that these logs do not tell from a fitted hypothesis.
 
     Returns
@@ -30,17 +32,21 @@ def confounder(fit: Fit, method: VerdictMethod) -> str:
         ``soft stop`` for a ripple of which the travel shows less than a wave, and for a spring
         with a weight: torques of the pose that may stand for any other.  ``contact`` for a fault
         that sets in where the robot comes to a position at which it is at no other time, and
-        stays: an obstacle there would push back in the same way.  Otherwise empty.
+        stays: an obstacle there would push back in the same way.  ``unmarked`` for an effect of
+        which the logs do not show the mark, see `marks`: it may have absorbed a part of anything.
+        Otherwise empty.
 
     """
-    hypothesis = fit.hypothesis
+    hypothesis, method = fit.hypothesis, residuals.method.verdict
     if any(member.cause in STEP_FAULT and _may_be_contact(hypothesis, member, method)
            for member in hypothesis.members):
         return CONTACT
     any_torque = {member.cause.name for member in hypothesis.members} >= _ANY_TORQUE
     ripples = [member for member in hypothesis.members if member.cause is TORQUE_RIPPLE]
     single_bump = not all(_shows_waves(hypothesis, ripple, method) for ripple in ripples)
-    return SOFT_STOP if any_torque or single_bump else ""
+    if any_torque or single_bump:
+        return SOFT_STOP
+    return "" if shows_marks(fit, residuals) else UNMARKED
 
 
 def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) -> bool:
@@ -59,7 +65,7 @@ def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) 
                       & np.array([counts_motor_turns(each) for each in ratio]))
     enough = np.where(is_synchronous, 1.0, method.repeated_waves)
     has_waves = order * np.ptp(course, axis=0)[joints] >= 2 * np.pi * enough
-    return bool(np.any(has_waves & _acting(np.hypot(sine, cosine) / typical, method)))
+    return bool(np.any(has_waves & acting(np.hypot(sine, cosine) / typical, method)))
 
 
 def _may_be_contact(hypothesis: Hypothesis, fault: Member, method: VerdictMethod) -> bool:
@@ -68,20 +74,15 @@ def _may_be_contact(hypothesis: Hypothesis, fault: Member, method: VerdictMethod
     joints = np.array(fault.joints)
     size, typical = (np.broadcast_to(sizes, problem.n)[joints] for sizes in (
         hypothesis.values[f"{fault.name}.{amplitude}"], fault.sizes[amplitude]))
-    is_acting = _acting(size / typical, method)
-    acting = joints[is_acting]
-    onsets = hypothesis.values[f"{fault.name}.onset"][:, acting].min(axis=1)
+    is_acting = acting(size / typical, method)
+    faulty = joints[is_acting]
+    onsets = hypothesis.values[f"{fault.name}.onset"][:, faulty].min(axis=1)
     opposing = np.zeros(problem.n)
     if fault.cause.variant == "torque":
-        opposing[acting] = size[is_acting]
+        opposing[faulty] = size[is_acting]
     travel = np.ptp(np.concatenate([log.q for log in problem.logs]), axis=0) + 1e-12
     with_fault, without = _positions_by_fault(problem, onsets, travel)
     return are_separable(with_fault, without, opposing / travel, method.yielding)
-
-
-def _acting(size: np.ndarray, method: VerdictMethod) -> np.ndarray:
-    """Which joints have a fair share of the largest size among them."""
-    return np.abs(size) >= method.acting_share * np.abs(size).max()
 
 
 def _positions_by_fault(problem: Problem, onsets: Sequence[float] | np.ndarray,

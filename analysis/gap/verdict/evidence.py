@@ -117,7 +117,7 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
                         residuals.method)
     best = {}
     for names, same in _by_names(fits).items():
-        for confounded, fit in _variants(same, lambda one: left_by(one) < limit, method):
+        for confounded, fit in _variants(same, lambda one: left_by(one) < limit, residuals):
             best[names, confounded] = fit
     rows = [Row(names, left_by(fit), parameter_count(fit), prior_violations(fit, method),
                 confounded, fit)
@@ -185,13 +185,13 @@ def _by_names(fits: list[Fit]) -> dict[tuple[str, ...], list[Fit]]:
     return fits_of
 
 
-def _variants(fits: list[Fit], is_near: Callable[[Fit], bool], method: VerdictMethod,
+def _variants(fits: list[Fit], is_near: Callable[[Fit], bool], residuals: ResidualModel,
               ) -> ItemsView[str, Fit]:
     """Best of some fits of the same causes by its confounder, then that with another or none."""
-    best = {confounder(fits[0], method) if is_near(fits[0]) else "": fits[0]}
+    best = {confounder(fits[0], residuals) if is_near(fits[0]) else "": fits[0]}
     for fit in fits[1:] if any(best) else ():
         if is_near(fit):
-            best.setdefault(confounder(fit, method), fit)
+            best.setdefault(confounder(fit, residuals), fit)
     return best.items()
 
 

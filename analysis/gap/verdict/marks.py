@@ -1,0 +1,123 @@
+"""The marks by which effects are known that would otherwise swallow any other.
+
+A fault that may set in at any moment, a weight of any size, friction that drifts: each can absorb
+a part of whatever acts.  It earns its name by what nothing else would show.  A fault and a limit
+act at some times only: before these the model must be right without them, since no effect acts
+before its cause.
+"""
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.drive import ACTUATOR_SATURATION
+from clie_blocks.analysis.gap.causes.friction import FRICTION_DRIFT
+from clie_blocks.analysis.gap.causes.load import GRAVITY
+from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.method.verdict import VerdictMethod
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+
+
+def shows_marks(fit: Fit, residuals: ResidualModel) -> bool:
+    """Whether the logs show the marks of all causes of a fitted hypothesis."""
+    return all(_shows_mark(fit.hypothesis, member, residuals)
+               for member in fit.hypothesis.members)
+
+
+def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel) -> bool:
+    method = residuals.method.verdict
+    if member.cause in STEP_FAULT:
+        return (_sets_in_at_once(hypothesis, member, method)
+                and _is_right_before(hypothesis, member, residuals))
+    if member.cause is ACTUATOR_SATURATION:
+        return _is_right_before(hypothesis, member, residuals)
+    if member.cause is GRAVITY:
+        return _is_weight_of_links(hypothesis, member, method)
+    if member.cause in FRICTION_DRIFT:
+        return _drifts_within_logs(hypothesis, member, method)
+    return True
+
+
+def acting(sizes: np.ndarray, method: VerdictMethod) -> np.ndarray:
+    """Which joints have a fair share of the largest size among them."""
+    return np.abs(sizes) >= method.acting_share * np.abs(sizes).max()
+
+
+def _sets_in_at_once(hypothesis: Hypothesis, fault: Member, method: VerdictMethod) -> bool:
+    """Whether a fault sets in away from the ends of a log, and at all of its joints together."""
+    problem, joints = hypothesis.problem, np.array(fault.joints)
+    key = f"{fault.name}.{fault.cause.numbers[0].name}"
+    sizes = np.broadcast_to(hypothesis.values[key], problem.n)[joints]
+    typical = np.broadcast_to(fault.sizes[fault.cause.numbers[0].name], problem.n)[joints]
+    onsets = hypothesis.values[f"{fault.name}.onset"][:, joints[acting(sizes / typical, method)]]
+    for log, of_log in zip(problem.logs, onsets):
+        duration = len(log) * problem.period
+        seen = of_log[of_log < duration]
+        if seen.size and (np.ptp(seen) > method.same_moment or seen.min() < method.away_from_ends
+                          or seen.max() > duration - method.away_from_ends):
+            return False
+    return True
+
+
+def _is_right_before(hypothesis: Hypothesis, member: Member, residuals: ResidualModel) -> bool:
+    """Whether the model errs less before a cause acts than what the cause explains afterwards.
+
+    What was wrong all the time is something else.  Where the logs begin with the cause at work
+    there is nothing to compare.
+    """
+    before = gained = 0.0
+    rows_before = rows_after = 0
+    without = hypothesis.with_values(_neutral(hypothesis, member))
+    for j, log in enumerate(hypothesis.problem.logs):
+        left = residuals.whitened(hypothesis.error(j), j)
+        all_of_it = residuals.whitened(without.error(j), j)
+        ticks = residuals.rows(j).ticks * hypothesis.problem.period
+        for k in member.joints:
+            times = ticks * np.arange(1, len(left[k]) + 1)
+            times += len(log) * hypothesis.problem.period - times[-1]
+            idle = times < _first_moment(hypothesis, member, j, k)
+            before += float(np.sum(left[k][idle] ** 2 - 1.0))
+            gained += float(np.sum(all_of_it[k][~idle] ** 2 - left[k][~idle] ** 2))
+            rows_before, rows_after = rows_before + idle.sum(), rows_after + (~idle).sum()
+    if rows_before < residuals.method.verdict.least_rows_before or not rows_after:
+        return True
+    share = residuals.method.verdict.right_before
+    return before / rows_before <= share * gained / rows_after
+
+
+def _neutral(hypothesis: Hypothesis, member: Member) -> dict[str, np.ndarray]:
+    """Values without a cause."""
+    keys = {f"{member.name}.{number.name}": number.neutral for number in member.cause.numbers
+            if number.neutral is not None}
+    return {name: np.full_like(value, keys[name]) if name in keys else value
+            for name, value in hypothesis.values.items()}
+
+
+def _first_moment(hypothesis: Hypothesis, member: Member, j: int, k: int) -> float:
+    """Time at which a cause first acts on joint k in log j [s]."""
+    if member.cause in STEP_FAULT:
+        return float(hypothesis.values[f"{member.name}.onset"][j, k])
+    u = hypothesis.problem.logs[j].u[:, k]
+    beyond = np.flatnonzero(np.abs(u) > hypothesis.values[f"{member.name}.limit"][k])
+    return beyond[0] * hypothesis.problem.period if beyond.size else np.inf
+
+
+def _is_weight_of_links(hypothesis: Hypothesis, gravity: Member, method: VerdictMethod) -> bool:
+    """Whether a weight is one that the stated links may have, however their base is tilted.
+
+    More than their whole weight, no tilt brings about.  Of several joints without stated links
+    nothing tells how their weights follow the pose.
+    """
+    problem, chain = hypothesis.problem, hypothesis.problem.chain
+    if not chain.known:
+        return problem.n == 1
+    along, across = (hypothesis.values[f"{gravity.name}.{name}"][0]
+                     for name in ("along", "across"))
+    return bool(np.hypot(along + chain.has_gravity, across) <= method.most_weight)
+
+
+def _drifts_within_logs(hypothesis: Hypothesis, drift: Member, method: VerdictMethod) -> bool:
+    """Whether friction still drifts once the robot moves, rather than at the start of the log."""
+    times = hypothesis.values[f"{drift.name}.time"][list(drift.joints)]
+    left = np.exp(-method.away_from_ends / times)
+    return bool(np.all(left >= method.drift_left))
