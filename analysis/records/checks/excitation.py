@@ -22,7 +22,6 @@ from clie_blocks.analysis.records.uncertainty import least_squares
 NAMES = ("inertia", "viscous friction", "offset")
 OWN_SHARE = 0.02  # of a column's energy that the others must not explain
 ABOVE_NOISE = 3.0
-ENOUGH = 100_000  # windows that settle what a motion shows; memory for more is not needed
 WINDOWS = (0.05, 0.2, 0.5)  # s; slow motions show their acceleration only in long windows
 WIDE = 0.5  # rad; over less the weight of a link looks like a spring
 UNCERTAIN = 0.5  # half width of an interval over its estimate
@@ -115,7 +114,6 @@ class _View:
 def _view(record: Record, window: float) -> _View:
     width = half_width(record, window)
     at = centres(record, width)
-    at = at[::max(1, at.size // ENOUGH)]
     q, dq, ddq = smooth_motion(record, at, width)
     force = record.u if record.u is not None else record.tau
     return _View(at, width * record.sample_time, q, dq, ddq,

@@ -7,6 +7,7 @@ from clie_blocks.analysis.records.runs import runs
 
 TINY = 1e-100
 ENOUGH = 10_000  # windows that settle a lag
+MANY = 100_000  # windows that settle any other measure
 WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
 
 
@@ -21,10 +22,14 @@ def half_width(record: Record, window: float = WINDOW) -> int:
 
 
 def centres(record: Record, width: int) -> np.ndarray:
-    """Indices k for which ``k - width`` and ``k + width`` lie in the same run of valid samples."""
+    """Indices k for which ``k - width`` and ``k + width`` lie in the same run of valid samples.
+
+    Of a long log evenly chosen ones: more settle nothing, and take memory.
+    """
     parts = [np.arange(start + width, stop - width) for start, stop in runs(record)
              if stop - start > 2 * width]
-    return np.concatenate(parts) if parts else np.empty(0, int)
+    at = np.concatenate(parts) if parts else np.empty(0, int)
+    return at[::max(1, at.size // MANY)]
 
 
 def increments(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
