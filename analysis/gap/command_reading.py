@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.explain import ExplainSteps
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.method import Method
+from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
@@ -34,16 +35,18 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
     """
     if not controller.unexplained:
         return controller
-    followed = dataclasses.replace(controller, recorded=True)
+    calibration, followed = method.calibration, dataclasses.replace(controller, recorded=True)
     readings = [followed, controller]
     fitted = [_fit_nominal(reading, problem, method, steps) for reading in readings]
     if all(nominal.has_diverged for _, nominal in fitted):
         return _with_decision(dataclasses.replace(followed, open_loop=True), problem, OPEN_LOOP)
-    if _are_alike(*fitted[0], fitted[1][1], method):
+    apart, excess = _apart(*fitted[0], fitted[1][1]), [fit.excess for _, fit in fitted]
+    tolerated = calibration.healthy + calibration.misfit * max(excess)
+    if apart < tolerated:
         return _with_decision(controller, problem, ALIKE)
-    excess = np.array([nominal.excess for _, nominal in fitted])
     best = int(np.argmin(excess))
-    chosen = dataclasses.replace(readings[best], reading=_probability(excess, best, method))
+    chosen = dataclasses.replace(
+        readings[best], reading=_probability(excess[best], excess[1 - best], apart, calibration))
     return _with_decision(chosen, problem, NOT_FOLLOWED if best else FOLLOWED)
 
 
@@ -58,19 +61,26 @@ def _with_decision(reading: ControllerCheck, problem: Problem, said: str) -> Con
     return reading.with_decisions((f"{names}: no known law gives the logged command; {said}",))
 
 
-def _probability(excess: np.ndarray, best: int, method: Method) -> float:
-    """Probability of the better of two readings, by what they leave."""
-    largest = float(excess.max())
-    scores = [method.calibration.score(float(left), largest) for left in excess]
-    return float(1.0 / (1.0 + np.exp(scores[1 - best] - scores[best])))
+def _probability(best: float, other: float, apart: float, calibration: Calibration) -> float:
+    """Probability that the choice of a reading misleads no verdict.
+
+    It misleads if it is the wrong one, by what the two leave, and if what lies between them
+    would look like a rest that is not explained.
+    """
+    largest = max(best, other)
+    unexplained = max(calibration.unexplained_share * largest, calibration.unexplained_least)
+
+    def likelier(one: float, against: float) -> float:
+        gain = calibration.score(one, largest) - calibration.score(against, largest)
+        return float(1.0 / (1.0 + np.exp(-gain)))
+
+    return 1.0 - likelier(other, best) * likelier(unexplained, apart)
 
 
-def _are_alike(residuals: ResidualModel, one: Fit, other: Fit, method: Method) -> bool:
-    """Whether two readings predict the same motion, down to what a right model may leave."""
+def _apart(residuals: ResidualModel, one: Fit, other: Fit) -> float:
+    """chi^2 between the motions of two models, per sample of one joint."""
     if one.has_diverged or other.has_diverged:
-        return False
-    apart = [part for j in range(len(residuals.problem.logs)) for part in residuals.whitened(
+        return np.inf
+    parts = [part for j in range(len(residuals.problem.logs)) for part in residuals.whitened(
         one.hypothesis.error(j) - other.hypothesis.error(j), j)]
-    difference = float(np.mean(np.concatenate(apart) ** 2)) * residuals.problem.n
-    calibration = method.calibration
-    return difference < calibration.healthy + calibration.misfit * max(one.excess, 0.0)
+    return float(np.mean(np.concatenate(parts) ** 2)) * residuals.problem.n

@@ -7,7 +7,7 @@ holds it near the measured motion,
     u = u_log + kp (q_log - q) + kd F (q_log - q),    kp = w^2 inertia,  kd = 2 w inertia.
 
 That is the law (11) with gains, the measured motion as reference and another excitation, so that
-every stage runs on it as it is.  How far the gap shrinks is reported without the observer.
+every stage runs on it as it is: without it, how far the gap shrinks would say little of a cause.
 """
 
 import dataclasses
@@ -29,7 +29,7 @@ def with_observer(problem: Problem, method: Method) -> Problem:
 
 
 def without_observer(model: Hypothesis, problem: Problem) -> Hypothesis:
-    """Hypothesis without the observer, to be validated by the commands of the problem alone.
+    """Hypothesis without the observer, driven by the commands of the problem alone.
 
     A hypothesis that was fitted to all logs keeps the observer, in which it is refitted where
     blocks are left out.

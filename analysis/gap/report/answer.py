@@ -140,14 +140,18 @@ def _judged_by(result: Result) -> str:
 
 def _controller(check: ControllerCheck) -> list[Row]:
     """Joints whose command the stated law does not give, and what it contains beyond."""
-    rows = [{"joint": one.joint + 1, "terms": {
-        name: {"value": value, "unit": UNITS[name]} for name, value in one.coefficients.items()},
-        "velocity_error": one.is_velocity_error} for one in check.terms]
-    rows += [{"joint": k + 1, "terms": {}, "velocity_error": False} for k in check.unexplained]
-    return [{**row, "error": check.replay_error[row["joint"] - 1],
-             "limit": check.limit[row["joint"] - 1], "unit": "N m",
-             "followed": check.recorded, "led": check.open_loop, "probability": check.reading}
-            for row in rows]
+    found = {one.joint: one for one in check.terms}
+    rows: list[Row] = []
+    for k in sorted(check.left_joints):
+        terms = found.get(k)
+        coefficients = terms.coefficients if terms else {}
+        rows.append({
+            "joint": k + 1, "error": check.replay_error[k], "limit": check.limit[k],
+            "unit": "N m", "terms": {name: {"value": value, "unit": UNITS[name]}
+                                     for name, value in coefficients.items()},
+            "velocity_error": bool(terms and terms.is_velocity_error),
+            "followed": check.recorded, "led": check.open_loop, "probability": check.reading})
+    return rows
 
 
 def established_findings(result: Result) -> list[Row]:

@@ -24,7 +24,13 @@ from clie_blocks.analysis.gap.problem.torque_path import TorquePath
 from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
-from clie_blocks.analysis.gap.verdict.posterior import LIKELY, UNKNOWN, marginals, posterior
+from clie_blocks.analysis.gap.verdict.posterior import (
+    LIKELY,
+    UNKNOWN,
+    RankedCause,
+    marginals,
+    posterior,
+)
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE
 from clie_blocks.analysis.statistical_measures import NORMAL_95
@@ -194,10 +200,16 @@ def delay_probability(excess: Mapping[str, float], calibration: Calibration) -> 
     """
     rows = [Row(causes, excess[name], float(len(causes)))
             for name, causes in _HYPOTHESES.items() if name in excess]
-    known = [ranked for ranked in posterior(Table(excess["lag"], 0.0, 0, (), rows), calibration)
-             if ranked.names != (UNKNOWN,)]
-    delayed = sum(ranked.probability for ranked in known if "time_delay" in ranked.names)
-    return delayed / sum(ranked.probability for ranked in known)
+    known = _of_known(posterior(Table(excess["lag"], 0.0, 0, (), rows), calibration))
+    return sum(ranked.probability for ranked in known if "time_delay" in ranked.names)
+
+
+def _of_known(ranking: Sequence[RankedCause]) -> list[RankedCause]:
+    """Ranking without `unknown`."""
+    known = [ranked for ranked in ranking if ranked.names != (UNKNOWN,)]
+    held = sum(ranked.probability for ranked in known)
+    return [dataclasses.replace(ranked, probability=ranked.probability / held)
+            for ranked in known]
 
 
 def _share(excess: Mapping[str, float]) -> float:
@@ -268,17 +280,21 @@ class _Shown(NamedTuple):
 
 def _of_drive(records: Sequence[Record], k: int, method: Method, left_out: Collection[str],
               ) -> list[_Shown]:
-    """Effects of one drive that are likely, by the odds of the verdict.
+    """Effects of one drive that are likely.
 
-    Paths with some of the elements are compared; what even the best of them leaves, beyond the
-    noise of the measured torque, speaks for something else.
+    The odds of the verdict tell which of the elements a path needs.  They count as far as paths
+    explain at all what is measured beyond the command: the rest is something else, of which what
+    was found may be but the image.
     """
     paths = _paths_of_drive(records, k, method.verdict)
     if not paths:
         return []
     excess = {held: (path.rms_error / path.noise) ** 2 - 1.0 for held, path in paths.items()}
     rows = [Row(held, left, float(len(held))) for held, left in excess.items() if held]
-    odds = marginals(posterior(Table(excess[()], 0.0, 0, (), rows), method.calibration))
+    known = marginals(_of_known(posterior(Table(excess[()], 0.0, 0, (), rows),
+                                          method.calibration)))
+    explained = 1.0 - max(min(excess.values()), 0.0) / max(excess[()], method.calibration.floor)
+    odds = {name: explained * probability for name, probability in known.items()}
     likely = tuple(element for element in torque_path.ELEMENTS if odds.get(element, 0.0) >= LIKELY)
     return [_shown(paths[likely], element, k, odds[element], left_out) for element in likely
             if not set(_DRIVE_EFFECTS[element]) <= set(left_out)]

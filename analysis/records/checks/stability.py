@@ -60,7 +60,7 @@ def _joint(robot: Robot, k: int, a: float, b: float, kp: float, kd: float) -> li
                         "nominal loop is unstable.", "A simulation would diverge; the robot did "
                         "not, so gains or datasheet are wrong.",
                         _stable_kd(a, b, kp, kd, controller), joint=name)]
-    if kd / kp * (a + b * kd) <= 1:
+    if kp > 0 and kd / kp * (a + b * kd) <= 1:
         return [Finding("warning", "gains.k_bar", f"K-bar = Kd/Kp (A + B Kd) - 1 is "
                         f"{kd / kp * (a + b * kd) - 1:.3g}, not positive.",
                         "The proof of the update law (27) does not cover these gains.",

@@ -1,4 +1,4 @@
-"""Machines that nothing holds are fitted beside an observer and judged without it."""
+"""Machines that nothing holds are fitted and judged beside an observer."""
 
 import dataclasses
 

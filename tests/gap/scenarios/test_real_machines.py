@@ -5,6 +5,7 @@ import pytest
 
 from clie_blocks.analysis.gap.assessment.torque_map import corrected_error
 from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.position_path import (
     dead_times,
     error_by_hypothesis,
@@ -200,14 +201,18 @@ def test_dfki_drives_have_a_delay_and_the_joints_dry_friction(shared):
     stored = printed_answer("DFKI, design C.1", diagnosis)
     print("  ", stored["effects"][:3])
     assert cause_names(diagnosis)[0] == "coulomb" and members(diagnosis) == {"coulomb"}
-    assert stored["gap_after"] < 0.35 * stored["gap_before"]
-    assert stored["gap_after"] < 0.083  # rad, in open loop
+    assert stored["closed_percent"]["judged_by"] == "recorded command with an observer"
+    assert stored["gap_after"] < 0.6 * stored["gap_before"] and stored["gap_after"] < 2.5e-3
+    alone = [without_observer(fit.hypothesis, diagnosis.problem).error(3, dithered=False)
+             for fit in (diagnosis.nominal, diagnosis.model)]
+    before, after = (np.sqrt(np.mean(np.sum(error**2, axis=1))) for error in alone)
+    assert after < 0.083 and after < 0.35 * before  # rad, from the commands alone
     rows = {row["effect"]: row for row in stored["effects"]}
-    lag, weak = rows["actuator_lag"], rows["torque_gain_error"]
-    assert stored["effects"][:2] == [lag, weak] and lag["joint"] == [1, 2]
+    lag = rows["actuator_lag"]
+    assert stored["effects"][0] == lag and lag["joint"] == [2]  # most of joint 1 is something else
+    assert 0.5 < lag["probability"] < 0.8 and "torque_gain_error" not in rows
     low, high = lag["parameters"]["time"]["interval"]
-    assert 0.004 < low[0] < 0.012 < high[0] < 0.02 and 0.025 < low[1] < high[1] < 0.045
-    assert weak["joint"] == [1] and weak["parameters"]["error"]["interval"][1][0] < 0.0
+    assert 0.025 < low[0] < high[0] < 0.045
 
 
 def test_a_log_without_command_and_reference_is_refused(shared):
