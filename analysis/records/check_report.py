@@ -117,10 +117,11 @@ def check_logs(records: Sequence[Record], robot: Robot | None = None) -> list[Re
     reports = {}
     for group in groups.values():
         own = robot or group[0].robot
-        seen = Examination(own, tuple(group)) if own is None else correct(group, own)
-        for record, corrected in zip(group, seen.records, strict=True):
-            others = [other for other in seen.records if other is not corrected]
-            reports[id(record)] = _with_corrections(check_log(corrected, own, others), seen)
+        seen = None if own is None else correct(group, own)
+        logs = group if seen is None else seen.records
+        for record, corrected in zip(group, logs, strict=True):
+            report = check_log(corrected, own, [log for log in logs if log is not corrected])
+            reports[id(record)] = report if seen is None else _with_corrections(report, seen)
     return [reports[id(record)] for record in records]
 
 

@@ -268,7 +268,7 @@ def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | N
     """
     if any(record.pe is not None and moves(record.pe) for record in seen.records):
         return None
-    proven = (before.rms <= before.limit).all(axis=1)
+    proven = np.all(before.rms <= before.limit, axis=1)
     shown = [record for record, holds in zip(seen.records, proven, strict=True)
              if holds and (np.ptp(record.q, axis=0) > 0).all()]
     if not shown:

@@ -140,12 +140,12 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
         If the record has no command.
 
     """
-    if record.u is None:
-        raise RecordError(f"{record.source} has no command u; without it the controller cannot be "
-                          "checked: log what it commands")
     dither = _dither(record.q, record.sample_time)
     if stride > 1:
         record, dither = between_samples(record, stride), spread(dither, stride)
+    if record.u is None:
+        raise RecordError(f"{record.source} has no command u; without it the controller cannot be "
+                          "checked: log what it commands")
     at_rest = np.repeat(record.q[:1], len(record), axis=0)
     stem = f"log-{k + 1}"
     start = _plausible_start(getattr(robot.experiments.get(stem), "start", None), record.q)

@@ -16,7 +16,9 @@ from clie_blocks.linear_filters import lfilter
 
 LEAST_MEASURED = 0.5  # share of the samples of a row that counts
 VISIBLE = 0.3  # standard deviations of white noise, below which an unlogged torque pulse is not
-MOST_FREE = 0.2  # of the rows of a log: so many responses behind gaps are free at most
+CUBIC = np.array([-1.0, 9.0, 9.0, -1.0]) / 16  # weights of samples beside the one in the middle
+STEP_ON_CURVE = 8.0  # half a step of a signal, over the error of a curve next to it
+MOST_FREE = 0.05  # of the rows of a log: so many responses behind gaps are free at most
 INDEPENDENT = 1e-6  # of the largest singular value: less is the same response twice
 
 
@@ -46,7 +48,7 @@ def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray
     if counted is None and log.stride == 1:
         return _orthonormal(white)
     ahead = np.pad(first[:, 0], (ORDER * rows.ticks, 0))[:len(first)]
-    least = VISIBLE / np.linalg.norm(whiten(rows.of_samples(ahead), noise.whitener))
+    least = VISIBLE / float(np.linalg.norm(whiten(rows.of_samples(ahead), noise.whitener)))
     places = [*_behind_gaps(problem, k, log, rows, least), *_steps(problem, k, log, least)]
     behind = [_shifted(first[:, :columns], at, rows, noise) for at, columns in places]
     columns = counted_part(np.concatenate([white, *behind], axis=1), counted)
@@ -114,17 +116,34 @@ def _held_steps(signal: np.ndarray, stride: int) -> np.ndarray:
 def unlogged_pulse(torque: np.ndarray, before: int, behind: int, log: Log) -> float:
     """How far a commanded torque (N,) may be from what stands in a gap, times its ticks [N m].
 
-    The slopes of the torque on both sides tell; infinite where they are not known.
+    Of a single sample, the samples beside it tell how well a curve predicts one of them, or that
+    the command made a step; of more, the slopes on both sides.  Infinite where too few are known.
     """
-    step, last = log.stride, len(log) - 1
-    if before < step or behind + step > last or not (
-            np.asarray(log.measured)[[before - step, behind + step]].all()):
+    step, ticks = log.stride, behind - before
+    if ticks == 2 * step:
+        return STEP_ON_CURVE * ticks * max(_miss_of_curve(torque, before - step, log),
+                                           _miss_of_curve(torque, behind + step, log))
+    if not _are_known(log, np.array([before - step, behind + step])):
         return np.inf
-    length = (behind - before) / step
+    length = ticks / step
     slopes = torque[before] - torque[before - step], torque[behind + step] - torque[behind]
     jump = torque[behind] - torque[before] - length * (slopes[0] + slopes[1]) / 2
     bend = (slopes[1] - slopes[0]) * length / 8
-    return float((abs(jump) / 2 + abs(bend)) * (behind - before))
+    return float((abs(jump) / 2 + abs(bend)) * ticks)
+
+
+def _miss_of_curve(torque: np.ndarray, at: int, log: Log) -> float:
+    """Error of a cubic through four neighbours of a sample; infinite where one is not known."""
+    near = at + log.stride * np.array([-3, -1, 1, 3])
+    if not _are_known(log, np.append(near, at)):
+        return np.inf
+    return float(abs(torque[at] - CUBIC @ torque[near]))
+
+
+def _are_known(log: Log, at: np.ndarray) -> bool:
+    """Whether samples at some ticks were measured."""
+    inside = at[0] >= 0 and at.max() < len(log)
+    return bool(inside and np.asarray(log.measured)[at].all())
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:

@@ -156,16 +156,16 @@ def _hidden(view: _View, k: int, noise: float) -> tuple[tuple[str, ...], str]:
         return tied, f"{' and '.join(tied)} have the same effect in this motion"
     if view.u is None:
         return (), ""
-    inertia, interval = _inertia(view, k)
+    inertia, interval = _inertia(view, view.u, k)
     loose = interval > UNCERTAIN * abs(inertia)
     return (("inertia",), "its share of the command is within the uncertainty") if loose else (
         (), "")
 
 
-def _inertia(view: _View, k: int) -> tuple[float, float]:
+def _inertia(view: _View, command: np.ndarray, k: int) -> tuple[float, float]:
     """Command per acceleration of joint k, next to damping, offset, weight and dry friction."""
     columns = np.stack([view.ddq[:, k], view.dq[:, k], np.ones_like(view.dq[:, k])], axis=1)
-    fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), view.u[:, k])
+    fit = least_squares(np.column_stack((columns, *_nuisance(view, k))), command[:, k])
     return float(fit.value[0]), float(fit.interval[0])
 
 
@@ -181,7 +181,7 @@ def shown_inertias(record: Record, robot: Robot | None) -> np.ndarray:
         for k in range(record.n):
             if view.at.size < 100 or view.u is None or k in dead or _hidden(view, k, noise[k])[0]:
                 continue
-            inertia, interval = _inertia(view, k)
+            inertia, interval = _inertia(view, view.u, k)
             if interval < CLEAR * abs(inertia):
                 found[k] = np.fmax(found[k], inertia)
     return found

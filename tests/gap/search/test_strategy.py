@@ -63,7 +63,8 @@ def searched():
             singles=singles, pairs=lambda screen, method: [], race=race,
             wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0})
-        return search_causes(SimpleNamespace(method=method, problem=None), StubFit(WHOLE, ()), CAUSES, steps)
+        residuals = SimpleNamespace(method=method, problem=None, is_out_of_time=False)
+        return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps)
     return run
 
 
