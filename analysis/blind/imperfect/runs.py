@@ -20,6 +20,7 @@ from clie_blocks.output import progress, to_json, write
 ANSWERS = "answers"
 LIMIT = 900.0  # s of wall clock after which nobody waits for an answer
 NO_ANSWER = 124  # exit code
+BUDGET = 600.0  # s for the search: equal runs give equal answers, however busy the machine is
 COMMAND = (sys.executable, "-m", "clie_blocks.analysis.gap.command")
 
 
@@ -68,8 +69,8 @@ def run(trial: Path, kept: Path) -> dict[str, Any]:
 
 def _answer(trial: Path) -> dict[str, Any]:
     try:
-        done = subprocess.run([*COMMAND, str(trial), "--json"], capture_output=True, text=True,
-                              timeout=LIMIT, check=False)
+        done = subprocess.run([*COMMAND, str(trial), "--json", "--seconds", f"{BUDGET:g}"],
+                              capture_output=True, text=True, timeout=LIMIT, check=False)
     except subprocess.TimeoutExpired:
         return {"error": f"no answer in {LIMIT:g} s", "exit_code": NO_ANSWER}
     said, complained = (text.replace(f"{trial}{os.sep}", "") for text in (done.stdout,
