@@ -101,11 +101,8 @@ class Law(Protocol):
 class StatedLaw(ControlLaw):
     """The sampled law that a robot file states, or the one that ran according to the logs.
 
-    Parameters
-    ----------
-    measured_torque : bool
-        The logged command is a measured torque: what drives do to a command is in it.
-
+    With `measured_torque` the logged command is a measured torque: what drives do to a command is
+    in it.
     """
 
     measured_torque: bool = False
