@@ -129,7 +129,8 @@ def is_in_step(record: Record, controller: Controller) -> bool:
     return bool(same_rate and steps.size and np.std(steps) < UNEVEN * period)
 
 
-def velocity(record: Record, controller: Controller, variant: str) -> np.ndarray:
+def velocity(record: Record, controller: Controller, variant: str,
+             joint: int | None = None) -> np.ndarray:
     """Velocity as the controller forms it from the measured position, eq. (47).
 
     Parameters
@@ -140,19 +141,23 @@ def velocity(record: Record, controller: Controller, variant: str) -> np.ndarray
         Its corners; needed for the variants that discretise G1.
     variant : str
         One of `variants`.
+    joint : int, optional
+        The one joint that is asked for; by default all.
 
     Returns
     -------
-    ndarray, shape (N, n)
+    ndarray, shape (N, n), or (N, 1) of one joint
         Velocity [unit of q per second]; NaN outside the runs of valid samples.
 
     """
+    chosen = slice(None) if joint is None else slice(joint, joint + 1)
     if variant == "exact" and record.dq is not None:
-        return record.dq
+        return record.dq[:, chosen]
     b, a = velocity_filter(variant, sample_time(record, controller), controller.corners)
-    out = np.full(record.q.shape, np.nan)
+    q = record.q[:, chosen]
+    out = np.full(q.shape, np.nan)
     for start, stop in _cycles(record, controller):
-        out[start:stop] = response_from_rest(b, a, record.q[start:stop] - record.q[start])
+        out[start:stop] = response_from_rest(b, a, q[start:stop] - q[start])
     return out
 
 

@@ -98,7 +98,7 @@ def _fit(record: Record, controller: Controller, k: int, variant: str) -> LawFit
     u = record.signal("u")[:, k]
     columns = {"qd": record.signal("qd")[:, k], "q": -record.q[:, k]}
     if variant != "none":
-        columns["dq"] = -velocity(record, controller, variant)[:, k]
+        columns["dq"] = -velocity(record, controller, variant, k)[:, 0]
     if record.pe is not None:
         columns["pe"] = record.pe[:, k]
     wait = settling(variant, sample_time(record, controller), controller.corners)
