@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.wording import (
@@ -19,6 +18,7 @@ from clie_blocks.analysis.gap.report.wording import (
     units_of,
 )
 from clie_blocks.errors import ClieError, nearest
+from clie_blocks.output import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def motions(result: Result, units: Units) -> Figure:
     problem = result.problem
     j = validation_logs(problem)[0]
     log = problem.logs[j]
-    before, after = (without_observer(model, problem).error(j, dithered=False)
+    before, after = (model.error(j, dithered=False)
                      for model in (result.nominal.hypothesis, result.model.hypothesis))
     keep = slice(None, None, max(1, len(log) // POINTS))
     time = problem.period * np.arange(len(log))[keep]
@@ -85,11 +85,6 @@ def motions(result: Result, units: Units) -> Figure:
             ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, fontsize=8)
     axes[-1].set_xlabel("time [s]")
     return figure
-
-
-def plain(text: str) -> str:
-    """Text for a picture, where a dollar would begin a formula."""
-    return text.replace("$", r"\$")
 
 
 def probabilities(rows: Sequence[Row]) -> Figure:
