@@ -105,6 +105,18 @@ def test_columns_with_control_characters(tmp_path, capsys):
     assert "\x1b" not in printed.out + printed.err and "\x07" not in printed.out + printed.err
 
 
+def test_a_folder_with_control_characters_names_its_report(tmp_path):
+    from clie_blocks.analysis.gap.tasks import find_tasks
+
+    folder = tmp_path / f"a{CONTROL}"
+    folder.mkdir()
+    (folder / "robot.toml").write_text("joints = 1\n")
+    (folder / "log-1.csv").write_text("time,q1,u1\n0,1,2\n1,2,3\n")
+    (task,) = find_tasks([folder])
+    assert task.name.isprintable() and task.name.startswith("a\\x1b]0;owned")
+    assert task.paths == (str(folder),)
+
+
 @pytest.mark.parametrize("error, code, words", [
     (ZeroDivisionError("float division"), 70, "this is a fault of clie, not of your data"),
     (MemoryError(), 3, "not enough memory"),

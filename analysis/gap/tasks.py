@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from clie_blocks.analysis.records.folder import ROBOT, contents, is_bag, nothing_to_read
-from clie_blocks.errors import ClieError, RecordError
+from clie_blocks.errors import ClieError, RecordError, visible
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,6 +17,9 @@ class Task:
     name: str
     paths: tuple[str, ...]
     robot: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", visible(self.name))  # it is printed, and names files
 
 
 def find_tasks(paths: Sequence[str | os.PathLike[str]],
