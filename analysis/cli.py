@@ -29,7 +29,7 @@ USAGE = """usage: clie VERB [options]
 
 'clie VERB --help' lists the options of a verb; --version shows the version.
 Exit codes: 0 ok, 1 negative result (such as unsafe gains or a faulty log), 2 usage, 3 bad data,
-4 not identifiable, 5 diverged, 130 interrupted."""
+4 not identifiable, 5 diverged, 70 a fault of clie, 130 interrupted."""
 
 
 def main(argv: list[str] | None = None) -> int:
