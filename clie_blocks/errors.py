@@ -79,7 +79,8 @@ def nearest(name: object, known: Iterable[object]) -> str:
     names = [str(k) for k in known]
     alike = {k: difflib.SequenceMatcher(None, str(name).lower(), k.lower()).ratio()
              for k in names}
-    close = sorted((k for k in names if alike[k] >= CLOSE), key=lambda k: -alike[k])
+    close = sorted((k for k in names if alike[k] >= CLOSE), key=lambda k: (alike[k], k),
+                   reverse=True)
     hint = f"did you mean {close[0]!r}? " if close else ""
     listed = [*close, *(k for k in names if k not in close)]
     return f"{hint}known: {', '.join(listed) or 'none'}"

@@ -48,7 +48,7 @@ class PreparedExplain:
     def __init__(self, alone=None, whole=None):
         self.tables, self.calls = [alone, whole], []
 
-    def __call__(self, problem, causes, method, steps, test_lack_of_fit=True):
+    def __call__(self, problem, causes, method, steps, test_lack_of_fit=True, deadline=np.inf):
         assert test_lack_of_fit == bool(self.calls)
         self.calls.append((problem, causes, method))
         return Explanation(*fit_nominal(problem, method), self.tables[len(self.calls) - 1])

@@ -5,7 +5,7 @@ import pytest
 from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
 from clie_blocks.analysis.gap.report.summary import headline, summary_line, summary_lines
 from clie_blocks.analysis.gap.report.wording import CONFOUNDERS
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
 
 
 def row(name, probability, joint=(1,), **more):
@@ -159,7 +159,7 @@ def test_what_outside_the_library_would_move_the_robot_alike_is_named(confounder
 
 
 def test_every_confounder_has_words():
-    assert set(CONFOUNDERS) == set(SEPARATED_BY) == {CONTACT, SOFT_STOP}
+    assert set(CONFOUNDERS) == set(SEPARATED_BY) == {CONTACT, SOFT_STOP, UNMARKED}
 
 
 def test_a_line_is_the_headline_and_the_torque_map():

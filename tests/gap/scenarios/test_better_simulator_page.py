@@ -91,7 +91,7 @@ def test_the_page_runs_as_printed(robot_folder, capsys):
     _, block = blocks("python")
     exec(compile(block, str(PAGE), "exec"), {})
     assert capsys.readouterr().out.startswith("effect ['coulomb'")
-    assert (robot_folder / "report" / "my-robot.next.csv").is_file()
+    assert not (robot_folder / "report" / "my-robot.next.csv").exists()  # no run would help
     joint = ElementTree.parse(robot_folder / "report" / "my-robot.xml").find(".//joint")
     assert float(joint.get("frictionloss")) > 0.0
 
