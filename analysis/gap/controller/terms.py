@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import first_known_sample
+from clie_blocks.analysis.gap.controller.law_residual import known_samples
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -135,7 +135,7 @@ def _regression(log: Log, law: StatedLaw, k: int, names: Sequence[str], variant:
                 ) -> tuple[np.ndarray, np.ndarray]:
     """Terms as columns, and the command beyond the law, where filters are known."""
     usable = np.abs(log.u[:, k]) < AT_LIMIT * law.saturation[k]
-    usable[:first_known_sample(log, law)] = False
+    usable &= known_samples(log, law)
     columns = np.stack([_column(log, law, k, name, variant) for name in names], axis=1)
     return columns[usable], command_beyond_law(law, log)[usable, k]
 

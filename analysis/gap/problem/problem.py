@@ -178,7 +178,7 @@ class Problem:
         records = [records] if isinstance(records, Record) else list(records)
         robot, law, nominal, logs = loop_statement(loop, records)
         one = np.ones(robot.n)
-        fit, validation = _split([[log] for log in logs], _held_out(records, held_out))
+        fit, validation = _split(logs, _held_out(records, held_out))
         return cls(fit, validation, law, nominal, law.chain, one, one, 0 * one,
                    tuple(robot.joints), quiet=True, records=tuple(records))
 

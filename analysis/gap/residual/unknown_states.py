@@ -6,6 +6,7 @@ are responses of known shape and unknown size; a residual is what they do not ex
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,10 +50,11 @@ def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray
         return _orthonormal(white)
     ahead = np.pad(first[:, 0], (ORDER * rows.ticks, 0))[:len(first)]
     least = VISIBLE / float(np.linalg.norm(whiten(rows.of_samples(ahead), noise.whitener)))
-    places = [*_behind_gaps(problem, k, log, rows, least), *_steps(problem, k, log, least)]
-    behind = [_shifted(first[:, :columns], at, rows, noise) for at, columns in places]
-    columns = counted_part(np.concatenate([white, *behind], axis=1), counted)
-    return _independent(columns, int(MOST_FREE * len(columns)))
+    unknown = [*_behind_gaps(problem, k, log, rows), *_steps(problem, k, log)]
+    largest = sorted((one for one in unknown if one.size > least), reverse=True)
+    behind = [_shifted(first[:, :one.columns], one.at, rows, noise)
+              for one in largest[:int(MOST_FREE * len(white))]]
+    return _independent(counted_part(np.concatenate([white, *behind], axis=1), counted))
 
 
 def responses_to_cuts(problem: Problem, inertia: np.ndarray, damping: np.ndarray, k: int, log: Log,
@@ -80,31 +82,41 @@ def _shifted(response: np.ndarray, at: int, rows: Rows, noise: Noise) -> np.ndar
     return whiten(rows.of_samples(shifted), noise.whitener)
 
 
-def _behind_gaps(problem: Problem, k: int, log: Log, rows: Rows, least: float,
-                 ) -> list[tuple[int, int]]:
-    """Tick at which the state is not known because of each gap, and columns of its response.
+class _Unknown(NamedTuple):
+    """What is not known of a log at one of its ticks.
 
-    What happened within one row is a pulse of torque, and left out where it is less than `least`
-    [N m times ticks]; a longer gap leaves any speed and position.
+    Parameters
+    ----------
+    size : float
+        Torque that may be missing, times the ticks for which it acted [N m].
+    at : int
+        The tick.
+    columns : int
+        1 for a pulse of torque, 2 for any speed and position.
+
     """
+
+    size: float
+    at: int
+    columns: int
+
+
+def _behind_gaps(problem: Problem, k: int, log: Log, rows: Rows) -> list[_Unknown]:
+    """What each gap leaves: a pulse of torque within one row, any state behind a longer one."""
     torque = problem.law.kp[k] * log.q_d[:, k] + log.pe[:, k]
-    places = []
-    for before, behind in log.gaps:
-        if behind - before > rows.ticks:
-            places.append((behind, 2))
-        elif unlogged_pulse(torque, before, behind, log) > least:
-            places.append((before, 1))
-    return places
+    return [_Unknown(np.inf, behind, 2) if behind - before > rows.ticks
+            else _Unknown(unlogged_pulse(torque, before, behind, log), before, 1)
+            for before, behind in log.gaps]
 
 
-def _steps(problem: Problem, k: int, log: Log, least: float) -> list[tuple[int, int]]:
+def _steps(problem: Problem, k: int, log: Log) -> list[_Unknown]:
     """Steps of the command between two samples: when they came is not known to the tick."""
     if log.stride == 1:
         return []
     step = problem.law.kp[k] * _held_steps(log.q_d[:, k], log.stride) + _held_steps(
         log.pe[:, k], log.stride)
-    seen = np.flatnonzero(np.abs(step) * log.stride / 2 > least)
-    return [(int(log.stride * i + log.stride // 2), 1) for i in seen]
+    return [_Unknown(float(abs(step[i])) * log.stride / 2, log.stride * i + log.stride // 2, 1)
+            for i in np.flatnonzero(step).tolist()]
 
 
 def _held_steps(signal: np.ndarray, stride: int) -> np.ndarray:
@@ -150,11 +162,11 @@ def _orthonormal(columns: np.ndarray) -> np.ndarray:
     return np.linalg.qr(columns / _sizes(columns))[0]
 
 
-def _independent(columns: np.ndarray, most: int) -> np.ndarray:
-    """Orthonormal columns that span the strongest of some columns, at most so many."""
+def _independent(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal columns that span some columns, of which several may be the same."""
     left, singular, _ = np.linalg.svd(columns / _sizes(columns), full_matrices=False)
     kept = singular > INDEPENDENT * singular.max(initial=0.0)
-    return left[:, kept][:, :max(most, 2)]
+    return left[:, kept]
 
 
 def _sizes(columns: np.ndarray) -> np.ndarray:

@@ -96,8 +96,9 @@ def test_an_error_is_bridged_over_a_gap():
 @pytest.mark.parametrize(("course", "least", "most"), [
     (lambda t: 0.0 * t + 1.0, 0.0, 1e-12),
     (lambda t: 3.0 * t, 0.0, 1e-9),
-    (lambda t: np.sign(t - 3.0005), 0.9, np.inf),
-    (lambda t: 1e-3 * t**2, 0.0, 1e-6)])
+    (lambda t: np.sign(t - 2.9995), 1.9, np.inf),
+    (lambda t: np.sign(t - 3.0005), 1.9, np.inf),
+    (lambda t: np.sin(30.0 * t), 0.0, 1e-4)])
 def test_a_pulse_may_be_missing_where_the_command_is_no_line(course, least, most):
     log = make_log_with_gap(3000, 3001)
     pulse = unlogged_pulse(course(PERIOD * np.arange(SAMPLES)), 2999, 3001, log)

@@ -226,3 +226,25 @@ def test_a_stored_calibration_of_another_schema_is_refused(tmp_path):
     with pytest.raises(ClieError, match="schema 3.*calibration.learn"):
         load_calibration(other)
     assert load_calibration(tmp_path / "none.json") == Calibration()
+
+
+def test_a_number_of_the_file_that_explains_as_much_as_an_effect_stands_beside_it():
+    ranking = weigh(100.0, ("payload", 0.02, 1), ("parametric", 0.02, 1))
+    assert verdict(ranking) == "effect"
+    assert credible_set(ranking) == ["payload", "parametric"]
+
+
+def test_a_number_of_the_file_that_explains_more_with_less_comes_first():
+    ranking = weigh(100.0, ("payload+spring", 0.5, 2), ("parametric", 0.02, 1))
+    assert verdict(ranking) == "parametric" and credible_set(ranking) == ["parametric"]
+
+
+def test_an_effect_beside_a_wrong_number_is_an_effect():
+    ranking = weigh(100.0, ("parametric+spring", 0.02, 2), ("spring", 30.0, 1),
+                    ("parametric", 20.0, 1))
+    assert ranking[0].names == ("parametric", "spring") and verdict(ranking) == "effect"
+
+
+def test_parameters_outside_their_tolerance_count_once_whatever_their_form():
+    ranking = weigh(10.0, ("parametric", 0.05, 1), violation=9.99, violations=2)
+    assert [one.names for one in ranking].count(("parametric",)) == 1

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.log import Log, as_log
+from clie_blocks.analysis.gap.problem.log import Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal
 from clie_blocks.analysis.gap.problem.planar_chain import planar_chain
+from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.gap.problem.user_loop.checks import check_records
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw, linearised_law
 from clie_blocks.analysis.gap.problem.user_loop.ports import as_closed_loop, loop_ports
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.checks.clock import even_clock
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
@@ -24,12 +26,12 @@ TOLERANCE = {"inertia": 0.01, "damping": 0.05, "load": 0.005}
 
 
 class LoopStatement(NamedTuple):
-    """What is known of a robot whose model is a loop."""
+    """What is known of a robot whose model is a loop; the pieces of each record are logs."""
 
     robot: Robot
     law: LoopLaw
     nominal: Nominal
-    logs: list[Log]
+    logs: list[list[Log]]
 
 
 def loop_statement(loop: InputOutputSystem, records: Sequence[Record]) -> LoopStatement:
@@ -49,11 +51,13 @@ def loop_statement(loop: InputOutputSystem, records: Sequence[Record]) -> LoopSt
     """
     loop = as_closed_loop(loop)
     ports = loop_ports(loop)
+    records = [on_ticks(even_clock(record), record.sample_time) for record in records]
     check_records(records, ports.n, loop.name)
     robot = Robot(n=ports.n, joints=records[0].joints)
     law = linearised_law(loop, ports, records[0], planar_chain(robot, np.zeros(ports.n)))
-    logs = [as_log(record, robot, k) for k, record in enumerate(records)]
-    torque = np.sqrt(np.mean(np.concatenate([log.u for log in logs]) ** 2, axis=0))
+    logs = [as_logs(record, robot, k, law.period) for k, record in enumerate(records)]
+    commands = [log.u for pieces in logs for log in pieces]
+    torque = np.sqrt(np.mean(np.concatenate(commands) ** 2, axis=0))
     nominal = Nominal(
         law.inertia, law.damping, np.zeros(ports.n), TOLERANCE["inertia"] * law.inertia,
         TOLERANCE["damping"] * np.maximum(law.damping, 0.1 * law.inertia),
