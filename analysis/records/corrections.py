@@ -23,6 +23,7 @@ from clie_blocks.analysis.records.checks.law import (
     EXPLAINED,
     can_replay,
     explained_rms,
+    law_parts,
     replay_unsaturated,
 )
 from clie_blocks.analysis.records.checks.measures import moves, step_size
@@ -286,10 +287,19 @@ def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | N
 
 
 def _law_misfit(records: Sequence[Record], robot: Robot) -> _Misfit:
-    replays = [_replay_as_stated(record, robot) for record in records]
-    return _Misfit(np.array([replay.rms for replay in replays]),
-                   np.array([explained_rms(record, robot, replay)
-                             for record, replay in zip(records, replays, strict=True)]))
+    rows = [_law_misfit_of(record, robot) for record in records]
+    return _Misfit(np.array([rms for rms, _ in rows]), np.array([limit for _, limit in rows]))
+
+
+def _law_misfit_of(record: Record, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
+    """Misfit of each joint in the part of the log in which it is worst, and its limit."""
+    rows = []
+    for part in law_parts(record):
+        replayed = _replay_as_stated(part, robot)
+        rows.append((replayed.rms, explained_rms(part, robot, replayed)))
+    rms, limit = (np.array(values) for values in zip(*rows, strict=True))
+    worst = np.argmax(rms / np.maximum(limit, np.finfo(float).tiny), axis=0)[None]
+    return np.take_along_axis(rms, worst, 0)[0], np.take_along_axis(limit, worst, 0)[0]
 
 
 def _replay_as_stated(record: Record, robot: Robot) -> Replay:
@@ -298,9 +308,9 @@ def _replay_as_stated(record: Record, robot: Robot) -> Replay:
 
 def _explained_by_another_filter(records: Sequence[Record], robot: Robot) -> bool:
     """Whether the law explains every log with another velocity filter: a matter of the file."""
-    replays = [replay_unsaturated(record, robot) for record in records]
-    return all((replay.rms <= explained_rms(record, robot, replay)).all()
-               for record, replay in zip(records, replays, strict=True))
+    return all((replayed.rms <= explained_rms(part, robot, replayed)).all()
+               for record in records for part in law_parts(record)
+               for replayed in [replay_unsaturated(part, robot)])
 
 
 def _proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[int],
@@ -311,7 +321,8 @@ def _proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[
     the positions; and one by a unit before one by a number that no unit has.
     """
     proven, pieces = [], [_middle(record) for record in records]
-    for change in single_changes(records, robot, joints, _variant(records[0], robot)):
+    heads = [law_parts(record)[0] for record in records]
+    for change in single_changes(heads, robot, joints, _variant(heads[0], robot)):
         if not _may_explain(change, pieces, robot):
             continue
         changed = tuple(change.apply(record) for record in records)

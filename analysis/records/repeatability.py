@@ -17,6 +17,7 @@ from clie_blocks.errors import RecordError
 MAD_TO_STD = 1.4826
 OUTLIER = 4  # standard deviations; steps and impacts are no noise
 LEAST_PERIODS = 3
+MOST_REPEATED = 400_000  # samples in which periods are sought; memory for more is not needed
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,6 +53,7 @@ def noise_floor(record: Record, *others: Record) -> NoiseFloor:
         size = min(map(len, twins))
         return NoiseFloor(_spread(np.stack([twin.q[:size] for twin in twins])), "runs", len(twins))
     start, stop = max(runs(record), key=lambda run: run[1] - run[0], default=(0, 0))
+    stop = min(stop, start + MOST_REPEATED)
     period = repeated_period(record, start, stop)
     if period:
         count = (stop - start) // period - 1  # the first period holds the transient

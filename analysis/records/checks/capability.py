@@ -11,6 +11,7 @@ from clie_blocks.analysis.records.checks.law import (
     can_replay,
     explained_rms,
     fit_law,
+    law_parts,
     replay_unsaturated,
 )
 from clie_blocks.analysis.records.model import Record
@@ -136,8 +137,10 @@ def _turns(robot: Robot | None, moved: Sequence[Motion]) -> float:
 
 def _law(record: Record, robot: Robot | None) -> str:
     if robot is not None and can_replay(record, robot):
-        best = replay_unsaturated(record, robot)
-        unexplained = best.rms > explained_rms(record, robot, best)
+        unexplained = np.zeros(record.n, bool)
+        for part in law_parts(record):
+            best = replay_unsaturated(part, robot)
+            unexplained |= best.rms > explained_rms(part, robot, best)
         left = [record.joints[k] for k in np.flatnonzero(unexplained)]
         return f"not reproduced on {', '.join(left)}" if left else "understood"
     if record.u is None or record.qd is None:
@@ -147,6 +150,7 @@ def _law(record: Record, robot: Robot | None) -> str:
 
 def _recognised_law(record: Record) -> str:
     """Gains that an unstated PD law has by the log, where it is one."""
+    record = law_parts(record)[0]
     u = record.signal("u")
     fits = [fit for k in range(record.n) if (fit := fit_law(record, Controller(), k)) is not None
             and fit.rms <= LINEAR * np.nanstd(u[:, k])]

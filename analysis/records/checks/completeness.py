@@ -69,8 +69,8 @@ def _too_short(record: Record) -> list[Finding]:
 
 
 def _absurd(record: Record) -> list[Finding]:
-    sizes = {name: np.nanmax(np.abs(x), initial=0.0) for name in record.signals
-             if np.isfinite(x := getattr(record, name)).any()}
+    sizes = {name: max(np.nanmax(x, initial=0.0), -np.nanmin(x, initial=0.0))
+             for name in record.signals if np.isfinite(x := getattr(record, name)).any()}
     return [Finding("error", "signal.absurd", f"{name} has values up to {size:.3g}.",
                     "No robot has such values; the column is something else, or the file is "
                     "damaged.", f"Name the right column: --map {name}=COLUMN.")

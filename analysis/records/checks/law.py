@@ -1,6 +1,7 @@
 """Checks of the stated control law against the log: it is replayed, then regressed."""
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,6 +30,7 @@ EXPLAINED = 0.3  # share of the residual that another law may leave to be the be
 LOOSE = 0.1  # share of the command beyond which a fitted law does not show its gains
 GROSS = 0.25  # error of a gain that no velocity filter can cause
 EXACT = 0.01  # error of a gain that counts where the fitted law explains the command
+PART = 100_000  # samples of a long log on which a law is replayed at once
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
 
@@ -45,6 +47,18 @@ def check_law(record: Record, robot: Robot | None) -> list[Finding]:
     """Findings on gains, signs, order, timing and filter of the stated control law."""
     if robot is None or not can_replay(record, robot):
         return []
+    return next(filter(None, (_check_part(part, robot) for part in law_parts(record))), [])
+
+
+def law_parts(record: Record) -> list[Record]:
+    """A record in parts that a law is replayed on one after the other, to save memory."""
+    if len(record) < 2 * PART:
+        return [record]
+    edges = np.linspace(0, len(record), len(record) // PART + 1).astype(int).tolist()
+    return [record.part(start, stop) for start, stop in itertools.pairwise(edges)]
+
+
+def _check_part(record: Record, robot: Robot) -> list[Finding]:
     stated = stated_variant(robot.controller)
     result = replay_unsaturated(record, robot, stated)
     unexplained = result.rms > explained_rms(record, robot, result)
