@@ -22,7 +22,8 @@ is the same robot with the files as they were.  The figures, exactly:
     Of the trials whose damage is of kind ``harmless``: share whose whole truth is ranked first
     (`decisions.leads`), less the same share of their twins.  An error is not right.
 ``fault_of_sound``
-    Of the sound trials: stopped with an error, or with a correction of the log or the description.
+    Of the sound trials: stopped with an error, or with a correction of the log, or of the
+    description where the robot's own parameters are not off (kind ``parametric``).
 ``broken``
     Of all trials: the command ended with another code than 0, 3, 4 or 5, or not at all.
 ``missed``
@@ -129,7 +130,7 @@ def _row(name: str, label: Label, diagnosis: dict[str, Any], twin: dict[str, Any
         "named": _named(damage, label, diagnosis), "named_on_twin": _named(damage, label, twin),
         "right": leads(label, answer), "twin_right": leads(label, Answer(twin)),
         "twin_said": Answer(twin).decision, "stopped": answer.failed,
-        "faulted": answer.failed or bool(_corrected(diagnosis)),
+        "faulted": answer.failed or _corrects(diagnosis, label["kind"]),
         "broken": diagnosis.get("exit_code", 0) not in EXPECTED,
         "missed": None if label["kind"] in HEALTHY or answer.failed
         else answer.probability.get("none", 0.0) >= HALF}
@@ -200,6 +201,8 @@ def _entries(value: Any) -> Iterator[str]:
             yield from _entries(part)
 
 
-def _corrected(diagnosis: dict[str, Any]) -> list[Any]:
-    log = diagnosis.get("log") or {}
-    return [*(log.get("corrections") or ()), *(diagnosis.get("description") or ())]
+def _corrects(diagnosis: dict[str, Any], kind: str) -> bool:
+    """Whether an answer corrects a sound log, or a description that is right."""
+    if (diagnosis.get("log") or {}).get("corrections"):
+        return True
+    return bool(diagnosis.get("description")) and kind != "parametric"

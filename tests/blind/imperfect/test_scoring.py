@@ -126,6 +126,13 @@ def test_sound_trials_are_neither_stopped_nor_corrected():
     assert hits(score_imperfect(answers, answers, marks)["fault_of_sound"]) == (2, 4)
 
 
+@pytest.mark.parametrize("kind, faults", [("parametric", 0), ("none", 1)])
+def test_numbers_that_are_off_may_be_corrected(kind, faults):
+    answer = said("parametric", verdict="parametric", description=[
+        {"key": "motor.inertia_kgm2", "joint": 1}])
+    assert hits(score_of(answer, label("none", kind=kind))["fault_of_sound"]) == (faults, 1)
+
+
 def test_faults_of_the_program_and_missed_effects():
     marks = dict.fromkeys("abcde", label("gap", "coulomb"))
     answers = {"a": {"error": "fault", "exit_code": 70}, "b": {"error": "none", "exit_code": 124},
