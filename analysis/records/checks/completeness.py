@@ -39,6 +39,7 @@ def check_missing(record: Record, robot: Robot | None) -> list[Finding]:
             findings.append(Finding(severity, "missing.samples", what, "Nothing is interpolated "
                                     "across them.", "They are masked; nothing to do.",
                                     samples=where[:MOST_RANGES]))
+    findings += _lost_reference(record, robot)
     for name in ("qd", "pe", "dq", "tau"):
         for k, lost in _holes(getattr(record, name), record.valid):
             findings.append(Finding("warning", f"missing.{name}", f"{name} is NaN or infinite in "
@@ -46,6 +47,14 @@ def check_missing(record: Record, robot: Robot | None) -> list[Finding]:
                                     f"What needs {name} is left out there.",
                                     "Log it at every sample.", joint=record.joints[k]))
     return findings
+
+
+def _lost_reference(record: Record, robot: Robot | None) -> list[Finding]:
+    if record.qd is not None or record.u is None or robot is None or robot.controller.kp is None:
+        return []
+    return [Finding("warning", "missing.qd", "The reference qd is not logged.", "The stated law "
+                    "cannot be replayed, so it is trusted: the diagnosis reads the reference from "
+                    "the command by it.", "Log qd at every sample.")]
 
 
 def check_alive(record: Record, robot: Robot | None) -> list[Finding]:
@@ -81,7 +90,7 @@ def _holes(x: np.ndarray | None, valid: np.ndarray) -> list[tuple[int, int]]:
     """Joints whose signal is not finite in usable samples, and in how many."""
     if x is None:
         return []
-    lost = np.count_nonzero(~np.isfinite(x[valid]), axis=0)
+    lost = np.count_nonzero(~np.isfinite(x) & valid[:, None], axis=0)
     return [(int(k), int(lost[k])) for k in np.flatnonzero(lost)]
 
 

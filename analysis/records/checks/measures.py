@@ -7,7 +7,7 @@ from clie_blocks.analysis.records.runs import runs
 
 TINY = 1e-100
 ENOUGH = 10_000  # windows that settle a lag
-MANY = 100_000  # windows that settle any other measure
+MANY = 50_000  # windows that settle any other measure
 WINDOW = 0.05  # s; half width over which a motion is compared, long against noise and filters
 
 
