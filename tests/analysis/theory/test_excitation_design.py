@@ -30,7 +30,8 @@ def settled(pe):
     return peaks, np.linalg.eigvalsh(phi.T @ phi / len(phi))[0]
 
 
-@pytest.mark.parametrize("limits", [Limits(0.2, 1.0, 3.0), Limits(0.5, 0.1, 5.0)])
+@pytest.mark.parametrize("limits", [
+    Limits(0.2, 1.0, 3.0), pytest.param(Limits(0.5, 0.1, 5.0), marks=pytest.mark.slow)])
 def test_design_keeps_its_limits_and_its_promise(limits):
     design = design_multisine(JOINTS, 0, limits)
     peaks, smallest = settled(design)
