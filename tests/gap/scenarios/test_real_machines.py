@@ -109,7 +109,8 @@ def test_so101_has_delay_and_dry_friction_and_each_hides_the_other(shared):
     medians = [np.median(dead_times(motion, k)) for motion in motions for k in range(5)
                if dead_times(motion, k).size]
     assert np.median(medians) == pytest.approx(0.04, abs=1e-3)  # second sample of a new set-point
-    fitted, unseen = map(on_even_clock, named(records, "prbs_excitation", "step_response"))
+    fitted, unseen = (on_even_clock(record, record.robot.controller)
+                      for record in named(records, "prbs_excitation", "step_response"))
     by_joint = {fitted.joints[k]: error_by_hypothesis(fitted, unseen, k) for k in range(5)}
     for joint, by_name in by_joint.items():
         errors = {name: round(1e3 * error, 2) for name, (_, error) in by_name.items()}
