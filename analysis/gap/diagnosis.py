@@ -191,7 +191,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
     nominal = _stated_nominal(first, controller, problem, method, stages)
     reduction = stages.gap_reduction(nominal.hypothesis, model.hypothesis, first.residuals)
-    earned = _earned(reduction, controller, first, model, stages)
+    earned = _earned(reduction, controller, first, ranking, model, stages)
     is_complete = first.is_complete and (second is None or second.is_complete)
     searched = 1.0 if is_complete else method.verdict.unfinished_search
     ranking = doubted(ranking, controller.reading * earned * searched)
@@ -237,17 +237,20 @@ def _ranking(explanation: Explanation, controller: ControllerCheck, method: Meth
             for ranked in ranking], model
 
 
-def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explanation, model: Fit,
-            stages: Stages) -> float:
+def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explanation,
+            ranking: Sequence[RankedCause], model: Fit, stages: Stages) -> float:
     """Probability that unseen data bear the corrected model out, in the loop that ran.
 
     What the law that ran explains is no merit of a cause of the robot.  Where the nominal model
-    needs nothing but parameters beyond their datasheet, there is nothing to be removed: a cause
-    only keeps to the datasheet.
+    needs nothing but parameters beyond their datasheet, or the cause explains no more of the fitted
+    logs than these do, there is nothing to be borne out: a cause only keeps to the datasheet.
     """
-    table = first.evidence
+    table, method = first.evidence, first.residuals.method
     beyond_datasheet = table.nominal_excess - table.prior_violation
-    if model is first.nominal or beyond_datasheet < first.residuals.method.calibration.healthy:
+    if model is first.nominal or beyond_datasheet < method.calibration.healthy:
+        return 1.0
+    left = next(ranked.excess for ranked in ranking if ranked.fit is model)
+    if 100.0 * (1.0 - left / beyond_datasheet) < method.assessment.earned_percent:
         return 1.0
     if controller.misdescribed:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,

@@ -25,7 +25,9 @@ def keep_positions(packed: Packed, layout: Layout, masked_by: tuple[str, ...],
     stops = np.cumsum([len(indices) for indices in layout.columns.values()])
     parts = {signal: slice(int(stop) - len(indices), int(stop))
              for (signal, indices), stop in zip(layout.columns.items(), stops, strict=True)}
-    rows = np.isfinite(packed.values[:, parts["q"]]).any(axis=1)
+    rows = packed.valid.copy()  # a sample that is valid has a position, and a long log is mapped
+    holes = np.flatnonzero(~rows)
+    rows[holes] = np.isfinite(packed.values[holes, parts["q"]]).any(axis=1)
     lost = np.count_nonzero(rows[:-1] & ~rows[1:])
     if rows.sum() < LEAST_ROWS or lost < ALTERNATING * rows.sum():
         return packed, []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from clie_blocks.compiled import Program
 
 MODEL = ("inertia", "damping", "load")
+_SENSOR_STEPS = 3  # the error of a sensor is small and smooth: each step leaves its square
 FARTHEST_MOTION = 1e4  # times the range of the robot's motion: a loop that moves farther diverges
 CALLED_BACK = re.compile(r"[;,] or have it called back, slowly: opaque=\[.*?\]")
 
@@ -181,7 +182,9 @@ class LoopSimulator:
     def run(self, log: Log, values: Values, dithered: bool = True,
             ) -> tuple[np.ndarray, np.ndarray]:
         """Positions and commands of the loop, shape (N, n) each."""
-        response = self.program.run(**self._experiment(log), params=self._parameters(values))
+        params = self._parameters(values)
+        response = self.program.run(**self._experiment(log), params=params,
+                                    initial_state=self._initial_state(log, params))
         outputs, n = np.asarray(response.outputs)[:, :len(log)], self.law.ports.n
         return outputs[:n].T.copy(), outputs[n:].T.copy()
 
@@ -189,8 +192,10 @@ class LoopSimulator:
         """Positions for many sets of parameters, shape (sets, n, N)."""
         chosen = [self._parameters(values) for values in sets]
         params = {key: np.stack([values[key] for values in chosen]) for key in chosen[0]}
-        runs = self.program.batch(**self._experiment(log), params=params, threads=1,
-                                  log=self.program.outputs[:self.law.ports.n])
+        runs = self.program.batch(
+            **self._experiment(log), params=params, threads=1,
+            initial_state=np.stack([self._initial_state(log, values) for values in chosen]),
+            log=self.program.outputs[:self.law.ports.n])
         return runs.outputs[:, :, :len(log)]
 
     def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
@@ -204,17 +209,25 @@ class LoopSimulator:
         return {key: values[key] for key in (*MODEL, *self._cause_keys)}
 
     def _experiment(self, log: Log) -> dict[str, Any]:
-        """Duration, inputs and start of a log, as arguments of a run."""
+        """Duration and inputs of a log, as arguments of a run."""
         law = self.law
         inputs = {REFERENCE: np.repeat(log.q_d, law.substeps, axis=0), law.ports.torque: 0.0}
         if law.ports.has_pe:
             inputs[EXCITATION] = np.repeat(log.pe, law.substeps, axis=0)
         idle = (*law.ports.other, *((SENSOR,) if law.ports.has_sensor else ()))
         inputs.update({name: 0.0 for name in idle})
-        start = np.zeros(self._layout.size)
-        start[:law.diagram.nstates] = law.at_rest(log.start)
-        return {"duration": len(log) * law.period, "inputs": inputs, "every": law.substeps,
-                "initial_state": start}
+        return {"duration": len(log) * law.period, "inputs": inputs, "every": law.substeps}
+
+    def _initial_state(self, log: Log, params: Mapping[str, np.ndarray]) -> np.ndarray:
+        """State at rest where the sensor reads the first position of a log."""
+        state = np.zeros(self._layout.size)
+        _, memory, p = self._unpack(state, params)
+        position = log.start
+        for _ in range(_SENSOR_STEPS):
+            read, _ = measured_position(position, memory, self._pieces, p, self.law.period)
+            position = position + log.start - read
+        state[:self.law.diagram.nstates] = self.law.at_rest(position)
+        return state
 
     def check(self, log: Log) -> None:
         """Refuse a loop that diverges on a log, or that cannot become machine code.
