@@ -242,8 +242,8 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     """Probability that unseen data bear the corrected model out, in the loop that ran.
 
     What the law that ran explains is no merit of a cause of the robot.  Where the nominal model
-    needs nothing but parameters beyond their datasheet, or the cause explains no more of the fitted
-    logs than these do, there is nothing to be borne out: a cause only keeps to the datasheet.
+    needs only parameters beyond their datasheet, or the cause explains no more of the fitted logs
+    than these do, there is nothing to be borne out: a cause only keeps to the datasheet.
     """
     table, method = first.evidence, first.residuals.method
     beyond_datasheet = table.nominal_excess - table.prior_violation
