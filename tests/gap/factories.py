@@ -13,12 +13,12 @@ from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.nominal import Nominal
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 PERIOD = 0.01  # s
 SAMPLES = 1000.0  # whitened ones of each log and joint of a fit

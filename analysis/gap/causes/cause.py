@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.robot_loop.dynamics import Piece
 
 Values = Mapping[str, np.ndarray]
 """Parameter -> array (n,)."""

@@ -22,10 +22,10 @@ from clie_blocks.analysis.gap.causes.cause import (
     Values,
 )
 from clie_blocks.analysis.gap.causes.drive import counts_motor_turns
-from clie_blocks.analysis.gap.problem import planar_chain
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation.dynamics import Piece, State, split_mass
+from clie_blocks.robot_loop import planar_chain
+from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 PARAMETRIC = "parametric"
 """The name of all of them."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Memory, Number, Probe, Scene, Values
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, Piece, State
+from clie_blocks.robot_loop.dynamics import DELAY_TAPS, Piece, State
 
 _UNREACHED = 1e9  # N m: a limit that no command meets
 

@@ -13,8 +13,8 @@ from clie_blocks.analysis.gap.causes.cause import (
     Scene,
     Values,
 )
-from clie_blocks.analysis.gap.problem import planar_chain
-from clie_blocks.analysis.gap.simulation.dynamics import Piece, State
+from clie_blocks.robot_loop import planar_chain
+from clie_blocks.robot_loop.dynamics import Piece, State
 
 
 def _coulomb(s: State, p: Values) -> FrictionLimits:

@@ -11,8 +11,8 @@ from clie_blocks.analysis.gap.causes.cause import (
     Scene,
     Values,
 )
-from clie_blocks.analysis.gap.problem import planar_chain
-from clie_blocks.analysis.gap.simulation.dynamics import Piece, State, split_mass
+from clie_blocks.robot_loop import planar_chain
+from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
 
 
 def _spring(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Memory, Number, Probe, Scene, Values
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.robot_loop.dynamics import Piece
 
 _WORST = 0.02  # rad: a degree of eccentricity
 

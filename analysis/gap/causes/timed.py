@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.causes.cause import (
     Values,
 )
 from clie_blocks.analysis.gap.causes.load import tip_mass
-from clie_blocks.analysis.gap.simulation.dynamics import Piece, State
+from clie_blocks.robot_loop.dynamics import Piece, State
 
 
 def _no_probes(scene: Scene) -> list[Probe]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe, Scene, Values
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.robot_loop.dynamics import Piece
 
 _CONTACT_DAMPING = 1.0
 _CONTACTS = 60.0, 600.0, 1000.0  # rad/s at which touching bodies swing: least, first, largest

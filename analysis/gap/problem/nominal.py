@@ -7,8 +7,8 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.inverse_dynamics import inverse_dynamics_model
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.records import Robot
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 UNKNOWN_TOLERANCE = 10.0  # relative, of a parameter that is not stated: it may be anything
 # Of the RMS command of the joint that works hardest: a joint at rest has an offset, too.

@@ -15,9 +15,9 @@ from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain, planar_chain
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
+from clie_blocks.analysis.gap.problem.stated_chain import planar_chain
 from clie_blocks.analysis.gap.problem.ticks import FINEST_PERIOD, controller_period
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
 from clie_blocks.analysis.records import Record, Robot
@@ -26,6 +26,7 @@ from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 if TYPE_CHECKING:
     from control import InputOutputSystem

@@ -12,7 +12,6 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.causes.description import corrected_chain, zero_change
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.gap.problem.preparation import QUARTER_TURN
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.joint_side import (
@@ -29,6 +28,7 @@ from clie_blocks.analysis.gap.report.joint_side import (
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.wording import MIXED, units_of, with_prefix
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 LONGEST_STEP = 1.25e-4  # s: of MuJoCo, whose dry friction then holds as in the corrected model
 SPECK = 1e-9  # kg, kg m^2: the engine refuses bodies without mass, and armature brings the inertia

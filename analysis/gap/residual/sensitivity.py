@@ -11,9 +11,9 @@ The law of a problem returns both as digital filters.
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.planar_chain import mass_matrix
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import lfilter
+from clie_blocks.robot_loop.planar_chain import mass_matrix
 
 _LENGTH = 4000  # samples of an impulse response
 _POSE_SPACING = 50  # samples of a log between two poses

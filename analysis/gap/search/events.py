@@ -14,12 +14,12 @@ from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
-from clie_blocks.analysis.gap.problem.planar_chain import tip_load_torque
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, whiten
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
+from clie_blocks.robot_loop.planar_chain import tip_load_torque
 
 NEVER = 1e9  # s: onset of a fault that a log does not show
 _PADDED = 1 << 16

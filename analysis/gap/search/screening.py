@@ -26,8 +26,8 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Rows, rows_of, whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
-from clie_blocks.analysis.gap.simulation.dynamics import State
 from clie_blocks.linear_filters import lfilter
+from clie_blocks.robot_loop.dynamics import State
 
 _FILTERED_PORTS = "load", "friction", "drive", "sensor"
 

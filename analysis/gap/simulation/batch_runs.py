@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.simulation.dynamics import Values
 from clie_blocks.labels import signals
+from clie_blocks.robot_loop.dynamics import Values
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches

@@ -16,10 +16,10 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS, ActingCause, Values
-from clie_blocks.analysis.gap.simulation.loop_block import LoopBlock, Structure
 from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
 from clie_blocks.errors import DivergedError
+from clie_blocks.robot_loop.block import LoopBlock, Structure
+from clie_blocks.robot_loop.dynamics import DELAY_TAPS, ActingCause, Values
 
 if TYPE_CHECKING:
     from clie_blocks.compiled import Program
@@ -74,7 +74,8 @@ class Simulator:
         """What decides the program: sources, structure, and how the pieces act."""
         acts = [(name, piece.port, piece.states, piece.act.__module__, piece.act.__qualname__)
                 for name, piece in self.block.pieces]
-        sources = source_digest("clie_blocks.compiled", "clie_blocks.analysis.gap")
+        sources = source_digest(
+            "clie_blocks.compiled", "clie_blocks.robot_loop", "clie_blocks.analysis.gap")
         return "\n".join((sources, *map(repr, (self.shape, acts, self.block.parameter_names))))
 
     def run(self, log: Log, values: Values, dithered: bool = True,
@@ -118,7 +119,7 @@ class Simulator:
 
     def initial_state(self, log: Log, values: Values) -> np.ndarray:
         """State at the first sample of a log: at rest, or in its motion."""
-        return self.block.initial_state(log, values)
+        return self.block.initial_state(log.start, log.speed, values)
 
     def for_delays(self, longest: float) -> Simulator:
         """Return the same simulator with delay lines that are long enough for a delay [s].

@@ -11,8 +11,8 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 from clie_blocks.analysis.gap.simulation.closed_loop import simulator, structure
-from clie_blocks.analysis.gap.simulation.dynamics import ActingCause, Values
 from clie_blocks.analysis.gap.simulation.user_loop.simulator import LoopSimulator
+from clie_blocks.robot_loop.dynamics import ActingCause, Values
 
 
 class LoopRunner(Protocol):

@@ -14,7 +14,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause, Number
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation.dynamics import Piece
+from clie_blocks.robot_loop.dynamics import Piece
 
 LARGEST_LEAD = 1.0  # periods
 REPORTED_LEAD = 0.1  # periods, below which a lead is not reported

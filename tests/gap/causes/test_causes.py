@@ -20,8 +20,6 @@ from clie_blocks.analysis.gap.causes import (
     transmission,
 )
 from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
-from clie_blocks.analysis.gap.simulation import dynamics
-from clie_blocks.analysis.gap.simulation.dynamics import State
 from clie_blocks.effects import (
     asymmetric_coulomb,
     backlash,
@@ -41,6 +39,8 @@ from clie_blocks.effects import (
 )
 from clie_blocks.effects.actuator_saturation import saturated_torque
 from clie_blocks.effects.torque_gain_error import scaled_torque
+from clie_blocks.robot_loop import dynamics
+from clie_blocks.robot_loop.dynamics import State
 
 N = 3
 STEEP = 1e-9  # rad/s: the smoothed sign of the catalogue is a sign

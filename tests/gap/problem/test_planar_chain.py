@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from clie_blocks import manipulator
-from clie_blocks.analysis.gap.problem import planar_chain
+from clie_blocks.analysis.gap.problem import stated_chain
 from clie_blocks.analysis.records import Robot
 from clie_blocks.analysis.records.robot import Links, Nominal
+from clie_blocks.robot_loop import planar_chain
 
 
 @pytest.fixture
@@ -101,7 +102,7 @@ def _mujoco_chain(chain):
 def test_one_kilogram_at_the_tip_is_a_pendulum_for_one_joint():
     robot = Robot(n=1, links=Links(length=[0.5], mass=[1.0], com=[0.25], inertia=[0.01]),
                   nominal=Nominal(gravity=True))
-    chain = planar_chain.planar_chain(robot, np.zeros(1))
+    chain = stated_chain.planar_chain(robot, np.zeros(1))
     still, unit = np.zeros((1, 1)), np.ones((1, 1))
     torque = planar_chain.tip_load_torque(chain, still, still, unit)
     assert torque[0, 0] == pytest.approx(0.5**2 + 9.81 * 0.5)

@@ -6,9 +6,9 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain, mass_matrix
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.simulation import dynamics
+from clie_blocks.robot_loop import dynamics
+from clie_blocks.robot_loop.planar_chain import PlanarChain, mass_matrix
 
 
 def test_friction_stops_a_joint_and_never_reverses_it():

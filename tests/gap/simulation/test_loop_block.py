@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
-from clie_blocks.analysis.gap.simulation.loop_block import ramp_memory
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
+from clie_blocks.robot_loop.block import ramp_memory
 
 PERIOD = 1e-3  # s
 
@@ -29,9 +29,10 @@ def test_a_law_without_velocity_has_no_memory():
 
 def test_a_log_that_begins_in_motion_starts_with_its_velocity(healthy):
     hypothesis, log = build_hypothesis(healthy, ()), healthy.logs[0]
-    block = hypothesis.simulator.block
+    simulator = hypothesis.simulator
     moving = dataclasses.replace(log, start=log.q[100], speed=0.3 * np.ones(healthy.n))
-    state = block.layout.unpack(block.initial_state(moving, hypothesis.of_log(0)))
+    state = simulator.block.layout.unpack(
+        simulator.initial_state(moving, hypothesis.of_log(0)))
     np.testing.assert_array_equal(state["q"][0], log.q[100])
     np.testing.assert_array_equal(state["dq"][0], moving.speed)
     assert np.all(np.abs(state["law"][0]) > 0.0) and not np.any(state["sum"])

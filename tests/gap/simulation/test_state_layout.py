@@ -4,8 +4,8 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
-from clie_blocks.analysis.gap.simulation.dynamics import DELAY_TAPS
-from clie_blocks.analysis.gap.simulation.state_layout import StateLayout, rows_of_pieces
+from clie_blocks.robot_loop.dynamics import DELAY_TAPS
+from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 
 def test_a_vector_is_unpacked_into_rows_of_joints():

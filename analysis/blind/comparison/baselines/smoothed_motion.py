@@ -7,14 +7,10 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Scene
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.planar_chain import (
-    coupling_torque,
-    gravity_torque,
-    tip_load_torque,
-)
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.screening import scene
-from clie_blocks.analysis.gap.simulation.dynamics import State
+from clie_blocks.robot_loop.dynamics import State
+from clie_blocks.robot_loop.planar_chain import coupling_torque, gravity_torque, tip_load_torque
 
 SMOOTH = 40.0  # Hz of the zero-phase filter before differentiation
 CORNER = 8.0  # Hz of the parallel filter, over the bandwidth of the motion

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.law import Filter, ReachableCause
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
 from clie_blocks.analysis.gap.problem.user_loop.checks import check_poles, guarded_loop
 from clie_blocks.analysis.gap.problem.user_loop.ports import (
     COMMAND,
@@ -20,6 +19,7 @@ from clie_blocks.analysis.gap.problem.user_loop.ports import (
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import ClieError
 from clie_blocks.labels import ports
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem

@@ -9,7 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal
-from clie_blocks.analysis.gap.problem.planar_chain import planar_chain
+from clie_blocks.analysis.gap.problem.stated_chain import planar_chain
 from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.gap.problem.user_loop.checks import check_records
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw, linearised_law

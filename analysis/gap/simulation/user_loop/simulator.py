@@ -18,7 +18,9 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 from clie_blocks.analysis.gap.problem.user_loop.ports import EXCITATION, REFERENCE, SENSOR
-from clie_blocks.analysis.gap.simulation.dynamics import (
+from clie_blocks.analysis.gap.simulation.user_loop.step import LoopStep
+from clie_blocks.errors import ClieError, DivergedError
+from clie_blocks.robot_loop.dynamics import (
     ActingCause,
     Memory,
     NamedPieces,
@@ -32,9 +34,7 @@ from clie_blocks.analysis.gap.simulation.dynamics import (
     opposing_torque,
     velocity_after_friction,
 )
-from clie_blocks.analysis.gap.simulation.state_layout import StateLayout, rows_of_pieces
-from clie_blocks.analysis.gap.simulation.user_loop.step import LoopStep
-from clie_blocks.errors import ClieError, DivergedError
+from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
-from clie_blocks.analysis.gap.simulation.dynamics import (
+from clie_blocks.robot_loop.dynamics import (
     Memory,
     NamedPieces,
     Parameters,
@@ -21,6 +20,7 @@ from clie_blocks.analysis.gap.simulation.dynamics import (
     opposing_torque,
     velocity_after_friction,
 )
+from clie_blocks.robot_loop.planar_chain import PlanarChain
 
 TRANSMISSION_SUBSTEPS = 5  # of a period in which motor and link move apart
 LARGEST_LINK_SHARE = 0.97  # of a joint's inertia: some is left to the motor

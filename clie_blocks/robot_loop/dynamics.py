@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.planar_chain import (
+from clie_blocks.robot_loop.planar_chain import (
     PlanarChain,
     coriolis_torque,
     gravity_torque,

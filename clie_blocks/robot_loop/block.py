@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.planar_chain import PlanarChain
-from clie_blocks.analysis.gap.simulation.dynamics import (
+from clie_blocks.labels import signals
+from clie_blocks.robot_loop.dynamics import (
     Memory,
     NamedPieces,
     Parameters,
@@ -25,9 +24,9 @@ from clie_blocks.analysis.gap.simulation.dynamics import (
     law_command,
     measured_position,
 )
-from clie_blocks.analysis.gap.simulation.motion import move_apart, move_as_one
-from clie_blocks.analysis.gap.simulation.state_layout import StateLayout, rows_of_pieces
-from clie_blocks.labels import signals
+from clie_blocks.robot_loop.motion import move_apart, move_as_one
+from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
@@ -93,7 +92,7 @@ class LoopBlock:
             return measure(t, x, u, params)
 
         return ct.nlsys(update, output, name="robot", params=self._sample_parameters(),
-                        states=[f"x[{k}]" for k in range(self.layout.size)], dt=self.shape.period,
+                        states=self.layout.labels, dt=self.shape.period,
                         inputs=signals("q_d", "pe", "noise", n=n),
                         outputs=signals("q", "u", "sum", n=n))
 
@@ -108,19 +107,20 @@ class LoopBlock:
         values["inertia"] = 3.0 + values["inertia"]
         return values
 
-    def initial_state(self, log: Log, values: Values) -> np.ndarray:
-        """State at the first sample of a log: at rest, or in its motion."""
+    def initial_state(self, start: np.ndarray, speed: float | np.ndarray,
+                      values: Values) -> np.ndarray:
+        """State at a measured position [rad]: at rest, or moving at a speed [rad/s]."""
         where, state = self.layout.slices, np.zeros(self.layout.size)
         for name in ("q", "q_motor") if self.moves_apart else ("q",):
-            state[where[name]] = log.start
+            state[where[name]] = start
         for name, piece in self.pieces:
             if piece.port == "sensor" and piece.states:
-                state[where[name]] = np.tile(log.start, piece.states)
-        if np.any(log.speed):
+                state[where[name]] = np.tile(start, piece.states)
+        if np.any(speed):
             for name in ("dq", "dq_motor") if self.moves_apart else ("dq",):
-                state[where[name]] = log.speed
+                state[where[name]] = speed
             state[where["law"]] = ramp_memory(
-                log.speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
+                speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
 
     def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from clie_blocks.analysis.gap.simulation.dynamics import Memory, NamedPieces
+from clie_blocks.robot_loop.dynamics import Memory, NamedPieces
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,6 +41,12 @@ class StateLayout:
     def size(self) -> int:
         """Length of the whole vector."""
         return self.offset + self.n * sum(self.rows.values())
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the states of the blocks: ``block[joint]``, or ``block_row[joint]``."""
+        return [f"{name}[{k}]" if rows == 1 else f"{name}_{row}[{k}]"
+                for name, rows in self.rows.items() for row in range(rows) for k in range(self.n)]
 
     def unpack(self, x: np.ndarray) -> Memory:
         """States of each block, as one array (n,) per row."""

@@ -1,0 +1,1 @@
+"""The sampled robot as one block in discrete time."""
