@@ -2,22 +2,22 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def asymmetric_coulomb_torque(dq: np.ndarray, forward: PerJoint, backward: PerJoint,
-                              width: PerJoint) -> np.ndarray:
+def asymmetric_coulomb_limits(dq: np.ndarray, forward: PerJoint,
+                              backward: PerJoint) -> tuple[PerJoint, PerJoint]:
     """Friction torque [N m]: `forward` for dq > 0, `backward` for dq < 0, against the motion."""
-    return np.where(dq > 0, forward, backward) * direction(dq, width)
+    return forward, backward
 
 
 ASYMMETRIC_COULOMB = Effect(
     name="asymmetric_coulomb", family="friction", port="load",
-    build=Static(asymmetric_coulomb_torque, inputs=("dq",)),
+    build=dry_friction(asymmetric_coulomb_limits, inputs=("dq",)),
     parameters=(
         Parameter("forward", "N m", 0.0, 100.0, 0.07, 0.0, "friction torque for dq > 0"),
         Parameter("backward", "N m", 0.0, 100.0, 0.04, 0.0, "friction torque for dq < 0"),

@@ -5,7 +5,7 @@ axis is the joint.  So one function serves the block, the tests and the regressi
 diagnosis.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 
@@ -94,6 +94,13 @@ class Dynamic:
             update, output, dt=period, name=name, params=_qualified(values, name),
             states=signals(self.state, n=self.size * n),
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
+
+
+def filled_in(function: Callable, parameters: Mapping[str, np.ndarray]) -> Callable:
+    """Fill in the parameters that a function names."""
+    named = signature(function).parameters
+    chosen = {key: value for key, value in parameters.items() if key in named}
+    return lambda *arguments: function(*arguments, **chosen)
 
 
 def _qualified(values: dict[str, np.ndarray], name: str) -> dict[str, np.ndarray]:

@@ -1,28 +1,25 @@
-"""Dry friction that truly sticks: the smoothed laws, driven by a contact instead of a width."""
+"""Dry friction that truly sticks: its limits, driven by a contact instead of a width."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Dynamic, Static
+from clie_blocks.effects.blocks import Dynamic, filled_in
+from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.presliding import bristle_rate, returned_share
-from clie_blocks.errors import nearest
 from clie_blocks.labels import PerJoint
 from clie_blocks.signals import DiagramError
 
 if TYPE_CHECKING:
     import control as ct
 
-DRY = ("coulomb", "stribeck", "asymmetric_coulomb", "load_dependent_friction",
-       "position_dependent_friction", "directional_efficiency")
-ELASTIC = 0.9
-SLOW, NO_WIDTH = 1e-9, 1e-12  # rad/s: a joint this slow still has the level of one at rest
+ELASTIC = 0.9  # share of the bending up to which a contact springs back
 
 _CONTACT = (
     Parameter("reach", "rad", 1e-7, 0.1, 1e-5, None, "bending of the contact that slides"),
@@ -46,21 +43,20 @@ def contact_direction(z: np.ndarray, dq: np.ndarray, reach: PerJoint, relaxation
 
 @dataclass(frozen=True)
 class Contact:
-    """Builder of a block: the level of a smoothed law, the direction of a contact.
+    """Builder of a block: the limits of a dry friction, the direction of a contact.
 
     Parameters
     ----------
-    law : Static
-        Builder of the smoothed law; its kernel is odd in the direction of motion and has the
-        parameter `width`.
+    law : DryFriction
+        Builder of the smoothed form.
 
     """
 
-    law: Static
+    law: DryFriction
 
     @property
     def kernel(self) -> Callable:
-        """Kernel of the smoothed law, of which this one takes the level."""
+        """Kernel of the smoothed form."""
         return self.law.kernel
 
     @property
@@ -70,7 +66,7 @@ class Contact:
 
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
-        law, at = self.law.kernel, self.law.inputs.index("dq")
+        law, at = self.law, self.law.inputs.index("dq")
 
         def rate(z: np.ndarray, *signals: np.ndarray, reach: np.ndarray,
                  fastest: np.ndarray) -> np.ndarray:
@@ -78,10 +74,10 @@ class Contact:
 
         def torque(z: np.ndarray, *signals: np.ndarray, reach: np.ndarray, relaxation: np.ndarray,
                    fastest: np.ndarray, **parameters: np.ndarray) -> np.ndarray:
-            dq = signals[at]
-            moving = np.where(z < 0, -1.0, 1.0) * np.maximum(np.abs(dq), SLOW)
-            level = law(*signals[:at], moving, *signals[at + 1:], width=NO_WIDTH, **parameters)
-            return np.abs(level) * contact_direction(z, dq, reach, relaxation, fastest)
+            forward, backward = filled_in(law.limits, parameters)(*signals)
+            held = np.where(z < 0, backward, forward) * contact_direction(
+                z, signals[at], reach, relaxation, fastest)
+            return held if law.rest is None else filled_in(law.rest, parameters)(*signals) + held
 
         return Dynamic(rate, torque, self.law.inputs)(values, n, name)
 
@@ -96,7 +92,7 @@ def sticking(effect: Effect) -> Effect:
     Parameters
     ----------
     effect : Effect
-        One of `DRY`.
+        One that states limits, see `dry_friction`.
 
     Returns
     -------
@@ -109,10 +105,11 @@ def sticking(effect: Effect) -> Effect:
         For an effect that is not a dry friction.
 
     """
-    if effect.name not in DRY:
-        raise DiagramError(f"{effect.name} has no form that sticks; {nearest(effect.name, DRY)}")
+    if not isinstance(effect.build, DryFriction):
+        raise DiagramError(f"{effect.name} has no form that sticks: it is no dry friction; "
+                           "coulomb, stribeck and their kin are")
     return replace(
-        effect, build=Contact(cast("Static", effect.build)),
+        effect, build=Contact(effect.build),
         parameters=(*(p for p in effect.parameters if p.name != "width"), *_CONTACT),
         equation=effect.equation + ", with z/reach of an elastic contact for tanh(dq / width)",
         wrong="A stuck joint gives way by up to reach and springs back; after a reversal above "

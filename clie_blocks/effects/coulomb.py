@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def coulomb_torque(dq: np.ndarray, level: PerJoint, width: PerJoint) -> np.ndarray:
-    """Friction torque ``level tanh(dq / width)`` [N m]: odd in dq, and dq tau >= 0."""
-    return level * direction(dq, width)
+def coulomb_limits(dq: np.ndarray, level: PerJoint) -> tuple[PerJoint, PerJoint]:
+    """Largest friction torque [N m], the same against both directions of motion."""
+    return level, level
 
 
 COULOMB = Effect(
     name="coulomb", family="friction", port="load",
-    build=Static(coulomb_torque, inputs=("dq",)),
+    build=dry_friction(coulomb_limits, inputs=("dq",)),
     parameters=(
         Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "friction torque of a moving joint"),
         WIDTH,

@@ -2,22 +2,23 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def directional_loss_torque(dq: np.ndarray, u: np.ndarray, driving: PerJoint,
-                            backdriving: PerJoint, width: PerJoint) -> np.ndarray:
-    """Loss torque [N m]: `driving` of |u| while the motor drives, else `backdriving` of it."""
-    return np.where(u * dq > 0, driving, backdriving) * np.abs(u) * direction(dq, width)
+def directional_loss_limits(dq: np.ndarray, u: np.ndarray, driving: PerJoint,
+                            backdriving: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Largest loss torque [N m]: `driving` of |u| while the motor drives, else `backdriving`."""
+    with_u, against_u = driving * np.abs(u), backdriving * np.abs(u)
+    return np.where(u > 0, with_u, against_u), np.where(u < 0, with_u, against_u)
 
 
 DIRECTIONAL_EFFICIENCY = Effect(
     name="directional_efficiency", family="friction", port="load",
-    build=Static(directional_loss_torque, inputs=("dq", "u")),
+    build=dry_friction(directional_loss_limits, inputs=("dq", "u")),
     parameters=(
         Parameter("driving", "1", 0.0, 0.9, 0.1, 0.0, "loss of torque while the motor drives"),
         Parameter("backdriving", "1", 0.0, 0.9, 0.2, 0.0, "loss while the load drives"),

@@ -2,27 +2,29 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def load_dependent_torque(dq: np.ndarray, u: np.ndarray, share: PerJoint,
-                          width: PerJoint) -> np.ndarray:
-    """Friction torque ``share |u| tanh(dq / width)`` [N m] of a gear that carries u."""
-    return share * np.abs(u) * direction(dq, width)
+def load_dependent_limits(dq: np.ndarray, u: np.ndarray, level: PerJoint,
+                          share: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Largest friction torque ``level + share |u|`` [N m] of a gear that carries u."""
+    limit = level + share * np.abs(u)
+    return limit, limit
 
 
 LOAD_DEPENDENT_FRICTION = Effect(
     name="load_dependent_friction", family="friction", port="load",
-    build=Static(load_dependent_torque, inputs=("dq", "u")),
+    build=dry_friction(load_dependent_limits, inputs=("dq", "u")),
     parameters=(
         Parameter("share", "1", 0.0, 0.9, 0.1, 0.0, "friction over carried torque"),
+        Parameter("level", "N m", 0.0, 100.0, 0.0, 0.0, "friction torque without load"),
         WIDTH,
     ),
-    equation="tau = share |u| tanh(dq / width)",
+    equation="tau = (level + share |u|) tanh(dq / width)",
     reference="M. Duclusaud, G. Passault, V. Padois, O. Ly, Extended Friction Models for the "
               "Physics Simulation of Servo Actuators, 2024 (share 0.03 to 0.31)",
     signature="The step at a reversal grows with gravity torque and payload.",

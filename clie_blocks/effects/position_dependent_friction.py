@@ -2,22 +2,23 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def position_dependent_torque(q: np.ndarray, dq: np.ndarray, level: PerJoint, ripple: PerJoint,
-                              cycles: PerJoint, phase: PerJoint, width: PerJoint) -> np.ndarray:
-    """Friction torque ``level (1 + ripple cos(cycles q + phase)) tanh(dq / width)`` [N m]."""
-    return level * (1.0 + ripple * np.cos(cycles * q + phase)) * direction(dq, width)
+def position_dependent_limits(q: np.ndarray, dq: np.ndarray, level: PerJoint, ripple: PerJoint,
+                              cycles: PerJoint, phase: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Largest friction torque ``level (1 + ripple cos(cycles q + phase))`` [N m]."""
+    limit = level * (1.0 + ripple * np.cos(cycles * q + phase))
+    return limit, limit
 
 
 POSITION_DEPENDENT_FRICTION = Effect(
     name="position_dependent_friction", family="friction", port="load",
-    build=Static(position_dependent_torque, inputs=("q", "dq")),
+    build=dry_friction(position_dependent_limits, inputs=("q", "dq")),
     parameters=(
         Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "mean friction torque"),
         Parameter("ripple", "1", 0.0, 1.0, 0.2, None, "amplitude over mean"),

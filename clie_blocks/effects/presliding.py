@@ -5,8 +5,13 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.stribeck import RATIO, VELOCITY, stribeck_ratio
+from clie_blocks.effects.stribeck import VELOCITY
 from clie_blocks.labels import PerJoint
+
+
+def stribeck_ratio(dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint) -> np.ndarray:
+    """Friction level at a speed over the Coulomb level: `static_ratio` at rest, 1 when fast."""
+    return 1.0 + (static_ratio - 1.0) * np.exp(-np.abs(dq / velocity) ** 2)
 
 
 def contact_speed(dq: np.ndarray, reach: PerJoint, fastest: PerJoint) -> np.ndarray:
@@ -77,7 +82,9 @@ PRESLIDING = Effect(
     name="presliding", family="friction", port="load",
     build=Dynamic(bristle_rate, presliding_torque, inputs=("dq",)),
     parameters=(
-        _LEVEL, _REACH, RATIO, VELOCITY,
+        _LEVEL, _REACH,
+        Parameter("static_ratio", "1", 1.0, 5.0, 1.5, None, "break-away over Coulomb torque"),
+        VELOCITY,
         Parameter("elastic", "1", 0.0, 0.99, 0.0, None,
                   "share of the break-away bending that is purely elastic; 0 is LuGre"),
         Parameter("relaxation", "s", 0.0, 1.0, 0.01, None,

@@ -2,39 +2,34 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import CREEP, WIDTH, direction
+from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def stribeck_ratio(dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint,
-                   exponent: PerJoint = 2.0) -> np.ndarray:
-    """Friction level at a speed over the Coulomb level: `static_ratio` at rest, 1 when fast."""
-    return 1.0 + (static_ratio - 1.0) * np.exp(-np.abs(dq / velocity) ** exponent)
+def stribeck_limits(dq: np.ndarray, level: PerJoint, excess: PerJoint, velocity: PerJoint,
+                    exponent: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Largest friction torque [N m]: level, and near rest `excess` more."""
+    limit = level + excess * np.exp(-np.abs(dq / velocity) ** exponent)
+    return limit, limit
 
 
-def stribeck_torque(dq: np.ndarray, level: PerJoint, static_ratio: PerJoint, velocity: PerJoint,
-                    exponent: PerJoint, width: PerJoint) -> np.ndarray:
-    """Friction torque [N m]: level times `stribeck_ratio`, against the motion."""
-    return level * stribeck_ratio(dq, static_ratio, velocity, exponent) * direction(dq, width)
-
-
-RATIO = Parameter("static_ratio", "1", 1.0, 5.0, 1.5, None, "break-away over Coulomb torque")
 VELOCITY = Parameter("velocity", "rad/s", 1e-4, 10.0, 0.02, None,
                      "Stribeck velocity, above which the excess has faded")
 
 STRIBECK = Effect(
     name="stribeck", family="friction", port="load",
-    build=Static(stribeck_torque, inputs=("dq",)),
+    build=dry_friction(stribeck_limits, inputs=("dq",)),
     parameters=(
         Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "Coulomb torque of a moving joint"),
-        RATIO, VELOCITY,
+        Parameter("excess", "N m", 0.0, 400.0, 0.025, 0.0, "break-away torque beyond it"),
+        VELOCITY,
         Parameter("exponent", "1", 0.5, 2.0, 2.0, None, "how sharply the excess fades"),
         WIDTH,
     ),
-    equation="tau = level (1 + (static_ratio - 1) exp(-|dq/velocity|^exponent)) tanh(dq/width)",
+    equation="tau = (level + excess exp(-|dq/velocity|^exponent)) tanh(dq/width)",
     reference="B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7), 1994",
     signature="Stick-slip on slow ramps, a torque peak at break-away, and friction that falls "
               "with speed below the Stribeck velocity.",

@@ -13,12 +13,11 @@ of the joint, that of the drawing divided by the gear ratio.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from inspect import signature
 
 import control as ct
 import numpy as np
 
-from clie_blocks.effects.blocks import Dynamic, Static
+from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.signals import signals
 
@@ -62,8 +61,8 @@ class TwoBodies:
         def spring(x: np.ndarray, dq: np.ndarray, params: dict[str, np.ndarray]) -> tuple:
             parameters = {key: params[f"{name}.{key}"] for key in values}
             twist, speed, *memory = x.reshape(rows, n)
-            torque = _named(self.kernel, parameters)(twist, speed - dq, *memory)
-            return _named(self.active, parameters)(), torque, twist, speed, memory, parameters
+            torque = filled_in(self.kernel, parameters)(twist, speed - dq, *memory)
+            return filled_in(self.active, parameters)(), torque, twist, speed, memory, parameters
 
         def update(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
@@ -72,7 +71,7 @@ class TwoBodies:
             damped = torque_in - torque - parameters["motor_damping"] * speed
             rates = [speed - dq, damped / parameters["motor_inertia"]]
             if self.memory:
-                rates += [_named(self.memory, parameters)(z, speed - dq) for z in memory]
+                rates += [filled_in(self.memory, parameters)(z, speed - dq) for z in memory]
             return np.concatenate([np.where(active, rate, 0.0) for rate in rates])
 
         def output(t: float, x: np.ndarray, u: np.ndarray,
@@ -111,9 +110,3 @@ class TwoBodies:
 
         return Dynamic(rate, torque, ("twist", "dtwist"))(values, 1, name)
 
-
-def _named(function: Callable, parameters: dict[str, np.ndarray]) -> Callable:
-    """Fill in the parameters that the function names."""
-    known = signature(function).parameters
-    chosen = {key: value for key, value in parameters.items() if key in known}
-    return lambda *arguments: function(*arguments, **chosen)

@@ -52,6 +52,12 @@ class Piece:
     act: Callable[..., Any]
     states: int = 0
 
+    @property
+    def identity(self) -> str:
+        """What tells it from every other piece, the same in every process."""
+        name = getattr(self.act, "__qualname__", "") or self.act.identity
+        return f"{self.port} {self.states} {self.act.__module__} {name}"
+
 
 Memory = dict[str, list[np.ndarray]]
 """Memory of each block, one array (n,) per state."""
@@ -98,6 +104,14 @@ class State:
     h: float
     chain: PlanarChain
     ratio: np.ndarray
+
+    @property
+    def carried(self) -> np.ndarray:
+        """Torque that the gear carries: weight and velocity torque of the links, motor side."""
+        torque = coriolis_torque(self.chain, self.q, self.dq) / self.ratio
+        if self.chain.has_gravity:
+            torque = torque + gravity_torque(self.chain, self.q) / self.ratio
+        return torque
 
 
 def measured_position(q: np.ndarray, memory: Memory, pieces: NamedPieces, p: Parameters, h: float,

@@ -1,12 +1,15 @@
 """What the diagnosis knows of a cause: how it acts, its parameters, and where to start looking."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.effects.effect import Effect
 from clie_blocks.robot_loop.dynamics import Piece
+from clie_blocks.robot_loop.pieces import pieces_of
 
 Values = Mapping[str, np.ndarray]
 """Parameter -> array (n,)."""
@@ -129,6 +132,34 @@ class Cause:
     def shared(self) -> bool:
         """Whether one set of values holds for all joints."""
         return any(number.scope == "robot" for number in self.numbers)
+
+
+def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], list[Probe]],
+             fixed: Collection[str] = (), per_log: Collection[str] = (),
+             phase: Collection[str] = (), **how: Any) -> Cause:
+    """Return an effect of the catalogue as a cause: its kernel, its parameters, where to look.
+
+    Parameters
+    ----------
+    effect : Effect
+        The effect.
+    free : collection of str
+        Parameters that a diagnosis finds; the others keep their neutral or typical value.
+    probes : callable
+        As in `Cause`.
+    fixed, per_log, phase : collection of str
+        Parameters that no fit refines, that have a value for each log, and that multiply an angle
+        or a time under a sine.
+    **how
+        Further fields of `Cause`.
+
+    """
+    numbers = tuple(
+        Number(p.name, p.unit, p.lower, p.upper,
+               "log" if p.name in per_log else "joint" if p.per_joint else "robot",
+               fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase)
+        for p in effect.parameters if p.name in free)
+    return Cause(effect.name, pieces_of(effect, free), numbers, probes, **how)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

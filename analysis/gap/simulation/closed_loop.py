@@ -72,10 +72,10 @@ class Simulator:
     @property
     def _identity(self) -> str:
         """What decides the program: sources, structure, and how the pieces act."""
-        acts = [(name, piece.port, piece.states, piece.act.__module__, piece.act.__qualname__)
-                for name, piece in self.block.pieces]
+        acts = [(name, piece.identity) for name, piece in self.block.pieces]
         sources = source_digest(
-            "clie_blocks.compiled", "clie_blocks.robot_loop", "clie_blocks.analysis.gap")
+            "clie_blocks.compiled", "clie_blocks.effects", "clie_blocks.robot_loop",
+            "clie_blocks.analysis.gap")
         return "\n".join((sources, *map(repr, (self.shape, acts, self.block.parameter_names))))
 
     def run(self, log: Log, values: Values, dithered: bool = True,
