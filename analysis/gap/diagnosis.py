@@ -225,7 +225,7 @@ def _ranking(explanation: Explanation, controller: ControllerCheck, method: Meth
              stages: Stages) -> tuple[list[RankedCause], Fit]:
     """Hypotheses by probability, and the leading model, without idle joints and near its prior."""
     ranking = posterior(explanation.evidence, method.calibration)
-    if controller.other_gains or controller.integral:
+    if controller.is_another_law:
         ranking = unknown_for_none(ranking)
     nominal, residuals = explanation.nominal, explanation.residuals
     leading = next((ranked.fit for ranked in ranking if ranked.fit is not None), nominal)

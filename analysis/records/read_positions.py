@@ -30,6 +30,8 @@ MOST_CHI2 = 40.0  # that a handful of directions take up of white noise: by chan
 ABOVE_STEPS = 2.0  # times the noise of rounded positions and commands: less needs no correction
 SEEN_IN_LOG = 1.2  # times the noise of the logged position, of which the noise is a part
 THIRD_DIFFERENCE = np.sqrt(20.0)  # standard deviation of one of white noise
+FAR = 1e3  # standard deviations of noise: the error of a law that cannot be inverted
+JUDGED = 100_000  # samples of each log, at most, from which its noise is judged
 AFTER_END = 1000  # samples that a signal is taken to stay where it ends
 NEAR_CIRCLE = 1e-4  # distance of a root of the law from the unit circle: closer never settles
 SMALL = 1e-3  # relative change of a number of the law, for a derivative
@@ -66,15 +68,27 @@ def read_positions(records: Sequence[Record], controller: Controller, k: int,
     if not all(_can_be_inverted(record, controller, k) for record in records):
         return None
     law = control_law(controller, sample_time(records[0], controller))
-    stated = _positions(records, law, k)
-    if stated is None:
+    heads = [record.part(0, min(len(record), JUDGED)) for record in records]
+    noise = _noise_alone(heads, law, k)
+    corners = None
+    if noise is None:
+        found = _other_corners(heads, law, k)
+        if found is None:
+            return None
+        law, corners = _with_corners(law, k, found), found
+        noise = _noise_alone(heads, law, k)
+    read = _positions(records, law, k)
+    return None if noise is None or read is None else ReadPositions(read, noise, corners)
+
+
+def _noise_alone(records: Sequence[Record], law: ControlLaw, k: int) -> float | None:
+    """Standard deviation of the noise of the logs, if a law leaves nothing else of them."""
+    read = _positions(records, law, k)
+    if read is None:
         return None
-    noise = _noise(records, k, stated)
-    if not _stands_out(records, law, k, noise):
-        return None
-    if _hold_noise_alone(records, law, k, stated):
-        return ReadPositions(stated, noise)
-    return _with_other_corners(records, law, k, noise)
+    noise = _noise(records, k, read)
+    alone = _stands_out(records, law, k, noise) and _hold_noise_alone(records, law, k, read)
+    return noise if alone else None
 
 
 def _can_be_inverted(record: Record, controller: Controller, k: int) -> bool:
@@ -231,10 +245,14 @@ def _with_corners(law: ControlLaw, k: int, corners: tuple[float, float]) -> Cont
     return dataclasses.replace(changed, corners=corners)
 
 
-def _with_other_corners(records: Sequence[Record], law: ControlLaw, k: int, noise: float,
-                        ) -> ReadPositions | None:
-    """Positions that a law with other corners read, where those leave noise alone."""
-    if law.corners is None:
+def _other_corners(records: Sequence[Record], law: ControlLaw, k: int,
+                   ) -> tuple[float, float] | None:
+    """Corners of the velocity filter that leave least of the logged positions."""
+    read = _positions(records, law, k)
+    if law.corners is None or read is None:
+        return None
+    noise = _noise(records, k, read)
+    if not _stands_out(records, law, k, noise):
         return None
     from scipy.optimize import least_squares
 
@@ -243,17 +261,9 @@ def _with_other_corners(records: Sequence[Record], law: ControlLaw, k: int, nois
     def left(exponents: np.ndarray) -> np.ndarray:
         high, low = np.exp(exponents)
         read = _positions(records, _with_corners(law, k, (high, low)), k)
-        return (np.concatenate(read) - logged) / noise if read else np.full(len(logged), 1e3)
+        return (np.concatenate(read) - logged) / noise if read else np.full(len(logged), FAR)
 
     starts = np.log(law.corners) + np.array(NEAR_CORNERS)
     fits = [least_squares(left, start, x_scale=0.1, max_nfev=40) for start in starts]
-    high, low = np.sort(np.exp(min(fits, key=lambda fit: fit.cost).x)).tolist()
-    fitted = _with_corners(law, k, (high, low))
-    read = _positions(records, fitted, k)
-    if read is None:
-        return None
-    noise = _noise(records, k, read)
-    if not (_stands_out(records, fitted, k, noise) and
-            _hold_noise_alone(records, fitted, k, read)):
-        return None
-    return ReadPositions(read, noise, (high, low))
+    high, low = np.sort(np.exp(min(fits, key=lambda fit: fit.cost).x))
+    return float(high), float(low)
