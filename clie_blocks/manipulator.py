@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.joints import second_order
-from clie_blocks.labels import PerJoint
-from clie_blocks.signals import vector
+from clie_blocks.labels import PerJoint, vector
 
 if TYPE_CHECKING:
     import control as ct
@@ -111,6 +109,8 @@ def two_link_arm(mass: ArrayLike, length: ArrayLike, gear_ratio: ArrayLike, j_mo
     Rigid links and gears in one vertical plane; the gyroscopic torque of the rotors is neglected.
 
     """
+    from clie_blocks.joints import second_order
+
     link = {"mass": (mass, "kg", 0), "length": (length, "m", 0),
             "com": (length if com is None else com, "m", None),
             "j_link": (j_link, "kg m^2", None), "h": (h, "N m s/rad", None)}

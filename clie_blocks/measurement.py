@@ -1,11 +1,16 @@
 """What a sensor adds: noise as a diagram input, and the steps of an encoder."""
 
-import control as ct
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.labels import PerJoint
-from clie_blocks.signals import signals, summing, vector
+from clie_blocks.labels import PerJoint, signals, vector
+
+if TYPE_CHECKING:
+    import control as ct
 
 
 def quantized(q: np.ndarray, resolution: PerJoint) -> np.ndarray:
@@ -32,6 +37,8 @@ def noisy_measurement(n: int, *, name: str = "measured") -> ct.StateSpace:
     its inputs: draw it with `clie_blocks.compiled.held_normal`.
 
     """
+    from clie_blocks.signals import summing
+
     return summing("q", "noise", output="q_measured", n=n, name=name)
 
 
@@ -48,6 +55,8 @@ def encoder(resolution: ArrayLike, *, name: str = "encoder") -> ct.NonlinearIOSy
         Name of the block.
 
     """
+    import control as ct
+
     resolution = vector(resolution, f"{name}: resolution", unit="rad", least=0)
     n = resolution.size
 

@@ -37,9 +37,14 @@ def test_help_imports_nothing_heavy():
     assert not {"numpy", "control", "matplotlib", "rich"} & loaded
 
 
-def test_a_diagnosis_starts_without_python_control_and_scipy():
+def test_a_diagnosis_needs_neither_python_control_nor_scipy():
+    """Neither its stages nor its answer, which reads the catalogue and Theorem 2."""
     loaded = modules_after("from clie_blocks.analysis.gap import diagnosis\n"
-                           "from clie_blocks.analysis.records import read_trial")
+                           "from clie_blocks.analysis.gap.report import answer\n"
+                           "from clie_blocks.analysis.theory import bounds\n"
+                           "from clie_blocks.analysis.records import read_trial\n"
+                           "from clie_blocks.effects import LIBRARY\n"
+                           "assert all(effect.family for effect in LIBRARY.values())")
     assert "numpy" in loaded
     assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
 

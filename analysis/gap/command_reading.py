@@ -35,7 +35,8 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
     """
     if not controller.unexplained:
         return controller
-    calibration, followed = method.calibration, dataclasses.replace(controller, recorded=True)
+    calibration, followed = method.calibration, dataclasses.replace(
+        controller, recorded=True, unknown_part=_has_unknown_part(controller, problem))
     readings = [followed, controller]
     fitted = [_fit_nominal(reading, problem, method, steps) for reading in readings]
     if all(nominal.has_diverged for _, nominal in fitted):
@@ -48,6 +49,16 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
     chosen = dataclasses.replace(
         readings[best], reading=_probability(excess[best], excess[1 - best], apart, calibration))
     return _with_decision(chosen, problem, NOT_FOLLOWED if best else FOLLOWED)
+
+
+def _has_unknown_part(controller: ControllerCheck, problem: Problem) -> bool:
+    """Whether commands hold more than their law though their excitation was logged.
+
+    Without a logged excitation it may have been lost, and without the logged digits of a coarse
+    position a part of the command is; neither says anything of the law.
+    """
+    return any(np.ptp(log.pe[:, k]) > 0.0 for log in problem.logs
+               for k in set(controller.unexplained) - set(controller.coarse))
 
 
 def _fit_nominal(reading: ControllerCheck, problem: Problem, method: Method,

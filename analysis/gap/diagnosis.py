@@ -225,7 +225,7 @@ def _ranking(explanation: Explanation, controller: ControllerCheck, method: Meth
              stages: Stages) -> tuple[list[RankedCause], Fit]:
     """Hypotheses by probability, and the leading model, without idle joints and near its prior."""
     ranking = posterior(explanation.evidence, method.calibration)
-    if controller.other_gains or controller.integral:
+    if controller.is_another_law:
         ranking = unknown_for_none(ranking)
     nominal, residuals = explanation.nominal, explanation.residuals
     leading = next((ranked.fit for ranked in ranking if ranked.fit is not None), nominal)
@@ -249,7 +249,7 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     beyond_datasheet = table.nominal_excess - table.prior_violation
     if model is first.nominal or beyond_datasheet < method.calibration.healthy:
         return 1.0
-    left = next(ranked.excess for ranked in ranking if ranked.fit is model)
+    left = next(ranked.excess for ranked in ranking if ranked.fit is not None)
     if 100.0 * (1.0 - left / beyond_datasheet) < method.assessment.earned_percent:
         return 1.0
     if controller.misdescribed:

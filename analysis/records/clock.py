@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.units import to_si
 from clie_blocks.errors import RecordError
 
@@ -9,6 +10,8 @@ GAP = 3  # sample times; a longer step splits the record
 COARSE = 0.01  # share of repeated stamps beyond which the clock is coarse, not disturbed
 PLAUSIBLE = (2e-5, 0.5)  # s between samples of a robot log
 EPOCH = (9e8, 4.2e9)  # s since 1970: years 1998 to 2103
+ORDINARY = 0.999  # quantile of the bends of a signal that still are ordinary
+SHARPEST = 2.0  # times that: the sharpest bend with which a signal still goes on
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
@@ -96,3 +99,37 @@ def repeated_stamps(time: np.ndarray) -> tuple[np.ndarray, list[str]]:
             f"{count} of {time.size} stamps repeat the one before: the clock is coarser than the "
             "sampling; no sample was dropped."]
     return twin, [f"{count} stamps repeat; of samples with one stamp only the last is used."]
+
+
+def with_resets_counted_on(record: Record) -> Record:
+    """Return the record with a clock that counts on where it was reset within an even log.
+
+    Where every signal goes on over a backward step as it does between any two rows, nothing was
+    lost there and only the clock began anew.  Any other backward step stays, and cuts the log.
+    """
+    step, time = np.diff(record.time), record.time.copy()
+    resets = [at for at in (np.flatnonzero(step < 0) + 1).tolist() if _goes_on(record, at)]
+    if not resets:
+        return record
+    for at in resets:
+        time[at:] += time[at - 1] + record.sample_time - time[at]
+    starts = [start for start, _ in record.segments if start not in resets]
+    ends = [stop for _, stop in record.segments if stop not in resets]
+    return record.replace(time=time, segments=list(zip(starts, ends, strict=True))).noted(
+        "The clock was reset, and was counted on: every signal goes on over the reset.")
+
+
+def _goes_on(record: Record, at: int) -> bool:
+    """Whether all signals go on from the row before `at` as they do elsewhere.
+
+    The measure is the second difference: a lost row or an invented one bends a moving signal by
+    its step.
+    """
+    if not 1 < at < len(record) - 1:
+        return False
+    for name in record.signals:
+        bends = np.abs(np.diff(getattr(record, name), 2, axis=0))
+        ordinary = np.nanquantile(bends, ORDINARY, axis=0)
+        if not (bends[at - 2:at] <= SHARPEST * ordinary).all():
+            return False
+    return True

@@ -15,6 +15,7 @@ from clie_blocks.analysis.records.checks import Finding, check_record
 from clie_blocks.analysis.records.checks.clock import (
     clock_tick,
     even_clock,
+    is_coarse,
     is_decimal,
     without_copies,
 )
@@ -28,9 +29,11 @@ from clie_blocks.analysis.records.checks.law import (
 )
 from clie_blocks.analysis.records.checks.measures import moves, step_size
 from clie_blocks.analysis.records.checks.scale import FAR, NEAR, inertia_ratios
+from clie_blocks.analysis.records.clock import with_resets_counted_on
 from clie_blocks.analysis.records.control_law import stated_variant
 from clie_blocks.analysis.records.law_residual import ROUNDED_SHARE, ROUNDED_STEPS
 from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.read_positions import read_positions
 from clie_blocks.analysis.records.replay import Replay, variants
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.single_changes import (
@@ -177,14 +180,22 @@ def _once(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _with_even_clocks(seen: Examination) -> Examination:
-    """Logs without rows that were written twice, and with their coarse clocks rebuilt."""
+    """Logs without rows that were written twice, and with their clocks rebuilt."""
     single = tuple(map(without_copies, seen.records))
-    even = tuple(even_clock(record, seen.robot) for record in single)
+    forward = tuple(record if is_coarse(record) else with_resets_counted_on(record)
+                    for record in single)
+    even = tuple(even_clock(record, seen.robot) for record in forward)
     copies = sum(map(len, seen.records)) - sum(map(len, single))
     corrections = [Correction("clock.repeated", (), f"{copies} rows have the stamp of the next "
                               "one.", "They were left out.", "A sample was logged twice."),
                    ] if copies else []
-    rebuilt = [record for record, other in zip(single, even, strict=True) if other is not record]
+    reset = sum(record is not other for record, other in zip(single, forward, strict=True))
+    if reset:
+        corrections.append(Correction(
+            "clock.reset", (), f"The clock starts again in the middle of {reset} of "
+            f"{len(single)} logs.", "It was counted on.", "Every signal goes on there as it does "
+            "between any other rows."))
+    rebuilt = [record for record, other in zip(forward, even, strict=True) if other is not record]
     if rebuilt:
         tick = max(map(clock_tick, rebuilt))
         what = (f"The stamps are written to {tick:.0g} s, with too few digits."
@@ -218,8 +229,9 @@ def _by_the_law(seen: Examination) -> Examination:
             _contradiction([change for change, _ in proven], robot),))
     for change, changed in proven:
         return _corrected(seen, changed, _correction(change, robot))
-    return _with_lost_excitation(seen, before) or dataclasses.replace(
-        seen, obstacles=tuple(_dead_channels(records, robot, joints)))
+    return (_with_lost_excitation(seen, before) or _with_positions_read(seen, joints)
+            or dataclasses.replace(
+                seen, obstacles=tuple(_dead_channels(records, robot, joints))))
 
 
 def _is_of(record: Record, robot: Robot) -> bool:
@@ -284,6 +296,26 @@ def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | N
         "missing.pe", (), "A torque was added to the commands and not logged as pe.",
         "What the commands hold beyond the stated law was taken as pe.",
         f"The law reproduces the commands of {names} to their rounding."))
+
+
+def _with_positions_read(seen: Examination, joints: Sequence[int]) -> Examination | None:
+    """Logs with the positions that the controller read, where those logged hold further noise."""
+    found = {k: read_positions(seen.records, seen.robot.controller, k) for k in joints}
+    noisy = {k: read for k, read in found.items() if read is not None}
+    if not noisy:
+        return None
+    names = tuple(seen.robot.joints[k] for k in noisy)
+    records = []
+    for j, record in enumerate(seen.records):
+        q = record.q.copy()
+        for k, read in noisy.items():
+            q[:, k] = read.q[j]
+        records.append(record.replace(q=q))
+    size = ", ".join(f"{read.noise:.2g}" for read in noisy.values())
+    return _corrected(seen, records, Correction(
+        "position.noise", names, f"The logged position of {', '.join(names)} holds noise of "
+        f"{size} rad RMS that the controller did not read.", "Took the position that its commands "
+        "follow from.", "In every log the two differ by white noise and by nothing else."))
 
 
 def _law_misfit(records: Sequence[Record], robot: Robot) -> _Misfit:

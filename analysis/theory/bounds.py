@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clie_blocks.analysis.theory.lyapunov import LevelSet, level_set_around, lyapunov_pd_matrices
-from clie_blocks.signals import vector
+from clie_blocks.labels import vector
 
 
 @dataclass(frozen=True)

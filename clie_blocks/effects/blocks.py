@@ -5,14 +5,19 @@ axis is the joint.  So one function serves the block, the tests and the regressi
 diagnosis.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
+from typing import TYPE_CHECKING
 
-import control as ct
 import numpy as np
 
-from clie_blocks.signals import signals
+from clie_blocks.labels import signals
+
+if TYPE_CHECKING:
+    import control as ct
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,8 @@ class Static:
 
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
+        import control as ct
+
         kernel, read = _with_parameters(self.kernel, values, name), _reader(self.inputs, n)
 
         def output(t: float, x: np.ndarray, u: np.ndarray,
@@ -77,6 +84,8 @@ class Dynamic:
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str,
                  period: float = 0) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
+        import control as ct
+
         rate, kernel = (_with_parameters(function, values, name, period)
                         for function in (self.rate, self.kernel))
         shape = (n,) if self.size == 1 else (self.size, n)

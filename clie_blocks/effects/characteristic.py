@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
 
 if TYPE_CHECKING:
     import control as ct

@@ -13,8 +13,7 @@ from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.presliding import bristle_rate, returned_share
-from clie_blocks.labels import PerJoint
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError, PerJoint
 
 if TYPE_CHECKING:
     import control as ct

@@ -11,15 +11,19 @@ feedthrough.  It is right within 0.1 % until ``2 pi f delay = 5`` and within 0.5
 step of a run must be below delay/4, and below delay/11 with Euler's method.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control as ct
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.labels import PerJoint
-from clie_blocks.signals import DiagramError, signals, vector
+from clie_blocks.labels import DiagramError, PerJoint, signals, vector
+
+if TYPE_CHECKING:
+    import control as ct
 
 ORDER = 6
 _ROW, _COLUMN = np.indices((ORDER, ORDER))
@@ -75,6 +79,8 @@ class DelayLine:
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str,
                  period: float) -> ct.NonlinearIOSystem:
         """Return the discrete-time block for n joints with the given parameter vectors."""
+        import control as ct
+
         width = n * len(self.ports)
         length = max(1, int(np.ceil(np.max(values[self.longest]) / period - 1e-9)))
         keys = {key: f"{name}.{key}" for key in values}

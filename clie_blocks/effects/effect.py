@@ -14,7 +14,7 @@ from clie_blocks.effects.characteristic import Curve, path_of
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.two_bodies import TwoBodies
 from clie_blocks.errors import nearest
-from clie_blocks.signals import DiagramError, vector
+from clie_blocks.labels import DiagramError, vector
 
 if TYPE_CHECKING:
     import control as ct

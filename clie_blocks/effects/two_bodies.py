@@ -10,16 +10,21 @@ All torques are on the motor side, all angles at the joint: a stiffness is N m o
 of the joint, that of the drawing divided by the gear ratio.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
+from typing import TYPE_CHECKING
 
-import control as ct
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.signals import signals
+from clie_blocks.labels import signals
+
+if TYPE_CHECKING:
+    import control as ct
 
 MOTOR = (
     Parameter("motor_inertia", "kg m^2", 1e-9, 1e4, 1.0, None,
@@ -56,6 +61,8 @@ class TwoBodies:
 
     def __call__(self, values: dict[str, np.ndarray], n: int, name: str) -> ct.NonlinearIOSystem:
         """Return the block for n joints with the given parameter vectors."""
+        import control as ct
+
         rows = 3 if self.memory else 2
 
         def spring(x: np.ndarray, dq: np.ndarray, params: dict[str, np.ndarray]) -> tuple:

@@ -13,7 +13,7 @@ from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.robot_loop.dynamics import Piece, State
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 Constants = tuple[tuple[str, float], ...]
 """Parameters that no one sets, with their values: known when a program is compiled."""

@@ -25,6 +25,7 @@ def folder(tmp_path_factory, write_trial):
     return place
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_diagnoses(folder):
     distributed = pytest.importorskip("distributed", reason="dask[distributed] is not installed")
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False,

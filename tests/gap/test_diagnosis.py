@@ -87,6 +87,13 @@ def test_practice_trials(shared):
 
 
 @pytest.mark.slow
+def test_backlash_that_shows_in_the_softened_loop_alone_earns_its_name(shared):
+    diagnosis = diagnose(read(shared / "blind" / "set-a" / "trial-020"))
+    assert diagnosis.ranking[0].names == ("backlash",)
+    assert diagnosis.reduction.earned == 1.0
+
+
+@pytest.mark.slow
 def test_a_real_axis_has_dry_friction_and_no_delay(shared):
     from clie_blocks.analysis.records import read_records
 

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.records import read_record
-from clie_blocks.analysis.records.clock import repeated_stamps, seconds, segments
+from clie_blocks.analysis.records.clock import (
+    repeated_stamps,
+    seconds,
+    segments,
+    with_resets_counted_on,
+)
 from clie_blocks.errors import RecordError
 
 STEPS = np.arange(50)
@@ -46,6 +51,34 @@ def test_gaps_and_resets_split():
     assert any("backwards 1 times" in note for note in notes)
     assert segments(STEPS * 0.01) == ([(0, 50)], [])
     assert segments(np.zeros(1)) == ([(0, 1)], [])
+
+
+def reset(record, at):
+    time = record.time.copy()
+    time[at:] -= time[at]
+    return record.replace(time=time, segments=segments(time)[0])
+
+
+def without(record, start, stop):
+    kept = np.ones(len(record), bool)
+    kept[start:stop] = False
+    return record.rows(kept)
+
+
+def test_a_clock_that_was_reset_counts_on_where_the_signals_do(clean):
+    mended = with_resets_counted_on(reset(reset(clean, 7000), 3000))
+    np.testing.assert_allclose(mended.time, clean.time, atol=1e-9)
+    assert mended.segments == ((0, len(clean)),)
+    assert "counted on" in mended.decisions[-1]
+    assert with_resets_counted_on(clean) is clean
+
+
+@pytest.mark.parametrize("lost", [1, 40])
+def test_a_clock_that_was_reset_where_rows_were_lost_cuts_the_log(clean, lost):
+    cut = reset(without(clean, 5000, 5000 + lost), 5000)
+    assert with_resets_counted_on(cut) is cut
+    both = with_resets_counted_on(reset(cut, 8000))
+    assert both.segments == ((0, 5000), (5000, len(cut)))
 
 
 def test_of_repeated_stamps_the_last_counts():

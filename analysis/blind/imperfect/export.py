@@ -32,12 +32,16 @@ class Export:
         By file name.
     clock_digits : int
         Significant digits of the stamps.
+    with_noise : callable or None
+        ``with_noise(factor)`` logs the same robot again, the noise of its encoders larger by a
+        factor; None where nothing but the files is there.
 
     """
 
     robot: str
     logs: dict[str, Table]
     clock_digits: int = DIGITS
+    with_noise: Callable[[float], "Export"] | None = None
 
     @classmethod
     def read(cls, folder: Path) -> "Export":

@@ -128,8 +128,21 @@ def coarse_position(export: Export, rng: np.random.Generator) -> Choice:
     return {}
 
 
+def sense_with_noise(factor: float) -> Change:
+    """Return the growth of the encoders' noise, which the controller reads and acts on."""
+    def change(export: Export, rng: np.random.Generator) -> Choice:
+        if export.with_noise is None:
+            raise DoesNotApplyError("noise in the loop needs the robot, and not only its logs")
+        export.logs = export.with_noise(factor).logs
+        return {"factor": factor}
+    return change
+
+
 def add_noise(factor: float) -> Change:
-    """Return the growth of the noise of the logged position by a factor."""
+    """Return the growth of the noise of the logged position by a factor.
+
+    The controller did not read it: a logger with an analogue input of its own, a radio link.
+    """
     def change(export: Export, rng: np.random.Generator) -> Choice:
         step = float(np.max(export.stated("encoder", "resolution_rad")))
 

@@ -50,7 +50,8 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
 
 
 def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str, ...],
-               severity: str | None, robot_kind: str | None = None) -> Trial:
+               severity: str | None, robot_kind: str | None = None,
+               noise_factor: float = 1.0) -> Trial:
     """Draw a robot, give it effects, and log it.
 
     Parameters
@@ -67,6 +68,8 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         Size of each, see `SEVERITY`.
     robot_kind : str, optional
         Kind of the robot; by default drawn, among those that the effects need.
+    noise_factor : float, optional
+        Noise of its encoders over what it is drawn with; all else stays the same.
 
     Raises
     ------
@@ -97,6 +100,9 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
                    relative_prediction_error(robot, ref, runs))
     if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
+    if noise_factor != 1.0:
+        runs = run(robot, [affected] * len(experiments), experiments,
+                   [noise_factor * noise for noise in noises], seed=index)
     return Trial(restate_links(robot, affected), experiments, runs, label)
 
 

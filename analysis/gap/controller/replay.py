@@ -80,6 +80,8 @@ class ControllerCheck:
         Joints whose command follows neither the stated law nor any that was found.
     recorded : bool
         Where the law leaves part of a command, models follow the recorded command.
+    unknown_part : bool
+        The commands that models follow hold more than the law and a logged excitation.
     open_loop : bool
         Models follow all recorded commands, and the stated law is left out.
     reading : float
@@ -102,6 +104,7 @@ class ControllerCheck:
     terms: tuple[Terms, ...] = ()
     unexplained: tuple[int, ...] = ()
     recorded: bool = False
+    unknown_part: bool = False
     open_loop: bool = False
     reading: float = 1.0
 
@@ -114,6 +117,11 @@ class ControllerCheck:
     def misdescribed(self) -> bool:
         """Whether the law that ran is known, and another one than is stated."""
         return bool(self.other_filter or self.other_gains or self.delayed or self.integral)
+
+    @property
+    def is_another_law(self) -> bool:
+        """Whether a law ran that neither the file states nor an effect of the library makes."""
+        return bool(self.other_gains or self.integral or self.unknown_part)
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
         """The check with further decisions."""

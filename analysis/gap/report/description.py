@@ -17,7 +17,9 @@ from clie_blocks.analysis.gap.causes.description import (
 )
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
-from clie_blocks.analysis.gap.verdict.posterior import RankedCause
+from clie_blocks.analysis.gap.method import Method
+from clie_blocks.analysis.gap.verdict.evidence import prior_violations
+from clie_blocks.analysis.gap.verdict.posterior import NONE, RankedCause
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 
 LEAST = 0.05  # probability from which a wrong number is named
@@ -27,26 +29,35 @@ FAR_END = 0.02  # of a link's length, between two centres of mass that are one f
 def wrong_numbers(result: Result) -> list[dict[str, Any]]:
     """Numbers of the robot file that are likely wrong, one entry per joint.
 
-    Those of the most probable hypothesis that holds any; its probability is that of all such
-    hypotheses together.
+    Those of the most probable hypothesis that contradicts the file; its probability is that of
+    all such hypotheses together.
     """
-    likely = [ranked for ranked in result.ranking
-              if PARAMETRIC in ranked.names and ranked.fit is not None]
-    probability = sum(ranked.probability for ranked in likely)
+    likely = [(ranked.fit, ranked.probability) for ranked in result.ranking
+              if ranked.fit is not None and _contradicts_file(ranked, ranked.fit, result.method)]
+    probability = sum(share for _, share in likely)
     if not likely or probability < LEAST or result.problem.simulated:
         return []
-    return [{**entry, "probability": probability} for entry in _of_hypothesis(likely[0], result)]
+    return [{**entry, "probability": probability}
+            for entry in _of_hypothesis(likely[0][0], result)]
 
 
-def _of_hypothesis(ranked: RankedCause, result: Result) -> Iterator[dict[str, Any]]:
-    fit = ranked.fit
-    if fit is None:
-        return
+def _contradicts_file(ranked: RankedCause, fit: Fit, method: Method) -> bool:
+    """Whether a hypothesis says that numbers are wrong, or its causes hold only if they are.
+
+    A model that leaves a gap proves nothing of this kind: its numbers hide what it misses.
+    """
+    if PARAMETRIC in ranked.names or ranked.names == (NONE,):
+        return PARAMETRIC in ranked.names
+    return (prior_violations(fit, method.verdict) > 0
+            and ranked.excess < method.calibration.healthy)
+
+
+def _of_hypothesis(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
     numbers = [member for member in fit.hypothesis.members if is_number(member.cause)]
-    if not numbers:
-        yield from _of_joint_model(fit, result)
     for member in numbers:
         yield from (_entry(member, k, fit, result) for k in member.joints)
+    if not numbers or prior_violations(fit, result.method.verdict):
+        yield from _of_joint_model(fit, result)
 
 
 def _entry(member: Member, k: int, fit: Fit, result: Result) -> dict[str, Any]:
@@ -75,9 +86,10 @@ def _of_joint_model(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
     for name, key, unit in (("inertia", "motor.inertia_kgm2", "kg m^2"),
                             ("damping", "motor.viscous_friction_nms", "N m s")):
         values, centre = fit.hypothesis.values[name], getattr(stated, name)
-        beyond = np.abs(values - centre) > getattr(stated, f"{name}_tolerance")
-        for k in map(int, np.flatnonzero(beyond)):
-            half = NORMAL_95 * _spread(fit, name, k) / ratio[k]
+        half_widths = NORMAL_95 * np.array([_spread(fit, name, k) for k in range(problem.n)])
+        allowed = getattr(stated, f"{name}_tolerance") + half_widths
+        for k in map(int, np.flatnonzero(np.abs(values - centre) > allowed)):
+            half = half_widths[k] / ratio[k]
             rotor, file = ((side[k] - links[name][k] / ratio[k]) / ratio[k]
                            for side in (values, centre))
             yield {"key": key, "joint": k + 1, "stated": float(file), "identified": float(rotor),

@@ -40,6 +40,8 @@ class Row:
     confounder : str
         The effect outside the library that the logs do not tell from it, or empty, see
         `confounder`.
+    prior_violation : float
+        Share of the excess that comes from parameters beyond the datasheet.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -50,6 +52,7 @@ class Row:
     parameter_count: float
     prior_violations: int = 0
     confounder: str = ""
+    prior_violation: float = 0.0
     fit: Fit | None = None
 
 
@@ -89,7 +92,7 @@ def to_json(table: Table) -> dict[str, Any]:
     return {"nothing": table.nominal_excess, "stray": table.prior_violation,
             "strayed": table.prior_violations, "free": list(table.free),
             "rows": [[list(row.names), row.excess, row.parameter_count, row.prior_violations,
-                      row.confounder] for row in table.rows]}
+                      row.confounder, row.prior_violation] for row in table.rows]}
 
 
 def from_json(stored: Mapping[str, Any]) -> Table:
@@ -108,10 +111,14 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
     """
     method, contradicted = residuals.method.verdict, is_contradicted(nominal, residuals)
 
-    def left_by(fit: Fit) -> float:
-        return float(max(fit.excess, gap_beyond_noise(fit, residuals)) if contradicted
-                     else fit.excess)
+    def left_by(fit: Fit, forgiven: float = 0.0) -> float:
+        excess = fit.excess - forgiven
+        return float(max(excess, gap_beyond_noise(fit, residuals)) if contradicted else excess)
 
+    def from_violation(fit: Fit) -> float:
+        return left_by(fit) - left_by(fit, fit.penalty / samples_per_joint)
+
+    samples_per_joint = nominal.samples.sum() / nominal.hypothesis.problem.n
     nominal_excess = left_by(nominal)
     limit = _far_behind(min(map(left_by, fits), default=0.0), nominal_excess,
                         residuals.method)
@@ -120,11 +127,10 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
         for confounded, fit in _variants(same, lambda one: left_by(one) < limit, residuals):
             best[names, confounded] = fit
     rows = [Row(names, left_by(fit), parameter_count(fit), prior_violations(fit, method),
-                confounded, fit)
+                confounded, from_violation(fit), fit)
             for (names, confounded), fit in best.items()
             if (simpler_names(fit, residuals.method), confounded) not in best
             and not repeats_simulator(fit, residuals.method)]
-    samples_per_joint = nominal.samples.sum() / nominal.hypothesis.problem.n
     return Table(nominal_excess, float(nominal.penalty / samples_per_joint),
                  prior_violations(nominal, method), (), rows, nominal)
 

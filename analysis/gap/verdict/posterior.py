@@ -11,7 +11,8 @@ not noise: so the odds of a hypothesis follow the logarithm of the excess that i
 
 Three hypotheses hold no cause.  ``none`` leaves what the refitted nominal model leaves beyond
 `healthy`.  ``parametric`` is that model without the price of its parameters beyond the datasheet,
-or with another number of the robot file, see `causes.description`, whatever does better.
+or with another number of the robot file, see `causes.description`, whatever does better; the
+same stands beside causes.
 ``unknown`` leaves a fixed share of all, or what a free torque of pose, speed and load leaves of
 the likeliest hypothesis, of the best or of the best single cause; or it is the confounder of a
 hypothesis.  With probability `contamination` all this is wrong, and the odds are less sharp.
@@ -72,11 +73,12 @@ def posterior(table: Table, calibration: Calibration) -> list[RankedCause]:
 
     The probabilities sum to one.
     """
+    joint_model = _parametric(table, calibration)
+    table = _with_wrong_joint_models(table, calibration)
     without_cause = [((NONE,), table.nominal, _none(table, calibration)),
                      ((UNKNOWN,), None, _unknown(table, calibration))]
     causes = [(row.names, row.fit, _Scored(row.excess, score))
               for row, score in zip(table.rows, _cause_scores(table, calibration))]
-    joint_model = _parametric(table, calibration)
     best_number = max((scored.score for names, _, scored in causes if names == (PARAMETRIC,)),
                       default=-np.inf)
     if table.prior_violations and joint_model.score > best_number:
@@ -117,6 +119,30 @@ def _parametric(table: Table, c: Calibration) -> _Scored:
     left = max(_beyond_healthy(table, c), min(plain, min(better, default=0.0)))
     return _Scored(plain, c.score(left, table.nominal_excess)
                    - c.parameter_cost * table.prior_violations - c.parametric_cost)
+
+
+def _with_wrong_joint_models(table: Table, c: Calibration) -> Table:
+    """Evidence with causes beside a joint model that is stated wrong.
+
+    Such a hypothesis speaks of the parameters beyond the datasheet: it spends them, like any
+    number of the file, and their distance from the datasheet is no part of what it leaves.  Where
+    another number of the file stands beside the same causes, the better of the two stays.
+    """
+    rows: dict[tuple[tuple[str, ...], str], Row] = {}
+    misdescribed = [_with_wrong_joint_model(row) for row in table.rows
+                    if row.prior_violations and not row.confounder and PARAMETRIC not in row.names]
+    for row in table.rows + misdescribed:
+        key = row.names, row.confounder
+        rows[key] = max(rows.get(key, row), row, key=lambda one: c.score(
+            one.excess, table.nominal_excess) - _parameter_cost(one, c))
+    return dataclasses.replace(table, rows=list(rows.values()))
+
+
+def _with_wrong_joint_model(row: Row) -> Row:
+    return dataclasses.replace(
+        row, names=tuple(sorted((*row.names, PARAMETRIC))),
+        excess=row.excess - row.prior_violation, prior_violation=0.0,
+        parameter_count=row.parameter_count + row.prior_violations, prior_violations=0)
 
 
 def _beyond_healthy(table: Table, c: Calibration) -> float:

@@ -79,7 +79,10 @@ def test_there_are_enough_and_every_one_can_be_judged():
         assert bool(one.words) == (one.kind == DESCRIPTION)
 
 
-@pytest.mark.parametrize("name", DAMAGES)
+IN_FILES = [name for name in DAMAGES if not name.startswith("encoder_noise")]
+
+
+@pytest.mark.parametrize("name", IN_FILES)
 def test_every_damage_changes_what_it_says(name, damaged):
     before, after, _ = damaged(name)
     assert bool(changed(before, after)) or before.robot != after.robot or (

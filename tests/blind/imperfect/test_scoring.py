@@ -92,6 +92,10 @@ def test_false_alarms(answer, mark, alarm):
      False),
     ("wrong_link_mass", {"joint": 2}, said("parametric", verdict="parametric"), True),
     ("wrong_link_mass", {"joint": 2}, said("payload"), False),
+    ("wrong_motor_inertia", {"joint": 3}, said("coupling", description=[
+        {"key": "motor.inertia_kgm2", "joint": 3}]), True),
+    ("wrong_motor_inertia", {"joint": 3}, said("coupling", description=[
+        {"key": "motor.inertia_kgm2", "joint": 2}]), False),
     ("resolution_12_bit", {}, said("encoder_quantization"), True)])
 def test_a_fault_is_named_in_words_of_its_own(damage, chosen, answer, named):
     assert names_fault(DAMAGES[damage], chosen, answer) is named

@@ -95,9 +95,22 @@ def test_sound_copies_equal_their_twins_and_no_other_does(twins, tmp_path):
         assert same == (labels[twin.name]["damage"] == trials.SOUND)
 
 
+@pytest.mark.slow
+def test_noise_in_the_encoders_goes_round_the_loop():
+    once, louder = (trials._logged_with_noise(9007, 1, factor) for factor in (1.0, 20.0))
+    assert once.robot == louder.robot
+
+    def roughness(export, name):
+        return np.std(np.diff(export.logs["log-1.csv.gz"][name], 3))
+
+    assert roughness(louder, "q1") / roughness(once, "q1") == pytest.approx(20, rel=0.1)
+    assert roughness(louder, "u1") > 5 * roughness(once, "u1")
+
+
 def test_a_quarter_of_the_robots_has_no_effect(monkeypatch):
     drawn = []
-    monkeypatch.setattr(trials, "draw_trial", lambda rng, index, *how: drawn.append(how))
+    monkeypatch.setattr(trials, "draw_trial",
+                        lambda rng, index, *how, noise_factor: drawn.append(how))
     for index in range(40):
         trials._draw(None, 5, index)
     assert [how[0] for how in drawn[3::4]] == ["none"] * 10

@@ -82,6 +82,7 @@ def simulate(folder, output):
                      output / f"log-{j + 1}.csv")
 
 
+@pytest.mark.slow
 def test_the_page_runs_as_printed(robot_folder, capsys):
     commands = [line.split() for block in blocks("sh") for line in block.splitlines()]
     assert [words[1] for words in commands] == ["check", "identify", "diagnose", "diagnose"]

@@ -107,6 +107,19 @@ def test_friction_and_a_wrong_number_are_told_apart(rubbing, section, field, fac
     check_numbers(answer, key, right)
 
 
+@pytest.mark.parametrize("field, factor, key, tolerance", [
+    ("inertia", 1.25, "motor.inertia_kgm2", 0.02),
+    ("viscous_friction", 0.625, "motor.viscous_friction_nms", 0.2)])
+def test_a_number_of_a_drive_is_named_beside_friction(rubbing, field, factor, key, tolerance):
+    right = getattr(rubbing[0].robot.motor, field)
+    answer = answer_of(rubbing, **{field: right * [factor, 1.0]})
+    row, = answer["description"]
+    assert (row["key"], row["joint"]) == (key, 1) and row["probability"] > 0.9
+    assert row["identified"] == pytest.approx(right[0], rel=tolerance)
+    assert names(answer) - {"parametric"} == {"coulomb"} and answer["verdict"] == "effect"
+    assert f"The numbers of robot.toml are off as well: {key}" in " ".join(summary_lines(answer))
+
+
 def test_a_right_file_is_not_blamed(rubbing):
     answer = answer_of(rubbing)
     assert answer["description"] == [] and "parametric" not in answer["set_90"]

@@ -50,6 +50,17 @@ def test_an_excitation_that_was_not_logged_costs_no_name(case, name):
     assert answer["closed_percent"]["judged_by"] == "recorded command"
 
 
+def test_a_sound_robot_under_a_law_that_is_not_known_is_not_called_sound(case):
+    made = case("none")
+    law = made.robot.controller
+    records = [record.replace(pe=record.pe - 0.05 * law.kp * np.abs(record.q - record.q[0]))
+               for record in made.records]
+    answer, words = answered(made.robot, records)
+    assert answer["verdict"] == "unexplained" and answer["set_90"] == ["unknown"]
+    assert not answer["controller_as_stated"]
+    assert "a part of the law" in words
+
+
 def test_a_law_on_the_velocity_error_is_named_and_a_sound_robot_is_sound(case):
     made = case("none")
     law = control_law(made.robot.controller, made.robot.controller.sample_time)

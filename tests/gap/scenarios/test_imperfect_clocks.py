@@ -30,6 +30,13 @@ def with_reset(record, rng):
     return record.replace(time=time)
 
 
+def with_restart(record, rng):
+    """A logger that was started again, after rows that nobody has."""
+    middle = (len(record) - 300) // 2
+    kept = np.delete(np.arange(len(record)), np.arange(middle, middle + 300))
+    return with_reset(rows(record, kept), rng)
+
+
 def with_nan(record, rng):
     """Ten values that are not a number."""
     signals = {name: getattr(record, name).copy() for name in record.signals}
@@ -60,8 +67,8 @@ def rows(record, kept):
     return record.replace(**changes, segments=())
 
 
-DAMAGES = (with_gap, with_lost_rows, with_reset, with_nan, with_jitter, with_coarse_clock,
-           at_half_rate)
+DAMAGES = (with_gap, with_lost_rows, with_reset, with_restart, with_nan, with_jitter,
+           with_coarse_clock, at_half_rate)
 
 
 @pytest.fixture(scope="module")

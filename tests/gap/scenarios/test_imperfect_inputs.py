@@ -33,6 +33,9 @@ CORRECTED = {
     "zero_offset": ("position.zero", "another zero"),
     "few_clock_digits": ("clock.coarse", "too few digits"),
     "coarse_clock": ("clock.coarse", "ticks every 0.0156 s"),
+    "clock_reset": ("clock.reset", "starts again in the middle"),
+    "noise_x5": ("position.noise", "did not read"),
+    "noise_x20": ("position.noise", "did not read"),
     "repeated_rows": ("clock.repeated", "stamp of the next one"),
 }
 

@@ -9,6 +9,7 @@ from factories import make_row, make_table
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.evidence import Row
 from clie_blocks.analysis.gap.verdict.posterior import (
     credible_set,
     doubted,
@@ -248,3 +249,29 @@ def test_an_effect_beside_a_wrong_number_is_an_effect():
 def test_parameters_outside_their_tolerance_count_once_whatever_their_form():
     ranking = weigh(10.0, ("parametric", 0.05, 1), violation=9.99, violations=2)
     assert [one.names for one in ranking].count(("parametric",)) == 1
+
+
+COUPLED = Row(("coupling",), 5.0, 1.0, prior_violations=1, prior_violation=4.99)
+
+
+def test_a_joint_model_stated_wrong_stands_beside_a_cause_as_it_does_alone():
+    """What the datasheet costs is no gap, so that no effect is needed that passes for it."""
+    weak = make_row("coupling+torque_gain_error", 0.5, 2)
+    ranking = posterior(make_table(200.0, COUPLED, weak), Calibration())
+    assert marginals(ranking)["parametric"] > 0.9 > 0.1 > marginals(ranking)["torque_gain_error"]
+    assert ranking[0].names == ("coupling", "parametric") and verdict(ranking) == "effect"
+    assert ranking[0].excess == pytest.approx(0.01)
+
+
+def test_an_effect_that_keeps_to_the_datasheet_leads_a_wrong_joint_model_that_does_as_well():
+    weak = make_row("coupling+torque_gain_error", 0.01, 2)
+    ranking = posterior(make_table(200.0, COUPLED, weak), Calibration())
+    assert ranking[0].names == ("coupling", "torque_gain_error")
+
+
+def test_of_two_wrong_numbers_beside_a_cause_the_better_one_stays():
+    for left, right in ((0.5, 0.01), (0.0, 0.0)):
+        geared = make_row("coupling+parametric", left, 2)
+        ranking = posterior(make_table(200.0, COUPLED, geared), Calibration())
+        beside = [one for one in ranking if one.names == ("coupling", "parametric")]
+        assert [one.excess for one in beside] == [pytest.approx(right)]

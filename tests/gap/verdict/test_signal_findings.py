@@ -203,6 +203,7 @@ def test_the_check_establishes_only_what_is_not_left_out():
     assert controller_findings(make_check(), VerdictMethod()) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("choice", [{"exclude": ("time_delay",)}, {"effects": ("coulomb",)}])
 def test_a_delay_that_is_known_not_to_be_there_is_in_no_answer(choice):
     logs = servo_logs(0.03, 0.01)
