@@ -252,8 +252,7 @@ class Setting:
         """Every parameter as a vector, for n joints or for the robot as a whole."""
         vectors = {}
         for p in self.effect.parameters:
-            default = p.typical if p.neutral is None else p.neutral
-            value = vector(self.values.get(p.name, default), f"{self.name}: {p.name}",
+            value = vector(self.values.get(p.name, p.default), f"{self.name}: {p.name}",
                            n=n if p.per_joint else 1, unit=p.unit)
             if self.joints is not None and p.neutral is not None and p.per_joint:
                 value[[k for k in range(n) if k not in self.joints]] = p.neutral

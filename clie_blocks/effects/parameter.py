@@ -35,3 +35,8 @@ class Parameter:
     neutral: float | None
     meaning: str
     per_joint: bool = True
+
+    @property
+    def default(self) -> float:
+        """Value of a parameter that is left out: neutral, or typical for one of the shape."""
+        return self.typical if self.neutral is None else self.neutral

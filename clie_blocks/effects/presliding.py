@@ -8,6 +8,8 @@ from clie_blocks.effects.parameter import Parameter
 from clie_blocks.effects.stribeck import VELOCITY
 from clie_blocks.labels import PerJoint
 
+_UNBOUNDED = 1e12  # 1/s: a contact that follows at any speed
+
 
 def stribeck_ratio(dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint) -> np.ndarray:
     """Friction level at a speed over the Coulomb level: `static_ratio` at rest, 1 when fast."""
@@ -44,12 +46,33 @@ def bristle_rate(z: np.ndarray, dq: np.ndarray, static_ratio: PerJoint, velocity
 
 
 def presliding_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint, static_ratio: PerJoint,
-                      velocity: PerJoint, reach: PerJoint, elastic: PerJoint, relaxation: PerJoint,
-                      fastest: PerJoint) -> np.ndarray:
-    """Friction torque ``(level / reach) (z + relaxation exp(-(dq/velocity)^2) z')`` [N m]."""
-    fading = relaxation * np.exp(-(dq / velocity) ** 2)
+                      velocity: PerJoint, reach: PerJoint, elastic: PerJoint,
+                      bristle_damping: PerJoint, fastest: PerJoint) -> np.ndarray:
+    """Friction torque ``(level / reach) z + bristle_damping exp(-(dq/velocity)^2) z'`` [N m]."""
+    fading = bristle_damping * np.exp(-(dq / velocity) ** 2)
     rate = bristle_rate(z, dq, static_ratio, velocity, reach, elastic, fastest)
-    return level / reach * (z * returned_share(z, dq, reach, fastest) + fading * rate)
+    return level / reach * z * returned_share(z, dq, reach, fastest) + fading * rate
+
+
+def bristle_step(z: np.ndarray, dq: np.ndarray, static_ratio: PerJoint, velocity: PerJoint,
+                 reach: PerJoint, elastic: PerJoint, period: float) -> np.ndarray:
+    """Bending after a period at one velocity [rad]: exact, so that no bound on it is needed."""
+    z_slip = reach * stribeck_ratio(dq, static_ratio, velocity)
+    end = np.sign(dq) * z_slip
+    slipped = end + (z - end) * np.exp(-np.abs(dq) * period / z_slip)
+    bent = z + dq * period
+    loading = np.where(z * dq > 0, np.abs(z), -1.0)
+    sticks = np.where(elastic > 0, np.where(loading < elastic * z_slip, 1.0, 0.0), 0.0)
+    return np.where(sticks > 0, np.clip(bent, -z_slip, z_slip), slipped)
+
+
+def sampled_presliding_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint,
+                              static_ratio: PerJoint, velocity: PerJoint, reach: PerJoint,
+                              elastic: PerJoint, bristle_damping: PerJoint) -> np.ndarray:
+    """Friction torque of a contact whose bending takes exact steps [N m]."""
+    fading = bristle_damping * np.exp(-(dq / velocity) ** 2)
+    rate = bristle_rate(z, dq, static_ratio, velocity, reach, elastic, _UNBOUNDED)
+    return level / reach * z + fading * rate
 
 
 def dahl_rate(z: np.ndarray, dq: np.ndarray, reach: PerJoint, exponent: PerJoint,
@@ -87,12 +110,12 @@ PRESLIDING = Effect(
         VELOCITY,
         Parameter("elastic", "1", 0.0, 0.99, 0.0, None,
                   "share of the break-away bending that is purely elastic; 0 is LuGre"),
-        Parameter("relaxation", "s", 0.0, 1.0, 0.01, None,
-                  "damping over stiffness of the contact at rest"),
+        Parameter("bristle_damping", "N m s/rad", 0.0, 1e4, 0.25, 0.0,
+                  "damping of the contact while it bends"),
         _FASTEST,
     ),
-    equation="z' = dq - y |dq| z/z_slip, tau = (level/reach) (z + relaxation "
-             "exp(-(dq/velocity)^2) z'), z_slip = reach (1 + (static_ratio - 1) "
+    equation="z' = dq - y |dq| z/z_slip, tau = (level/reach) z + bristle_damping "
+             "exp(-(dq/velocity)^2) z', z_slip = reach (1 + (static_ratio - 1) "
              "exp(-(dq/velocity)^2)), y = 1 where the contact yields",
     reference="C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, IEEE Trans. Automatic "
               "Control 40(3), 1995; P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE "
@@ -110,6 +133,7 @@ PRESLIDING = Effect(
           "elastic > 0 stops that. Above the speed reach fastest it bends as if it were slower. "
           "Small loops inside large ones do not close: maxwell_slip.",
     passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
+    sampled=Dynamic(bristle_step, sampled_presliding_torque, inputs=("dq",)),
 )
 
 DAHL = Effect(

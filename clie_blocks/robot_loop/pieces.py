@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Collection, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,8 @@ import numpy as np
 from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.effects.effect import Effect
-from clie_blocks.robot_loop.dynamics import Piece, State
 from clie_blocks.labels import DiagramError
+from clie_blocks.robot_loop.dynamics import Piece, State
 
 Constants = tuple[tuple[str, float], ...]
 """Parameters that no one sets, with their values: known when a program is compiled."""
@@ -104,7 +105,8 @@ class TorqueWithMemory(Kernel):
         return torque, [after] if self.size == 1 else list(after)
 
 
-def pieces_of(effect: Effect, free: Collection[str]) -> tuple[Piece, ...]:
+def pieces_of(effect: Effect, free: Collection[str],
+              held: Mapping[str, float] = MappingProxyType({})) -> tuple[Piece, ...]:
     """Return what an effect adds to the sampled robot.
 
     Parameters
@@ -112,7 +114,9 @@ def pieces_of(effect: Effect, free: Collection[str]) -> tuple[Piece, ...]:
     effect : Effect
         Of the catalogue, or one that is registered.
     free : collection of str
-        Parameters that a run sets; the others keep their neutral or typical value.
+        Parameters that a run sets.
+    held : dict of str to float
+        Values of others; what is in neither keeps its neutral or typical value.
 
     Raises
     ------
@@ -120,8 +124,8 @@ def pieces_of(effect: Effect, free: Collection[str]) -> tuple[Piece, ...]:
         If the sampled robot has no form of such a block.
 
     """
-    constants = tuple((p.name, float(p.typical if p.neutral is None else p.neutral))
-                      for p in effect.parameters if p.name not in free)
+    constants = tuple((p.name, float(held.get(p.name, p.default))) for p in effect.parameters
+                      if p.name not in free)
     if effect.port not in ("load", "environment"):
         raise DiagramError(f"{effect.name}: the sampled robot takes effects at its load so far, "
                            f"and this one enters at the {effect.port}")

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Collection, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,8 @@ class Cause:
 
 def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], list[Probe]],
              fixed: Collection[str] = (), per_log: Collection[str] = (),
-             phase: Collection[str] = (), **how: Any) -> Cause:
+             phase: Collection[str] = (), held: Mapping[str, float] = MappingProxyType({}),
+             **how: Any) -> Cause:
     """Return an effect of the catalogue as a cause: its kernel, its parameters, where to look.
 
     Parameters
@@ -144,12 +146,14 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
     effect : Effect
         The effect.
     free : collection of str
-        Parameters that a diagnosis finds; the others keep their neutral or typical value.
+        Parameters that a diagnosis finds.
     probes : callable
         As in `Cause`.
     fixed, per_log, phase : collection of str
         Parameters that no fit refines, that have a value for each log, and that multiply an angle
         or a time under a sine.
+    held : dict of str to float
+        Values of further parameters; what is in neither keeps its neutral or typical value.
     **how
         Further fields of `Cause`.
 
@@ -159,7 +163,7 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
                "log" if p.name in per_log else "joint" if p.per_joint else "robot",
                fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase)
         for p in effect.parameters if p.name in free)
-    return Cause(effect.name, pieces_of(effect, free), numbers, probes, **how)
+    return Cause(effect.name, pieces_of(effect, free, held), numbers, probes, **how)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ def _presliding_probes(scene: Scene) -> list[Probe]:
 
 
 PRESLIDING = cause_of(LIBRARY["presliding"], ("level", "bristle_damping", "reach"),
-                      _presliding_probes)
+                      _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0})
 
 
 def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:

@@ -144,15 +144,15 @@ def _dry_friction_like(member: Member) -> Iterator[Member]:
     yield Member(friction.ASYMMETRIC_COULOMB, member.joints,
                  {"forward": level, "backward": level}, {"forward": size, "backward": size})
     yield Member(friction.STRIBECK, member.joints,
-                 {"level": level, "excess": excess, "speed": speed},
-                 {"level": size, "excess": size, "speed": speed})
+                 {"level": level, "excess": excess, "velocity": speed},
+                 {"level": size, "excess": size, "velocity": speed})
     for form in friction.LOAD_DEPENDENT_FRICTION:
-        yield Member(form, member.joints, {"level": level, "slope": 0.0 * level},
-                     {"level": size, "slope": _LOAD_SLOPE + 0.0 * level})
+        yield Member(form, member.joints, {"level": level, "share": 0.0 * level},
+                     {"level": size, "share": _LOAD_SLOPE + 0.0 * level})
 
 
 def _level(values: Values) -> np.ndarray:
     """Level of plain friction that comes near another one."""
     if "forward" in values:
         return (values["forward"] + values["backward"]) / 2
-    return values["level"] + values.get("change", 0.0) / 2
+    return values["level"] + values.get("coulomb_change", 0.0) / 2
