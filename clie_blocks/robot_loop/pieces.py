@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Collection, Mapping
+from inspect import signature
 from types import MappingProxyType
 from typing import Any
 
@@ -146,10 +147,17 @@ def _of_static(build: Static, effect: Effect, constants: Constants) -> tuple[Pie
 @_pieces.register
 def _of_dry_friction(build: DryFriction, effect: Effect, constants: Constants,
                      ) -> tuple[Piece, ...]:
-    dry = Piece("friction", Limits(build.limits, build.inputs, constants))
-    if build.rest is None:
-        return (dry,)
-    return (Piece("load", Torque(build.rest, build.inputs, constants)), dry)
+    pieces = [Piece("friction", Limits(build.limits, build.inputs, constants))]
+    if build.rest is not None:
+        pieces.append(Piece("load", Torque(build.rest, build.inputs, constants)))
+    return tuple(piece for piece in pieces if not _is_idle(piece.act, effect))
+
+
+def _is_idle(kernel: Kernel, effect: Effect) -> bool:
+    """Whether a part of an effect does nothing, since all its amplitudes keep zero."""
+    constants, named = dict(kernel.constants), signature(kernel.function).parameters
+    return all(constants.get(p.name) == p.neutral for p in effect.parameters
+               if p.neutral is not None and p.name in named)
 
 
 @_pieces.register

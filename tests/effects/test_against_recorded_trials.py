@@ -30,7 +30,7 @@ def coulomb(robot, truth, numbers):
 def stribeck(robot, truth, numbers):
     return LIBRARY["stribeck"](
         joints=1, level=numbers["coulomb_nm"]["2"], width=1e-4,
-        static_ratio=numbers["static_over_coulomb"],
+        excess=(numbers["static_over_coulomb"] - 1.0) * numbers["coulomb_nm"]["2"],
         velocity=numbers["stribeck_velocity_rad_s"])
 
 

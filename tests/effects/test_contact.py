@@ -5,10 +5,11 @@ import pytest
 from effect_runs import one_joint, run_loop, run_plant
 
 from clie_blocks.effects import LIBRARY, sticking
-from clie_blocks.effects.contact import DRY
+from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.signals import DiagramError
 
 A, B = 2.0, 0.5
+DRY = [name for name in LIBRARY if isinstance(LIBRARY[name].build, DryFriction)]
 
 
 @pytest.mark.parametrize("name", DRY)
@@ -60,7 +61,7 @@ def test_a_set_point_within_the_friction_leaves_the_joint_where_it_is():
 
 
 def test_stribeck_breaks_away_at_its_static_level():
-    plant = one_joint(sticking(LIBRARY["stribeck"])(level=0.4, static_ratio=1.5))
+    plant = one_joint(sticking(LIBRARY["stribeck"])(level=0.4, excess=0.2))
     rate = 0.05
     t, q, _ = run_plant(plant, lambda t: rate * t, 14.0)
     assert rate * t[np.argmax(q > 1e-4)] == pytest.approx(0.6, rel=0.02)

@@ -5,12 +5,7 @@ import pytest
 from effect_runs import one_joint, run_loop, run_plant, state_along
 
 from clie_blocks.effects import LIBRARY
-from clie_blocks.effects.coulomb import coulomb_torque
-from clie_blocks.effects.directional_efficiency import directional_loss_torque
-from clie_blocks.effects.friction_drift import friction_drift_torque
-from clie_blocks.effects.load_dependent_friction import load_dependent_torque
 from clie_blocks.effects.presliding import presliding_torque
-from clie_blocks.effects.stribeck import stribeck_torque
 
 A, B = 2.0, 0.5  # damping over inertia [1/s], one over inertia [1/(kg m^2)]
 
@@ -51,21 +46,22 @@ def test_smoothed_friction_creeps_as_stated():
 
 def test_first_harmonic_of_coulomb_friction_is_that_of_a_relay():
     angle = 2 * np.pi * np.arange(20000) / 20000
-    tau = coulomb_torque(2.0 * np.cos(angle), 0.3, 1e-5)
+    tau = LIBRARY["coulomb"].build.kernel(2.0 * np.cos(angle), level=0.3, width=1e-5)
     assert 2 * np.mean(tau * np.cos(angle)) == pytest.approx(4 * 0.3 / np.pi, rel=1e-4)
 
 
 def test_stribeck_goes_from_static_to_coulomb_level():
-    law = {"level": 0.2, "static_ratio": 1.6, "velocity": 0.02, "exponent": 2.0, "width": 1e-6}
-    assert stribeck_torque(1e-4, **law) == pytest.approx(0.32, rel=1e-4)
-    assert stribeck_torque(0.02, **law) == pytest.approx(0.2 * (1 + 0.6 / np.e), rel=1e-6)
-    assert stribeck_torque(-1.0, **law) == pytest.approx(-0.2, rel=1e-12)
+    torque = LIBRARY["stribeck"].build.kernel
+    law = {"level": 0.2, "excess": 0.12, "velocity": 0.02, "exponent": 2.0, "width": 1e-6}
+    assert torque(1e-4, **law) == pytest.approx(0.32, rel=1e-4)
+    assert torque(0.02, **law) == pytest.approx(0.2 * (1 + 0.6 / np.e), rel=1e-6)
+    assert torque(-1.0, **law) == pytest.approx(-0.2, rel=1e-12)
 
 
 def test_stick_slip_of_a_slow_ramp_needs_the_stribeck_effect():
     stuck = {}
-    for name in ("coulomb", "stribeck"):
-        plant = one_joint(LIBRARY[name].typical(level=0.3, width=1e-4), a=0.4)
+    for name, more in (("coulomb", {}), ("stribeck", {"excess": 0.15})):
+        plant = one_joint(LIBRARY[name].typical(level=0.3, width=1e-4, **more), a=0.4)
         loop = run_loop(plant, lambda t: 0.02 * t, 60.0, step=5e-4, kp=2.0, kd=1e-3)
         dq = loop.outputs[1].ravel()[len(loop.time) // 2:]
         stuck[name] = np.mean(np.abs(dq) < 1e-3)
@@ -76,12 +72,14 @@ def test_stick_slip_of_a_slow_ramp_needs_the_stribeck_effect():
 def test_lugre_settles_on_the_stribeck_curve(speed):
     t = np.arange(0, 0.06, 1.5e-5) / abs(speed)  # 60 mrad
     tau = state_along("presliding", t, np.full_like(t, speed))
-    curve = stribeck_torque(speed, 0.05, 1.5, 0.02, 2.0, 1e-9)
+    curve = LIBRARY["stribeck"].build.kernel(speed, level=0.05, excess=0.025, velocity=0.02,
+                                             exponent=2.0, width=1e-9)
     assert tau[-1] == pytest.approx(curve, rel=1e-3)
 
 
 def test_presliding_sticks_below_break_away_and_slides_above():
-    plant = one_joint(LIBRARY["presliding"].typical(level=0.4, static_ratio=1.5))
+    plant = one_joint(LIBRARY["presliding"].typical(level=0.4, static_ratio=1.5,
+                                                    bristle_damping=2.0))
     _, q, dq = run_plant(plant, lambda t: np.minimum(0.1 * t, 0.55), 20.0)
     assert abs(dq[-1]) < 1e-9 and abs(q[-1]) < 5 * 2e-3  # smoothed, it would creep at 1e-3
     assert np.ptp(q[-1000:]) < 1e-9
@@ -154,12 +152,17 @@ def test_break_away_grows_with_rest():
 
 
 def test_warm_joint_has_the_whole_change_of_friction():
-    early, late = (friction_drift_torque(t, 2.0, -0.3, 0.1, 20.0, 1e-3) for t in (0.0, 400.0))
+    numbers = {"viscous_change": -0.3, "coulomb_change": 0.1, "level": 0.0,
+               "time_constant": 20.0, "since": 0.0, "width": 1e-3}
+    early, late = (LIBRARY["friction_drift"].build.kernel(t, 2.0, **numbers)
+                   for t in (0.0, 400.0))
     assert early == 0.0 and late == pytest.approx(-0.3 * 2.0 + 0.1, rel=1e-6)
 
 
 def test_gear_losses_follow_the_power():
-    lifting = directional_loss_torque(0.5, 2.0, 0.1, 0.3, 1e-3)
-    lowering = directional_loss_torque(-0.5, 2.0, 0.1, 0.3, 1e-3)
+    loss = LIBRARY["directional_efficiency"].build.kernel
+    lifting = loss(0.5, 2.0, driving=0.1, backdriving=0.3, width=1e-3)
+    lowering = loss(-0.5, 2.0, driving=0.1, backdriving=0.3, width=1e-3)
     assert lifting == pytest.approx(0.2) and lowering == pytest.approx(-0.6)
-    assert load_dependent_torque(-0.5, -2.0, 0.1, 1e-3) == pytest.approx(-0.2)
+    loaded = LIBRARY["load_dependent_friction"].build.kernel
+    assert loaded(-0.5, -2.0, level=0.0, share=0.1, width=1e-3) == pytest.approx(-0.2)

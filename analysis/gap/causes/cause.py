@@ -138,6 +138,7 @@ class Cause:
 def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], list[Probe]],
              fixed: Collection[str] = (), per_log: Collection[str] = (),
              phase: Collection[str] = (), held: Mapping[str, float] = MappingProxyType({}),
+             within: Mapping[str, tuple[float, float]] = MappingProxyType({}),
              **how: Any) -> Cause:
     """Return an effect of the catalogue as a cause: its kernel, its parameters, where to look.
 
@@ -154,12 +155,14 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
         or a time under a sine.
     held : dict of str to float
         Values of further parameters; what is in neither keeps its neutral or typical value.
+    within : dict of str to (float, float)
+        Narrower bounds, where a log cannot tell what lies beyond from another effect.
     **how
         Further fields of `Cause`.
 
     """
     numbers = tuple(
-        Number(p.name, p.unit, p.lower, p.upper,
+        Number(p.name, p.unit, *within.get(p.name, (p.lower, p.upper)),
                "log" if p.name in per_log else "joint" if p.per_joint else "robot",
                fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase)
         for p in effect.parameters if p.name in free)

@@ -9,6 +9,8 @@ from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.load_dependent_friction import load_dependent_limits
 
+_BRISTLE_TIME = 0.1  # s: damping over stiffness at which columns are simulated
+
 COULOMB = cause_of(
     LIBRARY["coulomb"], ("level",),
     lambda scene: [Probe({"level": scene.small_torque()}, ("level",))])
@@ -21,7 +23,7 @@ def _stribeck_probes(scene: Scene) -> list[Probe]:
 
 
 STRIBECK = cause_of(LIBRARY["stribeck"], ("level", "excess", "velocity"), _stribeck_probes,
-                    without=("coulomb", "excess"))
+                    within={"velocity": (2e-3, 1.0)}, without=("coulomb", "excess"))
 
 ASYMMETRIC_COULOMB = cause_of(
     LIBRARY["asymmetric_coulomb"], ("forward", "backward"),
@@ -51,13 +53,14 @@ LOAD_DEPENDENT_FRICTION = (
 
 def _presliding_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
-    return [Probe({"level": size, "reach": reach + 0 * size, "bristle_damping": 0.1 * size / reach},
-                  ("level", "bristle_damping"))
+    return [Probe({"level": size, "reach": reach + 0 * size,
+                   "bristle_damping": _BRISTLE_TIME * size / reach}, ("level", "bristle_damping"))
             for reach in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)]
 
 
 PRESLIDING = cause_of(LIBRARY["presliding"], ("level", "bristle_damping", "reach"),
-                      _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0})
+                      _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0},
+                      within={"reach": (1e-4, 0.5)})  # below, it is dry friction
 
 
 def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:
@@ -75,14 +78,15 @@ def _drift_probes(scene: Scene, sizes: dict[str, np.ndarray]) -> list[Probe]:
             for t, since in _times(scene)]
 
 
+_WARM_UP = {"time_constant": (1.0, 300.0)}
 FRICTION_DRIFT = (
     cause_of(LIBRARY["friction_drift"], ("viscous_change", "time_constant", "since"),
              lambda scene: _drift_probes(
                  scene, {"viscous_change": scene.small_torque() / scene.speed}),
-             fixed=("since",), per_log=("since",), variant="viscous"),
+             fixed=("since",), per_log=("since",), within=_WARM_UP, variant="viscous"),
     cause_of(LIBRARY["friction_drift"], ("level", "coulomb_change", "time_constant", "since"),
              lambda scene: _drift_probes(scene, {"level": scene.small_torque(),
                                                  "coulomb_change": scene.small_torque()}),
-             fixed=("since",), per_log=("since",), variant="dry",
+             fixed=("since",), per_log=("since",), within=_WARM_UP, variant="dry",
              without=("coulomb", "coulomb_change")),
 )

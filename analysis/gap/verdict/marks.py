@@ -118,6 +118,6 @@ def _is_weight_of_links(hypothesis: Hypothesis, gravity: Member, method: Verdict
 
 def _drifts_within_logs(hypothesis: Hypothesis, drift: Member, method: VerdictMethod) -> bool:
     """Whether friction still drifts once the robot moves, rather than at the start of the log."""
-    times = hypothesis.values[f"{drift.name}.time"][list(drift.joints)]
+    times = hypothesis.values[f"{drift.name}.time_constant"][list(drift.joints)]
     left = np.exp(-method.away_from_ends / times)
     return bool(np.all(left >= method.drift_left))

@@ -21,20 +21,15 @@ from clie_blocks.analysis.gap.causes import (
 )
 from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
 from clie_blocks.effects import (
-    asymmetric_coulomb,
     backlash,
-    coulomb,
     dead_zone,
     encoder_eccentricity,
-    friction_drift,
     joint_elasticity,
     lag,
-    load_dependent_friction,
     periodic_disturbance,
     presliding,
     quadratic_drag,
     spring,
-    stribeck,
     torque_ripple,
 )
 from clie_blocks.effects.actuator_saturation import saturated_torque
@@ -70,38 +65,29 @@ def test_every_effect_that_is_searched_for_is_in_the_catalogue():
     assert named <= set(effects.LIBRARY)
 
 
-@given(moving, positive, positive, positive)
-def test_dry_friction(dq, level, more, speed):
-    s = state(dq=dq)
-    assert np.allclose(dry(friction.COULOMB, s, {"level": level}),
-                       coulomb.coulomb_torque(dq, level, STEEP))
-    assert np.allclose(dry(friction.ASYMMETRIC_COULOMB, s, {"forward": level, "backward": more}),
-                       asymmetric_coulomb.asymmetric_coulomb_torque(dq, level, more, STEEP))
+FROM_THE_CATALOGUE = [cause for cause in CAUSES if hasattr(cause.pieces[0].act, "function")]
+
+
+@pytest.mark.parametrize("cause", FROM_THE_CATALOGUE, ids=lambda cause: cause.key)
+def test_a_cause_has_the_parameters_of_its_effect(cause):
+    parameters = {p.name: p for p in effects.LIBRARY[cause.name].parameters}
+    for number in cause.numbers:
+        of_effect = parameters[number.name]
+        assert (number.unit, number.neutral) == (of_effect.unit, of_effect.neutral)
+        assert of_effect.lower <= number.lower < number.upper <= of_effect.upper
+
+
+@given(moving, signed, st.sampled_from(["coulomb", "stribeck", "asymmetric_coulomb",
+                                        "load_dependent_friction"]), st.data())
+def test_the_impulse_of_a_moving_joint_is_the_smoothed_torque(dq, u, name, data):
+    cause = next(one for one in CAUSES if one.name == name)
+    p = {number.name: data.draw(positive) for number in cause.numbers}
+    kernel = effects.LIBRARY[name].build
+    signals = {"dq": dq, "u": u}
     assert np.allclose(
-        dry(friction.STRIBECK, s, {"level": level, "excess": more, "speed": speed}),
-        stribeck.stribeck_torque(dq, level, 1 + more / level, speed, 2.0, STEEP))
-
-
-@given(moving, signed, positive)
-def test_friction_of_the_load_is_that_of_the_motor_torque(dq, u, slope):
-    of_motor = friction.LOAD_DEPENDENT_FRICTION[0]
-    assert np.allclose(
-        dry(of_motor, state(dq=dq, u=u), {"level": np.zeros(N), "slope": slope}),
-        load_dependent_friction.load_dependent_torque(dq, u, slope, STEEP))
-
-
-@given(moving, st.floats(0.0, 60.0), signed, positive)
-def test_friction_that_drifts(dq, t, change, time):
-    viscous, of_level = friction.FRICTION_DRIFT
-    clock = {"time": time, "since": np.zeros(N)}
-    there, _ = viscous.pieces[0].act(state(dq=dq, t=t), [], {"damping": change, **clock})
-    assert np.allclose(there, friction_drift.friction_drift_torque(
-        t, dq, change, 0.0, time, STEEP))
-    # the level itself may not fall below zero, so the change is seen on a large one
-    numbers = {"level": np.full(N, 9.0), "change": change, **clock}
-    assert np.allclose(
-        dry(of_level, state(dq=dq, t=t), numbers) - 9.0 * np.sign(dq),
-        friction_drift.friction_drift_torque(t, dq, 0.0, change, time, STEEP))
+        dry(cause, state(dq=dq, u=u), p),
+        kernel.kernel(*(signals[key] for key in kernel.inputs), width=STEEP,
+                      **{"exponent": 2.0, **p}))
 
 
 @given(signed, moving, positive)
@@ -172,13 +158,13 @@ def test_presliding_is_a_dahl_contact():
 
     bent = solve_ivp(lambda t, z: presliding.dahl_rate(z, velocity(t), reach, 1.0, 1e9),
                      (0.0, 1.0), np.zeros(N), max_step=2e-4, rtol=1e-9, atol=1e-12)
-    numbers = {"range": reach, "level": level, "bristle_damping": np.zeros(N)}
+    numbers = {"reach": reach, "level": level, "bristle_damping": np.zeros(N)}
     z = [np.zeros(N)]
     for k in range(1000):
         now = dataclasses.replace(state(h=h), dq=velocity((k + 0.5) * h))
         _, z = friction.PRESLIDING.pieces[0].act(now, z, numbers)
     expected = presliding.dahl_torque(bent.y[:, -1], 1e-9, level, reach, 1e9)
-    assert np.allclose(level * z[0], expected, rtol=2e-3, atol=2e-3 * level.min())
+    assert np.allclose(level / reach * z[0], expected, rtol=2e-3, atol=2e-3 * level.min())
 
 
 @given(signed, signed, positive, positive, positive)

@@ -92,7 +92,8 @@ def test_a_joint_that_is_predicted_to_be_needed_is_not_left_out(fitted, healthy)
 def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):
     centre, n = fitted[1].hypothesis, healthy.n
     motion, level = base_motion(centre), 0.02 * np.abs(healthy.fit[0].u).max()
-    sets = [everywhere(PRESLIDING, n, level=level, range=0.002 * k, bristle_damping=level).values
+    sets = [everywhere(PRESLIDING, n, level=level, reach=0.002 * k,
+                       bristle_damping=level).values
             for k in range(1, WIDE + 3)]
     changes = list(responses(centre, motion, PRESLIDING, sets))
     assert len(changes) == len(sets)

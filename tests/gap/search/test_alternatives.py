@@ -65,11 +65,11 @@ def test_both_forms_of_load_dependent_friction_are_alternatives_where_links_are_
     assert {plain} in keys(alternatives(known, [known], CAUSES, residuals))
     assert {grows} not in keys(alternatives(known, [known], CAUSES, residuals))
     assert {grows} in keys(alternatives(stated, [stated], CAUSES, residuals))
-    loaded = leading(nominal, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, slope=0.2),
+    loaded = leading(nominal, member(friction.LOAD_DEPENDENT_FRICTION[1], n, level=0.1, share=0.2),
                      links=True)
     (swapped,) = [one for one in alternatives(loaded, [loaded], CAUSES, residuals)
                   if keys([one]) == [{plain}]]
-    assert np.all(swapped.members[0].values["slope"] == 0.2)
+    assert np.all(swapped.members[0].values["share"] == 0.2)
 
 
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):

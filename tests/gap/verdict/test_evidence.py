@@ -26,8 +26,8 @@ from clie_blocks.analysis.gap.verdict.posterior import posterior
 def fitted(slope, spread=1.0):
     """Fit of load-dependent friction at the second of two joints."""
     problem = make_problem(n=2)
-    cause = make_member(friction.LOAD_DEPENDENT_FRICTION[0], problem, [1], slope=slope,
-                        sizes={"slope": 0.03})
+    cause = make_member(friction.LOAD_DEPENDENT_FRICTION[0], problem, [1], share=slope,
+                        sizes={"share": 0.03})
     fit = make_fit(problem, cause)
     return dataclasses.replace(fit, spread=np.full(len(fit.spread), spread))
 
