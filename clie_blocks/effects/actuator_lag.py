@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
 from clie_blocks.effects.effect import Effect
-from clie_blocks.effects.lag import lag_rate, lag_step, lagged
+from clie_blocks.effects.lag import lag_rate, lag_step, lagged, mean_lagged
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
@@ -12,6 +12,12 @@ from clie_blocks.labels import PerJoint
 def lagging_torque(z: np.ndarray, u: np.ndarray, lag: PerJoint) -> np.ndarray:
     """Torque behind a first-order lag [N m]: ``lag u_motor' = u - u_motor``."""
     return lagged(z, u, lag)
+
+
+def mean_lagging_torque(z: np.ndarray, u: np.ndarray, lag: PerJoint,
+                        period: float) -> np.ndarray:
+    """Mean torque [N m] over a period in which the command u is held."""
+    return mean_lagged(z, u, lag, period)
 
 
 ACTUATOR_LAG = Effect(
@@ -37,5 +43,5 @@ ACTUATOR_LAG = Effect(
     wrong="First order and linear: a current loop overshoots and runs into its voltage limit. "
           "Starts at zero torque. Lags below the step need a smaller step.",
     symmetry="odd", stiff=True, symbol=r"$\frac{1}{1+Ts}$",
-    sampled=Dynamic(lag_step, lagging_torque, inputs=("u",), outputs=("u",)),
+    sampled=Dynamic(lag_step, mean_lagging_torque, inputs=("u",), outputs=("u",)),
 )

@@ -51,6 +51,11 @@ def recalled(z: np.ndarray, signal: np.ndarray, delay: PerJoint, share: PerJoint
     return np.where(delay > 0, sum(p * row for p, row in zip(polynomials, z)), signal)
 
 
+def constant_delay(t: float, delay: PerJoint) -> PerJoint:
+    """Delay that is the same at all times [s]."""
+    return delay
+
+
 @dataclass(frozen=True)
 class DelayLine:
     """Exact sampled delay: a shift register per signal, linear between samples.
@@ -141,5 +146,5 @@ def delay_line(delay: ArrayLike, period: float, *, port: str = "u",
     if not period > 0:
         raise DiagramError(f"{name}: the period must be positive, got {period} s")
     delays = vector(delay, f"{name}: delay", unit="s", least=0)
-    line = DelayLine((port,), lambda t, delay: delay, longest="delay")
+    line = DelayLine((port,), constant_delay, longest="delay")
     return line({"delay": delays}, delays.size, name, period)

@@ -8,21 +8,22 @@ from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 
-def periodic_torque(t: float, amplitude: PerJoint, frequency: PerJoint,
-                    phase: PerJoint) -> np.ndarray:
+def periodic_torque(t: float, sine: PerJoint, cosine: PerJoint,
+                    frequency: PerJoint) -> np.ndarray:
     """Disturbing torque ``amplitude sin(2 pi frequency t + phase)`` [N m]."""
-    return amplitude * np.sin(2 * np.pi * frequency * t + phase)
+    phase = 2 * np.pi * frequency * t
+    return sine * np.sin(phase) + cosine * np.cos(phase)
 
 
 PERIODIC_DISTURBANCE = Effect(
     name="periodic_disturbance", family="environment", port="environment",
     build=Static(periodic_torque, inputs=("t",)),
     parameters=(
-        Parameter("amplitude", "N m", 0.0, 1e3, 0.1, 0.0, "amplitude"),
+        Parameter("sine", "N m", -1e3, 1e3, 0.1, 0.0, "amplitude of the sine"),
+        Parameter("cosine", "N m", -1e3, 1e3, 0.0, 0.0, "amplitude of the cosine, from t = 0"),
         Parameter("frequency", "Hz", 1e-3, 1e3, 2.0, None, "frequency"),
-        Parameter("phase", "rad", -3.15, 3.15, 0.0, None, "phase at t = 0"),
     ),
-    equation="tau = amplitude sin(2 pi frequency t + phase)",
+    equation="tau = sine sin(2 pi frequency t) + cosine cos(2 pi frequency t)",
     reference="M. Tomizuka, T.-C. Tsao, K.-K. Chew, Analysis and Synthesis of Discrete-Time "
               "Repetitive Controllers, ASME J. DSMC 111(3), 1989",
     signature="A line in the spectrum at one frequency, whatever the motion, also at standstill.",

@@ -19,7 +19,8 @@ SPRING = Effect(
     name="spring", family="load", port="load",
     build=Static(spring_torque, inputs=("q",)),
     parameters=(
-        Parameter("stiffness", "N m/rad", 0.0, 1e4, 0.2, 0.0, "stiffness at the rest angle"),
+        Parameter("stiffness", "N m/rad", -1e4, 1e4, 0.2, 0.0,
+                  "stiffness at the rest angle; negative beyond the dead centre of a spring"),
         Parameter("rest", "rad", -10.0, 10.0, 0.0, None, "angle without torque"),
         Parameter("hardening", "1/rad^2", 0.0, 10.0, 0.3, None, "growth of the stiffness"),
     ),

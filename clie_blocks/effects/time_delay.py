@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic
-from clie_blocks.effects.delay import ORDER, DelayLine, delayed, memory_rate
+from clie_blocks.effects.delay import ORDER, DelayLine, constant_delay, delayed, memory_rate
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
@@ -40,5 +40,5 @@ TIME_DELAY = Effect(
           "2 pi f delay = 6, with steps below delay/4; exact in a sampled controller. The torque "
           "before the start is zero.",
     symmetry="odd", stiff=True, symbol="$e^{-sT}$",
-    sampled=DelayLine(("u",), lambda t, delay: delay, longest="delay"),
+    sampled=DelayLine(("u",), constant_delay, longest="delay"),
 )

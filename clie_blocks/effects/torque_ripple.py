@@ -8,21 +8,22 @@ from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 
-def cogging_torque(q: np.ndarray, level: PerJoint, order: PerJoint, phase: PerJoint) -> np.ndarray:
-    """Cogging torque level sin(order q + phase) [N m], opposing: a potential, so no loss."""
-    return level * np.sin(order * q + phase)
+def cogging_torque(q: np.ndarray, sine: PerJoint, cosine: PerJoint,
+                   order: PerJoint) -> np.ndarray:
+    """Cogging torque ``sine sin(order q) + cosine cos(order q)`` [N m]: no loss over a period."""
+    return sine * np.sin(order * q) + cosine * np.cos(order * q)
 
 
 TORQUE_RIPPLE = Effect(
     name="torque_ripple", family="drive", port="load",
     build=Static(cogging_torque, inputs=("q",)),
     parameters=(
-        Parameter("level", "N m", 0.0, 100.0, 0.1, 0.0, "amplitude"),
+        Parameter("sine", "N m", -100.0, 100.0, 0.1, 0.0, "amplitude of the sine"),
+        Parameter("cosine", "N m", -100.0, 100.0, 0.0, 0.0, "amplitude of the cosine"),
         Parameter("order", "1", 0.1, 1e5, 50.0, None,
                   "periods per turn of the joint: slots of the motor times gear ratio"),
-        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
     ),
-    equation="tau = level sin(order q + phase)",
+    equation="tau = sine sin(order q) + cosine cos(order q)",
     reference="J. R. Hendershot, T. J. E. Miller, Design of Brushless Permanent-Magnet Machines, "
               "chapter on cogging torque",
     signature="A wave over position, alike in both directions; its line in the spectrum moves "

@@ -139,30 +139,37 @@ class LoopBlock:
                            shape.has_coupling, diagonal, shape.known)
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
-        memory, p, _ = self._unpack(x, params)
-        q, _ = measured_position(memory["q"][0], memory, self.pieces, p, self.shape.period)
-        command, _ = self._command(q, u, memory, p)
+        memory, p, chain = self._unpack(x, params)
+        now = self._now(t, memory, p, chain)
+        q, _ = measured_position(now, memory, self.pieces, p)
+        command, _ = self._command(now, q, u, memory, p)
         return np.concatenate((q, command, memory["sum"][0]))
 
-    def _command(self, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
+    def _now(self, t: float, memory: Memory, p: Parameters, chain: PlanarChain) -> State:
+        """Motion at a sample, before there is a command."""
+        (q,), (dq,) = memory["q"], memory["dq"]
+        return State(q, dq, np.zeros(self.shape.n), t, self.shape.period, chain, p["ratio"])
+
+    def _command(self, now: State, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
                  ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
         """Command of the law for a measured position, and its memory one sample later."""
         n = self.shape.n
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
-        start, _ = measured_position(p["start"], at_rest, self.pieces, p, self.shape.period)
+        start, _ = measured_position(
+            dataclasses.replace(now, q=p["start"]), at_rest, self.pieces, p)
         return law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start + p["first"],
                            self.shape.clipped, p)
 
     def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         """State one period later: measure, command, hold, move."""
         memory, p, chain = self._unpack(x, params)
-        h = self.shape.period
-        q, of_sensor = measured_position(memory["q"][0], memory, self.pieces, p, h)
-        command, of_law = self._command(q, u, memory, p)
-        torque, of_drive = delivered_torque(command, memory, self.pieces, p, h)
-        now = State(memory["q"][0], memory["dq"][0], torque, t, h, chain, p["ratio"])
+        now = self._now(t, memory, p, chain)
+        q, of_sensor = measured_position(now, memory, self.pieces, p)
+        command, of_law = self._command(now, q, u, memory, p)
+        torque, of_drive = delivered_torque(
+            dataclasses.replace(now, u=command), memory, self.pieces, p)
         move = move_apart if self.moves_apart else move_as_one
-        motion, of_load = move(now, memory, self.pieces, p)
+        motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
         parts = [*motion[:2], *of_law, memory["sum"][0] + q, *motion[2:]]
         for name, piece in self.pieces:

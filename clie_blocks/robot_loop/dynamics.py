@@ -32,15 +32,15 @@ class Piece:
     Parameters
     ----------
     port : str
-        ``sensor``  act(q, z, p, h) -> measured q, z, whose memory starts as the position;
-        ``drive``   act(u, z, p, h) -> u, z;
+        ``sensor``  act(s, z, p) -> measured q, z, whose memory starts as the position;
+        ``drive``   act(s, z, p) -> torque, mean over a period, z;
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, p) -> largest torque against forward and against backward motion;
         ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
         ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
         two are their inertias.
-        `s` is a `State`; `p` holds the parameters of the effect, `z` its memory, one array (n,)
-        per state; `h` is the period.
+        `s` is a `State`, at a sensor and a drive with what the pieces before it made of q and u;
+        `p` holds the parameters of the effect, `z` its memory, one array (n,) per state.
     act : callable
         See above.
     states : int
@@ -114,12 +114,12 @@ class State:
         return torque
 
 
-def measured_position(q: np.ndarray, memory: Memory, pieces: NamedPieces, p: Parameters, h: float,
+def measured_position(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
                       ) -> tuple[np.ndarray, Memory]:
     """Position as the controller sees it [rad], and the memory of its pieces one sample later."""
-    after = {}
+    q, after = s.q, {}
     for name, piece in _at(pieces, "sensor"):
-        q, after[name] = piece.act(q, memory[name], p[name], h)
+        q, after[name] = piece.act(dataclasses.replace(s, q=q), memory[name], p[name])
     return q, after
 
 
@@ -134,12 +134,12 @@ def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence
     return (np.clip(u, -p["saturation"], p["saturation"]) if clipped else u), after
 
 
-def delivered_torque(u: np.ndarray, memory: Memory, pieces: NamedPieces, p: Parameters, h: float,
+def delivered_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
                      ) -> tuple[np.ndarray, Memory]:
     """Torque that leaves the drive, and the memory of its pieces one sample later."""
-    after = {}
+    u, after = s.u, {}
     for name, piece in _at(pieces, "drive"):
-        u, after[name] = piece.act(u, memory[name], p[name], h)
+        u, after[name] = piece.act(dataclasses.replace(s, u=u), memory[name], p[name])
     return u, after
 
 

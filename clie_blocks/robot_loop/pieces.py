@@ -11,16 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Dynamic, Static, filled_in
+from clie_blocks.effects import blocks
+from clie_blocks.effects.blocks import filled_in
+from clie_blocks.effects.delay import DelayLine
 from clie_blocks.effects.dry_friction import DryFriction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.labels import DiagramError
-from clie_blocks.robot_loop.dynamics import Piece, State
+from clie_blocks.robot_loop.dynamics import DELAY_TAPS, Piece, State
+
+_PORTS = {"load": "load", "environment": "load", "drive": "drive", "sensor": "sensor"}
 
 Constants = tuple[tuple[str, float], ...]
 """Parameters that no one sets, with their values: known when a program is compiled."""
 Filled = Mapping[str, np.ndarray]
 """Parameters by name."""
+Rows = list[np.ndarray]
+"""Memory of a piece, one array (n,) per state."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,46 +70,66 @@ class Limits(Kernel):
 
 
 @dataclasses.dataclass(frozen=True)
-class Torque(Kernel):
-    """Torque that opposes, as a piece at the port ``load``."""
+class Static(Kernel):
+    """A kernel without memory: a torque that opposes, a torque delivered, a position measured."""
 
-    def __call__(self, s: State, z: list[np.ndarray], p: Filled,
-                 ) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Torque [N m], and no memory."""
-        return self.at(s, p), z
+    def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
+        """Its first output, and no memory."""
+        return _first(self.at(s, p)), z
 
 
 @dataclasses.dataclass(frozen=True)
-class TorqueWithMemory(Kernel):
-    """Torque with a state, as a piece at the port ``load``: that of the middle of a period.
+class Dynamic(Kernel):
+    """A kernel with a state, whose output holds for a period.
 
     Parameters
     ----------
     function, inputs, constants
-        As in `Kernel`.
+        As in `Kernel`; of a load, at the state of the middle of the period.
     step : callable
         State after a time `period`, from the state and the signals.
     size : int
         States per joint.
+    at_middle : bool
+        The output is that of the state in the middle of the period, not of the first one.
 
     """
 
     step: Callable[..., Any] = np.positive
     size: int = 1
+    at_middle: bool = False
 
     @property
     def identity(self) -> str:
         """As of a `Kernel`, with its step."""
-        return f"{super().identity} {self.step.__module__}.{self.step.__qualname__} {self.size}"
+        step = f"{self.step.__module__}.{self.step.__qualname__}"
+        return f"{super().identity} {step} {self.size} {self.at_middle}"
 
-    def __call__(self, s: State, z: list[np.ndarray], p: Filled,
-                 ) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Torque [N m], and the memory a period later."""
+    def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
+        """Its first output, and the memory a period later."""
         advance = Kernel(self.step, self.inputs, self.constants)
-        state = z[0] if self.size == 1 else np.stack(z)
-        torque = self.at(s, p, advance.at(s, p, state, period=s.h / 2))
-        after = advance.at(s, p, state, period=s.h)
-        return torque, [after] if self.size == 1 else list(after)
+        first = z[0] if self.size == 1 else np.stack(z)
+        state = advance.at(s, p, first, period=s.h / 2) if self.at_middle else first
+        after = advance.at(s, p, first, period=s.h)
+        return (_first(self.at(s, p, state, period=s.h)),
+                [after] if self.size == 1 else list(after))
+
+
+@dataclasses.dataclass(frozen=True)
+class Late(Kernel):
+    """A signal some time ago: the mean of its delayed staircase over a period.
+
+    That is linear between two samples of a line of past values.
+    """
+
+    def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
+        """The late signal, and the line one sample later."""
+        filled = filled_in(self.function, {**dict(self.constants), **p})
+        line, samples = [getattr(s, self.inputs[0]), *z], filled(s.t) / s.h
+        late = 0.0 * line[0]
+        for k, past in enumerate(line):
+            late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
+        return late, line[:-1]
 
 
 def pieces_of(effect: Effect, free: Collection[str],
@@ -127,10 +153,10 @@ def pieces_of(effect: Effect, free: Collection[str],
     """
     constants = tuple((p.name, float(held.get(p.name, p.default))) for p in effect.parameters
                       if p.name not in free)
-    if effect.port not in ("load", "environment"):
-        raise DiagramError(f"{effect.name}: the sampled robot takes effects at its load so far, "
-                           f"and this one enters at the {effect.port}")
-    return _pieces(effect.build, effect, constants)
+    if effect.port not in _PORTS:
+        raise DiagramError(f"{effect.name}: it enters at the {effect.port}, and the sampled robot "
+                           f"takes effects at {', '.join(_PORTS)}")
+    return _pieces(effect.sampled or effect.build, effect, constants)
 
 
 @functools.singledispatch
@@ -140,8 +166,8 @@ def _pieces(build: Any, effect: Effect, constants: Constants) -> tuple[Piece, ..
 
 
 @_pieces.register
-def _of_static(build: Static, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
-    return (Piece("load", Torque(build.kernel, build.inputs, constants)),)
+def _of_static(build: blocks.Static, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
+    return (Piece(_PORTS[effect.port], Static(build.kernel, build.inputs, constants)),)
 
 
 @_pieces.register
@@ -149,8 +175,24 @@ def _of_dry_friction(build: DryFriction, effect: Effect, constants: Constants,
                      ) -> tuple[Piece, ...]:
     pieces = [Piece("friction", Limits(build.limits, build.inputs, constants))]
     if build.rest is not None:
-        pieces.append(Piece("load", Torque(build.rest, build.inputs, constants)))
+        pieces.append(Piece("load", Static(build.rest, build.inputs, constants)))
     return tuple(piece for piece in pieces if not _is_idle(piece.act, effect))
+
+
+@_pieces.register
+def _of_dynamic(build: blocks.Dynamic, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
+    if effect.sampled is None:
+        raise DiagramError(f"{effect.name}: its state moves in continuous time; give it a form "
+                           "sampled=Dynamic(step, torque, ...) whose step takes the `period`")
+    port = _PORTS[effect.port]
+    return (Piece(port, Dynamic(build.kernel, build.inputs, constants, build.rate, build.size,
+                                at_middle=port == "load"), states=build.size),)
+
+
+@_pieces.register
+def _of_delay(build: DelayLine, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
+    return (Piece(_PORTS[effect.port], Late(build.delay, build.ports, constants),
+                  states=DELAY_TAPS),)
 
 
 def _is_idle(kernel: Kernel, effect: Effect) -> bool:
@@ -160,11 +202,5 @@ def _is_idle(kernel: Kernel, effect: Effect) -> bool:
                if p.neutral is not None and p.name in named)
 
 
-@_pieces.register
-def _of_dynamic(build: Dynamic, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
-    sampled = effect.sampled
-    if not isinstance(sampled, Dynamic):
-        raise DiagramError(f"{effect.name}: its state moves in continuous time; give it a form "
-                           "sampled=Dynamic(step, torque, ...) whose step takes the `period`")
-    return (Piece("load", TorqueWithMemory(sampled.kernel, sampled.inputs, constants,
-                                           sampled.rate, sampled.size), states=sampled.size),)
+def _first(outputs: Any) -> np.ndarray:
+    return outputs[0] if isinstance(outputs, tuple) else outputs

@@ -96,9 +96,9 @@ def _zero(s: State, p: Values) -> BodyTerms:
     return _difference(s, s.chain, s.q + p[CHANGE])
 
 
-def _geared_torque(u: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
+def _geared_torque(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     """Command over the change of the ratio: eq. (8) motor side, divided by it."""
-    return u / (1.0 + p[CHANGE]), z
+    return s.u / (1.0 + p[CHANGE]), z
 
 
 def _geared_links(s: State, p: Values) -> BodyTerms:

@@ -10,19 +10,16 @@ from clie_blocks.analysis.gap.causes.cause import (
     Probe,
     Scene,
     Values,
+    cause_of,
 )
+from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop import planar_chain
 from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
 
-
-def _spring(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
-    return p["stiffness"] * s.q, z
-
-
-SPRING = Cause(
-    "spring", (Piece("load", _spring),), (Number("stiffness", "N m/rad"),),
+SPRING = cause_of(
+    LIBRARY["spring"], ("stiffness",),
     lambda scene: [Probe({"stiffness": scene.small_torque() / scene.travel}, ("stiffness",))],
-    frees=("load",))
+    held={"hardening": 0.0}, frees=("load",))
 
 
 def _gravity(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:

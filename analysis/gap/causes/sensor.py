@@ -1,19 +1,15 @@
-"""Causes in the measured position."""
+"""Where to look for causes in the measured position."""
 
 import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Memory, Number, Probe, Scene, Values
-from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
-from clie_blocks.robot_loop.dynamics import Piece
+from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of
+from clie_blocks.analysis.gap.causes.drive import LONGEST_DELAY
+from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.delay import DelayLine, constant_delay
 
 _WORST = 0.02  # rad: a degree of eccentricity
-
-
-def _eccentric(q: np.ndarray, z: Memory, p: Values, h: float) -> tuple[np.ndarray, Memory]:
-    phase = p["order"] * q
-    return q + p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
 
 
 def _probes(scene: Scene) -> list[Probe]:
@@ -24,11 +20,12 @@ def _probes(scene: Scene) -> list[Probe]:
             for order in sorted(orders)]
 
 
-ENCODER_ECCENTRICITY = Cause(
-    "encoder_eccentricity", (Piece("sensor", _eccentric),),
-    (Number("sine", "rad", -_WORST, _WORST), Number("cosine", "rad", -_WORST, _WORST),
-     Number("order", "1/turn", fixed=True, neutral=None)), _probes)
+ENCODER_ECCENTRICITY = cause_of(
+    LIBRARY["encoder_eccentricity"], ("sine", "cosine", "order"), _probes, fixed=("order",),
+    within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})
 # A delayed encoder acts as a delayed drive until one joint pushes another: the push comes in time.
-ENCODER_DELAY = Cause(
-    "time_delay", (dataclasses.replace(TIME_DELAY.pieces[0], port="sensor"),), TIME_DELAY.numbers,
-    lambda scene: [], variant="encoder", needs_links=True)
+ENCODER_DELAY = cause_of(
+    dataclasses.replace(LIBRARY["time_delay"], port="sensor",
+                        sampled=DelayLine(("q",), constant_delay, longest="delay")),
+    ("delay",), lambda scene: [], within={"delay": (0.0, LONGEST_DELAY)}, variant="encoder",
+    needs_links=True)

@@ -11,8 +11,10 @@ from clie_blocks.analysis.gap.causes.cause import (
     Probe,
     Scene,
     Values,
+    cause_of,
 )
 from clie_blocks.analysis.gap.causes.load import tip_mass
+from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop.dynamics import Piece, State
 
 
@@ -21,15 +23,9 @@ def _no_probes(scene: Scene) -> list[Probe]:
     return []
 
 
-def _periodic(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
-    phase = 2 * np.pi * p["frequency"] * s.t
-    return p["sine"] * np.sin(phase) + p["cosine"] * np.cos(phase), z
-
-
-PERIODIC_DISTURBANCE = Cause(
-    "periodic_disturbance", (Piece("load", _periodic),),
-    (Number("sine", "N m", scope="log"), Number("cosine", "N m", scope="log"),
-     Number("frequency", "Hz", 0.05, 40.0, neutral=None, phase=True)), _no_probes)
+PERIODIC_DISTURBANCE = cause_of(
+    LIBRARY["periodic_disturbance"], ("sine", "cosine", "frequency"), _no_probes,
+    per_log=("sine", "cosine"), phase=("frequency",), within={"frequency": (0.05, 40.0)})
 
 
 def _after(s: State, p: Values) -> np.ndarray:

@@ -57,8 +57,8 @@ def held_members(problem: Problem) -> tuple[Member, ...]:
     if not problem.command_delay:
         return inside
     delay = np.full(problem.n, problem.command_delay)
-    return (Member(TIME_DELAY, tuple(range(problem.n)), {"time": delay},
-                   {"time": DELAY_TOLERANCE * delay}), *inside)
+    return (Member(TIME_DELAY, tuple(range(problem.n)), {"delay": delay},
+                   {"delay": DELAY_TOLERANCE * delay}), *inside)
 
 
 @dataclasses.dataclass(frozen=True)

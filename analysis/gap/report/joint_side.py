@@ -209,8 +209,8 @@ def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict
         "offset": -torque * (values["load"] + (forward - backward) / 2),
         "gear": change * problem.gear_ratio, "gain": force * gain * command,
         "limit": limit / command,
-        "lag": values.get("actuator_lag.time", zero),
-        "delay": values.get("time_delay.time", zero)}
+        "lag": values.get("actuator_lag.lag", zero),
+        "delay": values.get("time_delay.delay", zero)}
 
 
 def _friction(values: Values, zero: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -118,8 +118,9 @@ def _other_names(member: Member) -> list[Member]:
     """Other effects that may explain the same, with parameters to start from."""
     name = member.cause.name
     if name in _SIMILAR_TIMES:
-        return [Member(cause, member.joints, member.values, member.sizes)
-                for cause in _SIMILAR_TIMES[name]]
+        (time,), (size,) = member.values.values(), member.sizes.values()
+        return [Member(cause, member.joints, {cause.numbers[0].name: time},
+                       {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
     if name == "torque_ripple":
         return [_spring_like(member)]
     if name in _DRY and member.cause.variant != "viscous":

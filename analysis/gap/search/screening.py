@@ -256,9 +256,9 @@ def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> 
             forward, backward = piece.act(state, p)
             torque = torque - np.where(state.dq > 0, forward, -np.asarray(backward))
         elif piece.port == "drive":
-            torque = torque + piece.act(state.u, [], p, state.h)[0] - state.u
+            torque = torque + piece.act(state, [], p)[0] - state.u
         else:
-            shift = piece.act(state.q, [], p, state.h)[0] - state.q
+            shift = piece.act(state, [], p)[0] - state.q
     changes = []
     for k in range(torque.shape[1]):
         joint = k, values["inertia"][k], values["damping"][k]

@@ -14,18 +14,18 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause, Number
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.robot_loop.dynamics import Piece
+from clie_blocks.robot_loop.dynamics import Piece, State
 
 LARGEST_LEAD = 1.0  # periods
 REPORTED_LEAD = 0.1  # periods, below which a lead is not reported
 
 
-def _ahead(q: np.ndarray, z: Sequence[np.ndarray], p: Mapping[str, np.ndarray], h: float,
+def _ahead(s: State, z: Sequence[np.ndarray], p: Mapping[str, np.ndarray],
            ) -> tuple[np.ndarray, list[np.ndarray]]:
     """Position a little ahead, on the parabola through the last three."""
     previous, before = z
-    ahead = p["lead"] / h * (1.5 * q - 2.0 * previous + 0.5 * before)
-    return q + ahead, [q, previous]
+    ahead = p["lead"] / s.h * (1.5 * s.q - 2.0 * previous + 0.5 * before)
+    return s.q + ahead, [s.q, previous]
 
 
 LEAD = Cause("integrator_lead", (Piece("sensor", _ahead, states=2),),

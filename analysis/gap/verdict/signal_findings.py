@@ -172,7 +172,7 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
     if probability < LIKELY:
         return ()
     best = min(with_delay, key=lambda name: excess[name])
-    times = {"time": _delays([by_name[best] for by_name in paths])}
+    times = {"delay": _delays([by_name[best] for by_name in paths])}
     dead_times = [position_path.dead_times(records[0], k) for k in joints]
     if all(times_of.size for times_of in dead_times):
         times["dead_time"] = _dead_times(dead_times, records[0].sample_time)

@@ -14,26 +14,15 @@ from clie_blocks.analysis.gap.causes import (
     CAUSES,
     drive,
     friction,
-    load,
-    sensor,
-    timed,
     transmission,
 )
 from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
 from clie_blocks.effects import (
     backlash,
-    dead_zone,
-    encoder_eccentricity,
     joint_elasticity,
     lag,
-    periodic_disturbance,
     presliding,
-    quadratic_drag,
-    spring,
-    torque_ripple,
 )
-from clie_blocks.effects.actuator_saturation import saturated_torque
-from clie_blocks.effects.torque_gain_error import scaled_torque
 from clie_blocks.robot_loop import dynamics
 from clie_blocks.robot_loop.dynamics import State
 
@@ -90,42 +79,26 @@ def test_the_impulse_of_a_moving_joint_is_the_smoothed_torque(dq, u, name, data)
                       **{"exponent": 2.0, **p}))
 
 
-@given(signed, moving, positive)
-def test_loads_of_pose_and_speed(q, dq, size):
-    drag, _ = friction.QUADRATIC_DRAG.pieces[0].act(state(dq=dq), [], {"drag": size})
-    assert np.allclose(drag, quadratic_drag.quadratic_drag_torque(dq, size))
-    pull, _ = load.SPRING.pieces[0].act(state(q=q), [], {"stiffness": size})
-    assert np.allclose(pull, spring.spring_torque(q, size, 0.0, 0.0))
+STATIC = {"quadratic_drag", "spring", "torque_ripple", "periodic_disturbance",
+          "encoder_eccentricity", "actuator_saturation", "dead_zone", "torque_gain_error"}
 
 
-@given(signed, signed, signed, positive, st.floats(0.0, 60.0))
-def test_waves_over_pose_and_time(q, sine, cosine, order, t):
-    level, phase = waves(sine, cosine)
-    numbers = {"sine": sine, "cosine": cosine, "order": order, "frequency": order}
-    ripple, _ = drive.TORQUE_RIPPLE.pieces[0].act(state(q=q), [], numbers)
-    assert np.allclose(ripple, torque_ripple.cogging_torque(q, level, order, phase))
-    tone, _ = timed.PERIODIC_DISTURBANCE.pieces[0].act(state(t=t), [], numbers)
-    assert np.allclose(tone, periodic_disturbance.periodic_torque(t, level, order, phase))
-    seen = sensor.ENCODER_ECCENTRICITY.pieces[0].act(q, [], numbers, 1e-3)[0]
-    assert np.allclose(seen, encoder_eccentricity.eccentric_measurement(
-        q, 0.0 * q, level, order, phase)[0])
-
-
-@given(signed, positive)
-def test_static_drives(u, size):
-    def delivered(cause, name):
-        return cause.pieces[0].act(u, [], {name: size}, 1e-3)[0]
-
-    assert np.allclose(delivered(drive.ACTUATOR_SATURATION, "limit"), saturated_torque(u, size))
-    assert np.allclose(delivered(drive.DEAD_ZONE, "width"),
-                       dead_zone.dead_zone_torque(u, size, 0.0))
-    assert np.allclose(delivered(drive.TORQUE_GAIN_ERROR, "error"), scaled_torque(u, size))
+@given(signed, signed, signed, st.floats(0.0, 60.0), st.sampled_from(sorted(STATIC)), st.data())
+def test_a_cause_without_memory_is_the_kernel_of_its_effect(q, dq, u, t, name, data):
+    cause = next(one for one in CAUSES if one.name == name)
+    p = {number.name: data.draw(positive) for number in cause.numbers}
+    build = effects.LIBRARY[name].build
+    signals = {"q": q, "dq": dq, "u": u, "t": t}
+    rest = {"spring": {"rest": 0.0, "hardening": 0.0}, "dead_zone": {"jump": 0.0}}.get(name, {})
+    expected = build.kernel(*(signals[key] for key in build.inputs), **rest, **p)
+    value, _ = cause.pieces[0].act(state(q=q, dq=dq, u=u, t=t), [], p)
+    assert np.array_equal(value, expected[0] if isinstance(expected, tuple) else expected)
 
 
 @given(signed, signed, arrays(float, N, elements=st.floats(2e-4, 0.2)))
 def test_a_lag_gives_the_mean_of_the_lagged_torque_over_a_period(u, z, time):
     h = 1e-3
-    mean, (after,) = drive.ACTUATOR_LAG.pieces[0].act(u, [z], {"time": time}, h)
+    mean, (after,) = drive.ACTUATOR_LAG.pieces[0].act(state(u=u, h=h), [z], {"lag": time})
     assert np.allclose(after, lag.lag_step(z, u, time, h))
     instants = (np.arange(4000) + 0.5) / 4000 * h
     course = lag.lag_step(z, u, time, instants[:, None])
@@ -139,8 +112,8 @@ def test_a_delay_gives_the_mean_of_the_late_staircase(samples):
     memory = [np.zeros(N)] * dynamics.DELAY_TAPS
     given_out = []
     for u in commands:
-        late, memory = drive.TIME_DELAY.pieces[0].act(u, memory, {"time": np.full(N, samples * h)},
-                                                      h)
+        late, memory = drive.TIME_DELAY.pieces[0].act(
+            state(u=u, h=h), memory, {"delay": np.full(N, samples * h)})
         given_out.append(late)
     staircase = np.vstack([np.zeros((dynamics.DELAY_TAPS, N)), commands])
     whole, part = divmod(samples, 1)

@@ -128,7 +128,7 @@ class LoopSimulator:
 
         def function(t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             q, _ = loop.measured(t, x, u)
-            read, _ = measured_position(q, memory, self._pieces, p, self.law.period)
+            read, _ = measured_position(self._at_rest(q, t), memory, self._pieces, p)
             return loop.function(t, x, loop.with_input(u, SENSOR, read - q))
 
         return dataclasses.replace(loop, function=function)
@@ -147,7 +147,7 @@ class LoopSimulator:
         answers = [loop.rate(t, free + change, u) - free_rate for change in per_torque]
         mass = loop.step * np.linalg.inv(np.stack(answers, axis=1))
         middle = self._middle(loop, t, x, free, u, (rate + free_rate) / 2)
-        delivered, of_drive = delivered_torque(middle.u, memory, self._pieces, p, middle.h)
+        delivered, of_drive = delivered_torque(middle, memory, self._pieces, p)
         opposing, of_load = opposing_torque(middle, memory, self._pieces, p)
         torque = self._torque(rate, free_rate, mass, params, delivered - middle.u - opposing,
                               dry_friction(middle, self._pieces, p))
@@ -164,6 +164,11 @@ class LoopSimulator:
         held = command if loop.discrete else (command + command_end) / 2
         return State((q + q_end) / 2, rate, held, t + loop.step / 2, loop.step, self.law.chain,
                      np.ones(self.law.ports.n))
+
+    def _at_rest(self, q: np.ndarray, t: float) -> State:
+        """Joints at rest at a position, as a sensor may read them."""
+        rest = np.zeros(self.law.ports.n)
+        return State(q, rest, rest, t, self.law.period, self.law.chain, rest + 1.0)
 
     def _torque(self, rate: np.ndarray, free_rate: np.ndarray, mass: np.ndarray, params: Values,
                 push: np.ndarray, limits: tuple[np.ndarray, ...] | None) -> np.ndarray:
@@ -224,7 +229,7 @@ class LoopSimulator:
         _, memory, p = self._unpack(state, params)
         position = log.start
         for _ in range(_SENSOR_STEPS):
-            read, _ = measured_position(position, memory, self._pieces, p, self.law.period)
+            read, _ = measured_position(self._at_rest(position, 0.0), memory, self._pieces, p)
             position = position + log.start - read
         state[:self.law.diagram.nstates] = self.law.at_rest(position)
         return state
