@@ -7,7 +7,9 @@ import numpy as np
 
 from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.errors import RecordError
+from clie_blocks.linear_filters import lfilter
 
+NEVER_FORGETS = 1 - 1e-4  # pole whose response outlasts 400,000 samples
 SETTLED = 1e-4  # share of its start that a velocity filter has forgotten when it counts as settled
 
 
@@ -56,9 +58,9 @@ def discrete_poles(kind: str, step: float, corners: tuple[float, float]) -> list
 
 
 def discretisations(step: float, corners: tuple[float, float]) -> tuple[str, ...]:
-    """Names of the discretisations of G1 that are stable at a sample time."""
+    """Names of the discretisations of G1 that are stable, and no more than just, at a step."""
     return tuple(name for name in DISCRETISATIONS
-                 if max(map(abs, discrete_poles(name, step, corners))) < 1)
+                 if max(map(abs, discrete_poles(name, step, corners))) < NEVER_FORGETS)
 
 
 def settling(kind: str, step: float, corners: tuple[float, float] | None) -> int:
@@ -72,9 +74,13 @@ def settling(kind: str, step: float, corners: tuple[float, float] | None) -> int
 def response_from_rest(b: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Signals of shape (N, n) through a filter from rest, exact by a transform with zero padding.
 
-    It starts at once, where a recursion has to be compiled first.
+    It starts at once, where a recursion has to be compiled first; a filter that hardly forgets,
+    such as one whose corner is near the sample rate, is run as a recursion.
     """
-    forget = 40 / -np.log(max(np.abs(np.roots(a)), default=1e-9) or 1e-9)
+    slowest = max(np.abs(np.roots(a)), default=0.0)
+    if slowest > NEVER_FORGETS:
+        return lfilter(b, a, x)
+    forget = 40 / -np.log(max(slowest, 1e-9))
     size = 1 << int(np.ceil(np.log2(len(x) + forget)))
     delay = np.exp(-2j * np.pi * np.arange(size // 2 + 1) / size)
     response = np.polyval(b[::-1], delay) / np.polyval(a[::-1], delay)

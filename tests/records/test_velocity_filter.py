@@ -7,6 +7,7 @@ from scipy import signal
 from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.analysis.records.velocity_filter import (
     discretisations,
+    response_from_rest,
     settling,
     velocity_filter,
 )
@@ -39,6 +40,18 @@ def test_a_settled_filter_has_forgotten_its_start(name):
     b, a = velocity_filter(name, STEP, CORNERS)
     start = np.abs(signal.lfilter(b, a, np.ones(400)))
     assert start[settling(name, STEP, CORNERS):].max() < 1e-3 * start.max()
+
+
+@pytest.mark.parametrize("pole", [0.5, 0.999, 0.99995, 1 - 1e-14, -1 + 1e-13])
+def test_a_transform_gives_the_response_of_the_recursion(pole):
+    b, a, x = np.array([1.0, -1.0, 0.0]), np.array([1.0, -pole, 0.0]), np.eye(300)[:, :2]
+    np.testing.assert_allclose(response_from_rest(b, a, x), signal.lfilter(b, a, x, axis=0),
+                               atol=1e-12)
+
+
+def test_a_discretisation_that_hardly_settles_is_not_offered():
+    assert "forward" not in discretisations(0.005, (150.0, 400.0))  # a pole at -1
+    assert "tustin" in discretisations(0.005, (150.0, 400.0))
 
 
 def test_an_unstable_discretisation_is_not_offered():

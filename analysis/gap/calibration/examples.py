@@ -62,10 +62,14 @@ def _is_visible(stored: dict[str, Any]) -> bool:
 
 
 def _of_study(folder: Path) -> Iterator[dict[str, Any]]:
-    """Trials of a study but those on which the controller check decided, not the evidence."""
+    """Trials of a study but those on which the controller check decided, not the evidence.
+
+    Of a study of imperfect logs the labels are the damages; its twins know the robots.
+    """
     from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
 
-    labels = json.loads((folder / "labels.json").read_text())
+    twins = folder / "undamaged" / "labels.json"
+    labels = json.loads((twins if twins.is_file() else folder / "labels.json").read_text())
     diagnoses = json.loads((folder / "diagnoses.json").read_text())
     for name, answer in sorted(diagnoses.items()):
         from_check = answer.get("decisions") or {

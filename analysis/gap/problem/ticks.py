@@ -26,7 +26,7 @@ LONGEST_BRIDGE = 0.2  # s without samples that a model runs through; a longer ga
 LEAST_BRIDGE = 3  # periods that are always run through, in logs of a few hertz
 LEAST_USABLE = 0.5  # share of the samples of a log
 FORGETTING = 0.02  # share of the phase of a clock against its ticks that each step forgets
-CONSTANT = 0.5  # share of steps without a change from which on a signal is held, not smooth
+ISOLATED = 0.5  # share of changes that stand alone from which on a signal is held, not smooth
 MEASURED = ("q", "dq", "tau")  # smooth signals; the others are commanded
 NEEDED = ("q", "u", "qd", "pe")  # without one of these a sample does not count
 
@@ -189,7 +189,7 @@ def _at_ticks(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: 
 
 
 def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bool) -> np.ndarray:
-    """One signal at every tick: held where it mostly is constant, else along a curve or a line.
+    """One signal at every tick: held where it jumps, else along a curve or a line.
 
     A command is as smooth as its samples show.
     """
@@ -197,7 +197,7 @@ def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bo
     if not finite.any():
         return np.full(len(every), np.nan)
     known, values = known[finite], values[finite]
-    if np.mean(np.diff(values) == 0.0) > CONSTANT:
+    if _is_held(values):
         return values[np.searchsorted(known, every, side="right").clip(min=1) - 1]
     filled = np.interp(every, known, values)
     if len(known) > 3 and (smooth or _follows_a_curve(values)):
@@ -206,6 +206,13 @@ def _filled(known: np.ndarray, values: np.ndarray, every: np.ndarray, smooth: bo
         lost = np.setdiff1d(every[known[0]:known[-1]], known)
         filled[lost] = CubicSpline(known, values)(lost)
     return filled
+
+
+def _is_held(values: np.ndarray) -> bool:
+    """Whether a signal rests between single steps; a ramp between two rests does not."""
+    changes = np.diff(values) != 0.0
+    alone = changes & ~np.append(False, changes[:-1]) & ~np.append(changes[1:], False)
+    return bool(np.count_nonzero(alone) >= ISOLATED * np.count_nonzero(changes))
 
 
 def _follows_a_curve(values: np.ndarray) -> bool:

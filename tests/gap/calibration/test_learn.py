@@ -91,6 +91,17 @@ def test_an_opened_study_is_read_without_what_the_controller_check_decided(tmp_p
     assert [one.truth for one in found] == [("none",)]
 
 
+def test_robots_with_imperfect_logs_are_those_of_their_twins(tmp_path):
+    table = {"nothing": 9.0, "stray": 0.0, "strayed": 0, "free": [], "rows": []}
+    answer = {"evidence": table, "effects": [{"effect": "spring"}]}
+    (tmp_path / "diagnoses.json").write_text(json.dumps({"a": answer}))
+    (tmp_path / "labels.json").write_text(json.dumps({"a": {"damage": "gap"}}))
+    (tmp_path / "undamaged").mkdir()
+    (tmp_path / "undamaged" / "labels.json").write_text(json.dumps({
+        "a": {"kind": "single", "labels": ["spring"]}}))
+    assert [one.truth for one in learn.read_examples(tmp_path)] == [("spring",)]
+
+
 def test_a_kept_robot_whose_effect_hides_in_the_noise_is_not_learned_from(tmp_path):
     table = {"stray": 0.0, "strayed": 0, "free": [], "rows": []}
     for i, (nothing, truth) in enumerate([(0.1, "spring"), (0.1, "none"), (9.0, "spring")]):

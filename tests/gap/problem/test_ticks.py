@@ -114,6 +114,13 @@ def test_between_the_samples_of_a_slow_log_a_command_is_held_or_follows_a_curve(
     np.testing.assert_array_equal(filled.qd, STEPS)
 
 
+def test_a_ramp_between_long_rests_is_no_held_signal():
+    ramp = np.clip(0.3 * (TIME - 1.0), 0.0, 0.15)  # rests for five sixths of the time
+    slow = make_record(qd=np.stack([ramp, ramp], axis=1), keep=np.arange(0, 3000, 20))
+    filled = between_samples(slow, 20)
+    np.testing.assert_allclose(filled.qd[100:2900, 0], ramp[100:2900], atol=2e-3)
+
+
 def test_a_log_that_is_mostly_holes_is_refused_with_the_place_of_the_first():
     q = COURSE.copy()
     q[1000:] = np.nan
