@@ -53,6 +53,8 @@ if TYPE_CHECKING:
     from control import InputOutputSystem
     from matplotlib.figure import Figure
 
+    from clie_blocks.effects.effect import Setting
+
 
 @dataclasses.dataclass(frozen=True)
 class Stages:
@@ -132,13 +134,13 @@ class Diagnosis(Result):
 
         return figure(self, name)
 
-    def corrected(self, plant: "InputOutputSystem") -> "InputOutputSystem":
-        """Return a plant with the causes of the corrected model inserted as effects.
+    def effects(self, log: int = 0) -> "list[Setting]":
+        """Return the causes of the corrected model as effects of the catalogue.
 
         Parameters
         ----------
-        plant : control.InputOutputSystem
-            With the ports of eq. (8).
+        log : int
+            The log, from 0, of what differs between logs, such as when a fault set in.
 
         Raises
         ------
@@ -147,9 +149,28 @@ class Diagnosis(Result):
 
         """
         from clie_blocks.analysis.gap.report.exports import settings
+
+        return settings(self.model, log)
+
+    def corrected(self, plant: "InputOutputSystem", log: int = 0) -> "InputOutputSystem":
+        """Return a plant with the causes of the corrected model inserted as effects.
+
+        Parameters
+        ----------
+        plant : control.InputOutputSystem
+            With the ports of eq. (8).
+        log : int
+            As in `effects`.
+
+        Raises
+        ------
+        ClieError
+            As in `effects`.
+
+        """
         from clie_blocks.effects import with_effects
 
-        return with_effects(plant, settings(self.model))
+        return with_effects(plant, self.effects(log))
 
 
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),

@@ -82,7 +82,7 @@ def test_lags_are_first_order(name, key, signal):
 
 
 @pytest.mark.parametrize(("name", "values", "extra"), [
-    ("torque_ripple", {"level": 0.1}, {}),
+    ("torque_ripple", {"sine": 0.06, "cosine": -0.08}, {}),
     ("commutation_ripple", {"level": 0.1, "depth": 0.0}, {"u": 0.0}),
     ("gear_mesh_ripple", {"level": 0.1, "depth": 0.0}, {"u": 3.0})])
 def test_torque_ripple_is_a_line_at_order_times_speed(name, values, extra):

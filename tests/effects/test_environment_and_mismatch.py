@@ -13,7 +13,7 @@ from clie_blocks.joints import decoupled_joints, inertial_joints
 
 def test_a_disturbance_shows_as_one_line_of_the_size_of_the_linear_loop():
     amplitude, frequency = 0.3, 2.0
-    plant = one_joint(LIBRARY["periodic_disturbance"](amplitude=amplitude, frequency=frequency))
+    plant = one_joint(LIBRARY["periodic_disturbance"](sine=amplitude, frequency=frequency))
     q = run_loop(plant, 0.0, 20.0).outputs[0].ravel()[-10000:]
     lines = 2 * np.abs(np.fft.rfft(q[:10000])) / 10000  # 20 periods
     loop = ct.linearize(joint_loop(decoupled_joints([2.0], [0.5], [0.0]), [10], [5]),

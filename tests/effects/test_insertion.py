@@ -80,8 +80,8 @@ def test_one_joint_alone_can_have_the_effect():
 
 
 def test_the_same_effect_twice_needs_two_names():
-    twice = [LIBRARY["periodic_disturbance"](amplitude=0.1, frequency=1.0),
-             LIBRARY["periodic_disturbance"](amplitude=0.2, frequency=3.0, name="fan")]
+    twice = [LIBRARY["periodic_disturbance"](sine=0.1, frequency=1.0),
+             LIBRARY["periodic_disturbance"](sine=0.2, frequency=3.0, name="fan")]
     plant = with_effects(joints(), twice)
     torque = 0.1 * np.sin(0.5 * np.pi) + 0.2 * np.sin(1.5 * np.pi)
     np.testing.assert_allclose(plant.dynamics(0.25, np.zeros(4), np.zeros(2))[2:],

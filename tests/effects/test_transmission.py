@@ -177,11 +177,12 @@ def constant_speed_spectrum(effect, signal, speed=0.5, duration=8.0):
     return 2 * np.abs(np.fft.rfft(wave - wave.mean())) / len(wave)
 
 
-@pytest.mark.parametrize("name", ["kinematic_error", "encoder_eccentricity"])
-def test_position_ripple_is_one_line_of_its_amplitude(name):
+@pytest.mark.parametrize("name, key", [("kinematic_error", "amplitude"),
+                                       ("encoder_eccentricity", "sine")])
+def test_position_ripple_is_one_line_of_its_amplitude(name, key):
     speed, cycles = 0.5, 40
     order = 2 * np.pi * cycles / (8.0 * speed)
-    lines = constant_speed_spectrum(LIBRARY[name](amplitude=1e-3, order=order), "q")
+    lines = constant_speed_spectrum(LIBRARY[name](order=order, **{key: 1e-3}), "q")
     assert lines[cycles] == pytest.approx(1e-3, rel=1e-6)
     assert np.max(np.delete(lines, cycles)) < 1e-8
 

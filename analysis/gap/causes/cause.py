@@ -106,6 +106,11 @@ class Cause:
         Name of the simpler cause that it is when a parameter is zero, and that parameter.
     even : tuple of str
         Name of the simpler cause that it is when two parameters are equal, and these.
+    held : dict of str to float
+        Parameters of its effect that keep a value of their own.
+    of_effect : callable or None
+        ``of_effect(problem, values)``, the parameters of its effect where a search takes others:
+        from those of a fitted model, one array (n,) each.
 
     """
 
@@ -118,6 +123,8 @@ class Cause:
     needs_links: bool = False
     without: tuple[str, ...] = ()
     even: tuple[str, ...] = ()
+    held: Mapping[str, float] = MappingProxyType({})
+    of_effect: Callable[[Problem, Values], dict[str, np.ndarray]] | None = None
 
     @property
     def key(self) -> str:
@@ -166,7 +173,7 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
                "log" if p.name in per_log else "joint" if p.per_joint else "robot",
                fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase)
         for p in effect.parameters if p.name in free)
-    return Cause(effect.name, pieces_of(effect, free, held), numbers, probes, **how)
+    return Cause(effect.name, pieces_of(effect, free, held), numbers, probes, held=held, **how)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -1,9 +1,15 @@
 """Causes between motor and link, where the two move apart; the encoder sees the link."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe, Scene, Values
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.effects.backlash import contact_torque
+from clie_blocks.effects.joint_elasticity import elastic_torque
 from clie_blocks.robot_loop.dynamics import Piece
+from clie_blocks.robot_loop.motion import link_share_of_joint
 
 _CONTACT_DAMPING = 1.0
 _CONTACTS = 60.0, 600.0, 1000.0  # rad/s at which touching bodies swing: least, first, largest
@@ -22,10 +28,30 @@ def _constructions(scene: Scene) -> list[dict[str, np.ndarray]]:
             for share in shares]
 
 
+def _spring(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarray]:
+    """Spring and damper of a joint whose link swings at a frequency against a held motor."""
+    omega = 2 * np.pi * p["frequency"]
+    return {"compliance": 1.0 / (link * omega * omega),
+            "damping": 2 * p["damping_ratio"] * link * omega}
+
+
 def _elastic(twist: np.ndarray, rate: np.ndarray, p: Values, link: np.ndarray,
              motor: np.ndarray) -> np.ndarray:
-    omega = 2 * np.pi * p["frequency"]
-    return link * omega * (omega * twist + 2 * p["damping_ratio"] * rate)
+    return elastic_torque(twist, rate, **_spring(p, link, motor))
+
+
+def _two_bodies(cause: str, kernel: Callable[[Values, np.ndarray, np.ndarray], Values],
+                ) -> Callable[[Problem, Values], dict[str, np.ndarray]]:
+    """Parameters of an effect with two bodies, from how a search takes the joint to be built."""
+    def of_effect(problem: Problem, values: Values) -> dict[str, np.ndarray]:
+        p = {key.removeprefix(f"{cause}."): value for key, value in values.items()
+             if key.startswith(f"{cause}.")}
+        link, link_damping = link_share_of_joint(
+            problem.chain, problem.gear_ratio, values, p["link_share"])
+        motor = values["inertia"] - link
+        return {**kernel(p, link, motor), "motor_inertia": motor,
+                "motor_damping": values["damping"] - p["bearing_share"] * link_damping}
+    return of_effect
 
 
 JOINT_ELASTICITY = Cause(
@@ -35,16 +61,20 @@ JOINT_ELASTICITY = Cause(
     lambda scene: [Probe({"frequency": f + 0 * scene.torque,
                           "damping_ratio": 0.05 + 0 * scene.torque, **built})
                    for built in _constructions(scene)
-                   for f in (1.5, 2.2, 3.2, 4.5, 6.5, 9.0, 12.0, 17.0, 24.0, 34.0)])
+                   for f in (1.5, 2.2, 3.2, 4.5, 6.5, 9.0, 12.0, 17.0, 24.0, 34.0)],
+    of_effect=_two_bodies("joint_elasticity", _spring))
+
+
+def _tooth(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarray]:
+    """Gap, and stiffness and damping of a tooth at which the two bodies swing at a rate."""
+    both = link * motor / (link + motor)
+    return {"half_gap": p["half_gap"], "stiffness": both * p["contact"] ** 2,
+            "damping": 2 * _CONTACT_DAMPING * both * p["contact"]}
 
 
 def _backlash(twist: np.ndarray, rate: np.ndarray, p: Values, link: np.ndarray,
               motor: np.ndarray) -> np.ndarray:
-    half, contact, both = p["half_gap"], p["contact"], link * motor / (link + motor)
-    pressed = twist - np.clip(twist, -half, half)
-    touching = np.where(np.abs(twist) > half, 1.0, 0.0)
-    torque = both * contact * (contact * pressed + 2 * _CONTACT_DAMPING * touching * rate)
-    return np.where(twist > 0.0, np.maximum(torque, 0.0), np.minimum(torque, 0.0))
+    return contact_torque(twist, rate, **_tooth(p, link, motor))
 
 
 def _backlash_probes(scene: Scene) -> list[Probe]:
@@ -66,4 +96,4 @@ BACKLASH = Cause(
     "backlash", (Piece("transmission", _backlash),),
     (Number("half_gap", "rad", 0.0, 0.1), *_CONSTRUCTION,
      Number("contact", "rad/s", _CONTACTS[0], _CONTACTS[2], neutral=None)),
-    _backlash_probes)
+    _backlash_probes, of_effect=_two_bodies("backlash", _tooth))

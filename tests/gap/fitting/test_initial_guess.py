@@ -65,7 +65,7 @@ def test_a_step_of_some_keys_leaves_the_others(rubbing):
 def test_a_step_changes_a_time_or_a_range_by_a_factor_and_other_numbers_as_far_as_it_says(rubbing):
     residuals, nominal = rubbing
     zero = np.zeros(nominal.hypothesis.problem.n)
-    values = {"level": zero + 0.02, "bristle_damping": zero, "range": zero + 0.01}
+    values = {"level": zero + 0.02, "bristle_damping": zero, "reach": zero + 0.01}
     bristles = Member(friction.PRESLIDING, (0,), values, {key: zero + 0.01 for key in values})
     at = build_hypothesis(nominal.hypothesis.problem, (bristles,), nominal.hypothesis)
     for pull in (-1e3, 1e3):
@@ -74,7 +74,7 @@ def test_a_step_changes_a_time_or_a_range_by_a_factor_and_other_numbers_as_far_a
         tangent = Tangent([], np.append(-pull * columns.sum(axis=1), np.zeros(free)),
                           np.vstack([columns, np.zeros((free, free))]))
         moved = damped_step(at, tangent, FITTING, FITTING.cautious_damping).values
-        assert moved["presliding.range"][0] == pytest.approx(0.01 * 2.5 ** np.sign(pull))
+        assert moved["presliding.reach"][0] == pytest.approx(0.01 * 2.5 ** np.sign(pull))
         assert moved["presliding.level"][0] == pytest.approx(0.0 if pull < 0 else 0.08)
 
 
@@ -85,8 +85,8 @@ def test_a_wider_friction_takes_the_place_of_the_one_inside_it(rubbing):
     first = dataclasses.replace(nominal, hypothesis=build_hypothesis(
         nominal.hypothesis.problem, (dry(n, 0.1),), nominal.hypothesis))
     more = Member(friction.STRIBECK, tuple(range(n)),
-                  {"level": zero + 0.02, "excess": zero + 0.05, "speed": zero + 0.03},
-                  {"level": zero + 0.02, "excess": zero + 0.05, "speed": zero + 0.03})
+                  {"level": zero + 0.02, "excess": zero + 0.05, "velocity": zero + 0.03},
+                  {"level": zero + 0.02, "excess": zero + 0.05, "velocity": zero + 0.03})
     found, = extensions(first, [Candidate((more,), 1.0)])
     assert [member.cause.name for member in found.members] == ["stribeck"]
     assert np.allclose(found.members[0].values["level"], 0.12)

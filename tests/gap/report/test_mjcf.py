@@ -18,8 +18,8 @@ LOAD = np.array([0.02, -0.03, 0.01])  # of each joint's RMS command
 CASES = {
     "coulomb": {"level": 0.05}, "asymmetric_coulomb": {"forward": 0.08, "backward": 0.02},
     "quadratic_drag": {"drag": 0.05}, "spring": {"stiffness": 0.1},
-    "actuator_saturation": {"limit": 0.9}, "actuator_lag": {"time": 0.004},
-    "time_delay": {"time": 0.0035}, "torque_gain_error": {"error": -0.1},
+    "actuator_saturation": {"limit": 0.9}, "actuator_lag": {"lag": 0.004},
+    "time_delay": {"delay": 0.0035}, "torque_gain_error": {"error": -0.1},
     "gravity": {"along": 0.05, "across": 0.02}, "payload": {"mass": 0.3}}
 SMALL = 3e-6  # rad, a tenth of a step of these encoders
 

@@ -71,7 +71,7 @@ def test_means_of_a_slow_log_are_those_of_its_samples(fitted, stride, width):
 @pytest.mark.parametrize("cause", [TIME_DELAY, ENCODER_DELAY])
 @pytest.mark.parametrize("samples", [7.3, SHORT_DELAY_TAPS, SHORT_DELAY_TAPS + 0.5])
 def test_a_delay_line_is_as_long_as_a_delay_needs(healthy, cause, samples):
-    delay = {"time": samples * healthy.period * np.ones(healthy.n)}
+    delay = {"delay": samples * healthy.period * np.ones(healthy.n)}
     model = build_hypothesis(healthy, (Member(cause, tuple(range(healthy.n)), delay, delay),))
     log, simulator = healthy.logs[0], model.simulator
     chosen = simulator.for_delays(samples * healthy.period)

@@ -115,7 +115,7 @@ def test_the_weight_of_several_joints_needs_their_links():
 @pytest.mark.parametrize("cause", friction.FRICTION_DRIFT)
 def test_friction_that_drifts_does_so_after_the_start(cause):
     problem = make_problem(SWAY, period=PERIOD)
-    drifting = make_fit(problem, make_member(cause, problem, time=8.0, since=0.0))
+    drifting = make_fit(problem, make_member(cause, problem, time_constant=8.0, since=0.0))
     assert marked(problem, fit=drifting)
     key = f"{cause.block}__time"
     assert not marked(problem, fit=moved(drifting, **{key: np.array([1.0, 1.0])}))

@@ -50,7 +50,7 @@ def servo_logs(delay, level):
 def test_a_late_servo_that_sticks_is_late_first_of_all():
     (cause,) = findings(servo_logs(0.03, 0.01))
     assert cause.effect == "time_delay" and cause.joints == (0,) and cause.probability > 0.9
-    low, high = np.ravel(cause.parameters["time"]["interval"])
+    low, high = np.ravel(cause.parameters["delay"]["interval"])
     assert low < 0.03 < high and high - low < 2e-3
     dead = cause.parameters["dead_time"]
     assert dead["value"][0] > 0.03 + PERIOD
@@ -100,7 +100,7 @@ def torque_logs(gain, lag, noise=0.01):
 def test_a_late_and_weak_drive_is_told_with_intervals():
     late, weak = findings(torque_logs(0.8, 0.02))
     assert (late.effect, weak.effect) == ("actuator_lag", "torque_gain_error")
-    for cause, name, truth in ((late, "time", 0.02), (weak, "error", -0.2)):
+    for cause, name, truth in ((late, "delay", 0.02), (weak, "error", -0.2)):
         low, high = np.ravel(cause.parameters[name]["interval"])
         assert cause.joints == (0,)
         assert low - 1e-3 < truth < high + 1e-3 and high - low < 0.1 * abs(truth)
