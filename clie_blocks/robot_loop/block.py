@@ -80,7 +80,11 @@ class LoopBlock:
 
     @functools.cached_property
     def system(self) -> NonlinearIOSystem:
-        """The block as a python-control system."""
+        """The block as a python-control system, with harmless parameters."""
+        return self.block(self._sample_parameters(), "robot")
+
+    def block(self, params: Values, name: str) -> NonlinearIOSystem:
+        """Return the block as a python-control system with parameters of its own."""
         import control as ct
 
         step, measure, n = self._step, self._outputs, self.shape.n
@@ -91,7 +95,7 @@ class LoopBlock:
         def output(t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
             return measure(t, x, u, params)
 
-        return ct.nlsys(update, output, name="robot", params=self._sample_parameters(),
+        return ct.nlsys(update, output, name=name, params=dict(params),
                         states=self.layout.labels, dt=self.shape.period,
                         inputs=signals("q_d", "pe", "noise", n=n),
                         outputs=signals("q", "u", "sum", n=n))

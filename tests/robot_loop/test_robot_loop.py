@@ -1,0 +1,111 @@
+"""The sampled robot against its continuous diagram, closed forms, and another engine."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.diagrams.joint_loop import joint_loop
+from clie_blocks.effects import LIBRARY, with_effects
+from clie_blocks.joints import decoupled_joints
+from clie_blocks.labels import DiagramError
+from clie_blocks.robot_loop import robot_loop
+
+A, B, KP, KD = 2.0, 0.5, 10.0, 5.0  # of the joint, 1/s and 1/(kg m^2), and of the law
+
+
+def set_point(t):
+    return 0.6 * np.sin(1.3 * t)
+
+
+def sampled_run(period, duration, effects=(), **law):
+    """Position at each sample under a moving set-point."""
+    law = {"kp": KP, "kd": KD, **law}
+    block = robot_loop([1.0 / B], [A / B], period=period, effects=effects, **law)
+    steps = round(duration / period)
+    t = period * np.arange(steps)
+    rows = np.column_stack([set_point(t), np.zeros(steps), np.zeros(steps)])
+    run = compile_diagram(block).run(duration, inputs=rows, log=["q[0]"])
+    return t, np.asarray(run.outputs).ravel()[:steps]
+
+
+def continuous_run(duration, effects=()):
+    """The same joint under the continuous law, integrated finely."""
+    plant = with_effects(decoupled_joints([A], [B], [0.0], name="plant"), effects)
+    loop = joint_loop(plant, [KP], [KD])
+    run = compile_diagram(loop).run(duration, 2.5e-4, "ode4", log=["q[0]"], inputs={
+        "q_d": lambda t: np.array([set_point(t)]), "pe": [0.0]})
+    return np.asarray(run.time), np.asarray(run.outputs).ravel()
+
+
+SMOOTH = {"none": [], "spring": [LIBRARY["spring"](stiffness=3.0, hardening=0.5)],
+          "drag": [LIBRARY["quadratic_drag"](drag=0.8)],
+          "gain": [LIBRARY["torque_gain_error"](error=-0.2)],
+          "lag": [LIBRARY["actuator_lag"](lag=0.05)],
+          "eccentricity": [LIBRARY["encoder_eccentricity"](sine=0.02, cosine=0.01, order=3.0)],
+          "ripple": [LIBRARY["torque_ripple"](sine=0.4, order=5.0)]}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_it_converges_to_the_continuous_diagram_with_the_first_order(name):
+    """The law is held for a period and differentiates two samples: one period behind, in all."""
+    duration, errors = 4.0, []
+    fine_t, fine_q = continuous_run(duration, SMOOTH[name])
+    for period in (8e-3, 4e-3, 2e-3):
+        t, q = sampled_run(period, duration, SMOOTH[name])
+        errors.append(np.abs(q - np.interp(t, fine_t, fine_q)).max())
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(orders - 1.0) < 0.15), (errors, orders)
+
+
+HOLD = 2e-2  # s, of the driving torque
+TORQUE = np.sin(2.0 * HOLD * np.arange(150))
+
+
+def driven(t, x):
+    """Rate of a joint on a stiffening spring, driven by a torque that is held."""
+    torque = TORQUE[min(int(t / HOLD + 1e-9), len(TORQUE) - 1)]
+    return x[1], torque - 0.3 * x[1] - 4.0 * x[0] * (1 + x[0] ** 2)
+
+
+def test_a_driven_joint_without_a_law_converges_with_the_second_order():
+    duration, errors = HOLD * len(TORQUE), []
+    for period in (2e-2, 1e-2, 5e-3):
+        block = robot_loop([1.0], [0.3], kp=[0.0], kd=[0.0], period=period,
+                           effects=[LIBRARY["spring"](stiffness=4.0, hardening=1.0)])
+        held = np.repeat(TORQUE, round(HOLD / period))  # one input for all periods
+        rows = np.column_stack([0 * held, held, 0 * held])
+        q = np.asarray(compile_diagram(block).run(duration, inputs=rows, log=["q[0]"]).outputs)
+        exact = solve_ivp(driven, (0, duration - period), (0.0, 0.0), max_step=2e-3, rtol=1e-9,
+                          atol=1e-12).y[0, -1]
+        errors.append(abs(q.ravel()[held.size - 1] - exact))
+    assert errors[0] / errors[2] > 10.0, errors
+
+
+def test_dry_friction_holds_a_joint_for_good_and_lets_it_go_above():
+    friction = [LIBRARY["coulomb"](level=0.4)]
+    for torque, moves in ((0.39, False), (0.41, True)):
+        block = robot_loop([1.0 / B], [A / B], kp=[0.0], kd=[0.0], period=1e-3,
+                           effects=friction)
+        rows = np.column_stack([np.zeros(5000), np.full(5000, torque), np.zeros(5000)])
+        q = np.asarray(compile_diagram(block).run(5.0, inputs=rows, log=["q[0]"]).outputs).ravel()
+        assert (q[-1] > 1e-3) == moves
+        assert moves or not np.any(q)  # stuck, not creeping
+
+
+def test_every_parameter_can_be_set_in_a_run():
+    block = robot_loop([1.0, 2.0], [0.1, 0.2], [5.0, 6.0], [1.0, 1.0], 1e-3,
+                       effects=[LIBRARY["coulomb"](level=0.1, joints=1)])
+    assert {"inertia", "kp", "coulomb.level"} <= set(block.params)
+    np.testing.assert_array_equal(block.params["coulomb.level"], [0.0, 0.1])
+    assert block.input_labels[:2] == ["q_d[0]", "q_d[1]"] and block.dt == 1e-3
+
+
+def test_wrong_numbers_and_effects_without_a_form_are_refused():
+    with pytest.raises(DiagramError, match="period must be positive"):
+        robot_loop([1.0], [0.1], [5.0], [1.0], 0.0)
+    with pytest.raises(DiagramError, match="two effects are called 'coulomb'"):
+        robot_loop([1.0], [0.1], [5.0], [1.0], 1e-3, effects=[LIBRARY["coulomb"](level=1)] * 2)
+    with pytest.raises(DiagramError, match="hidden_integral: it enters at the controller"):
+        robot_loop([1.0], [0.1], [5.0], [1.0], 1e-3,
+                   effects=[LIBRARY["hidden_integral"](ki=1.0)])
