@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static, filled_in
+from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.smoothing import direction
 
 
@@ -55,3 +55,38 @@ def dry_friction(limits: Callable, inputs: tuple[str, ...],
     torque.__doc__ = (f"Friction torque [N m], smoothed over a width of speed.\n\n"
                       f"{limits.__doc__}")
     return DryFriction(torque, inputs, limits=limits, rest=rest)
+
+
+@dataclass(frozen=True)
+class AgeingFriction(Dynamic):
+    """Smoothed block of a dry friction whose limits depend on a state; see `ageing_friction`.
+
+    Parameters
+    ----------
+    rate, kernel, inputs, outputs, state, size
+        As in `Dynamic`; ``'dq'`` is among the inputs.
+    limits : callable
+        ``limits(state, *signals, **parameters)``, as in `DryFriction`.
+    step : callable
+        ``step(state, *signals, period, **parameters)``: the state a time `period` later.
+
+    """
+
+    limits: Callable = no_friction
+    step: Callable = no_friction
+
+
+def ageing_friction(limits: Callable, rate: Callable, step: Callable, inputs: tuple[str, ...],
+                    state: str) -> AgeingFriction:
+    """Return the builder of a dry friction with a state, see `AgeingFriction`."""
+    at = inputs.index("dq")
+
+    def torque(z: np.ndarray, *signals: np.ndarray, width: np.ndarray,
+               **parameters: np.ndarray) -> np.ndarray:
+        forward, backward = filled_in(limits, parameters)(z, *signals)
+        dq = signals[at]
+        return np.where(dq > 0, forward, backward) * direction(dq, width)
+
+    torque.__doc__ = (f"Friction torque [N m], smoothed over a width of speed.\n\n"
+                      f"{limits.__doc__}")
+    return AgeingFriction(rate, torque, inputs, state=state, limits=limits, step=step)

@@ -21,6 +21,12 @@ def slip_rate(z: np.ndarray, dq: np.ndarray, reach: np.ndarray) -> np.ndarray:
     return np.where(pushed >= slip_limits(reach), 0.0, dq)
 
 
+def slip_step(z: np.ndarray, dq: np.ndarray, reach: np.ndarray, period: float) -> np.ndarray:
+    """Bending of the elements after a period at one velocity [rad], exact."""
+    limits = slip_limits(reach)
+    return np.clip(z + dq * period, -limits, limits)
+
+
 def maxwell_slip_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint,
                         reach: np.ndarray) -> np.ndarray:
     """Friction torque [N m]: each element holds up to its share of `level`."""
@@ -50,4 +56,5 @@ MAXWELL_SLIP = Effect(
     wrong="Slip level is the same at all speeds (no Stribeck effect), five elements stand for a "
           "smooth curve, and a stuck joint has no damping of its own.",
     passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
+    sampled=Dynamic(slip_step, maxwell_slip_torque, inputs=("dq",), size=ELEMENTS),
 )

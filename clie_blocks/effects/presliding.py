@@ -82,6 +82,25 @@ def dahl_rate(z: np.ndarray, dq: np.ndarray, reach: PerJoint, exponent: PerJoint
     return contact_speed(dq, reach, fastest) * np.sign(margin) * np.abs(margin) ** exponent
 
 
+def dahl_step(z: np.ndarray, dq: np.ndarray, reach: PerJoint, exponent: PerJoint,
+              period: float) -> np.ndarray:
+    """Bending after a period at one velocity [rad]: the margin ``1 - sgn(dq) z/reach``, exact."""
+    margin = np.maximum(1.0 - np.sign(dq) * z / reach, 0.0)
+    bent, power = np.abs(dq) * period / reach, exponent - 1.0
+    curved = np.where(np.abs(power) > 1e-6, power, 1.0)
+    base = np.maximum(margin, 1e-12) ** -curved + curved * bent
+    left = np.where(np.abs(power) > 1e-6,
+                    np.where(base > 0, np.maximum(base, 1e-300) ** (-1.0 / curved), 0.0),
+                    margin * np.exp(-bent))
+    return np.where(dq == 0.0, z, np.sign(dq) * reach * (1.0 - left))
+
+
+def sampled_dahl_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint,
+                        reach: PerJoint) -> np.ndarray:
+    """Friction torque of a contact whose bending takes exact steps [N m]."""
+    return level / reach * z
+
+
 def dahl_torque(z: np.ndarray, dq: np.ndarray, level: PerJoint, reach: PerJoint,
                 fastest: PerJoint) -> np.ndarray:
     """Friction torque of a bent contact [N m]: a spring of stiffness level / reach."""
@@ -158,4 +177,5 @@ DAHL = Effect(
     wrong="No break-away peak; a stuck joint rings on its contact, undamped but for the plant, "
           "and drifts under a vibrating load.",
     passive=True, symmetry="odd", stiff=True, curve=("q", 5e-3),
+    sampled=Dynamic(dahl_step, sampled_dahl_torque, inputs=("dq",)),
 )

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Dynamic
+from clie_blocks.effects.dry_friction import ageing_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import WIDTH, direction
+from clie_blocks.effects.smoothing import WIDTH
 from clie_blocks.labels import PerJoint
 
 
@@ -20,16 +20,25 @@ def contact_age_rate(age: np.ndarray, dq: np.ndarray, velocity: PerJoint,
     return nearness_to_rest(dq, velocity) - age * np.abs(dq) / slip
 
 
-def rest_time_torque(age: np.ndarray, dq: np.ndarray, rise: PerJoint, half_time: PerJoint,
-                     velocity: PerJoint, width: PerJoint) -> np.ndarray:
+def contact_age_step(age: np.ndarray, dq: np.ndarray, velocity: PerJoint, slip: PerJoint,
+                     period: float) -> np.ndarray:
+    """Age of the contact after a period at one velocity [s], exact."""
+    renewed = np.abs(dq) / slip * period
+    share = np.where(renewed > 1e-8, -np.expm1(-renewed) / np.maximum(renewed, 1e-8), 1.0)
+    return age * np.exp(-renewed) + nearness_to_rest(dq, velocity) * period * share
+
+
+def rest_time_limits(age: np.ndarray, dq: np.ndarray, rise: PerJoint, half_time: PerJoint,
+                     velocity: PerJoint) -> tuple[np.ndarray, np.ndarray]:
     """Excess of the break-away torque after a rest [N m], half of `rise` after `half_time`."""
-    excess = rise * age / (age + half_time)
-    return excess * nearness_to_rest(dq, velocity) * direction(dq, width)
+    limit = rise * age / (age + half_time) * nearness_to_rest(dq, velocity)
+    return limit, limit
 
 
 REST_TIME_BREAKAWAY = Effect(
     name="rest_time_breakaway", family="friction", port="load",
-    build=Dynamic(contact_age_rate, rest_time_torque, inputs=("dq",), state="age"),
+    build=ageing_friction(rest_time_limits, contact_age_rate, contact_age_step, inputs=("dq",),
+                          state="age"),
     parameters=(
         Parameter("rise", "N m", 0.0, 100.0, 0.1, 0.0, "excess of break-away after a long rest"),
         Parameter("half_time", "s", 0.01, 1e4, 5.0, None, "rest that gives half the excess"),

@@ -35,7 +35,7 @@ class Piece:
         ``sensor``  act(s, z, p) -> measured q, z, whose memory starts as the position;
         ``drive``   act(s, z, p) -> torque, mean over a period, z;
         ``load``    act(s, z, p) -> torque that opposes, z;
-        ``friction`` act(s, p) -> largest torque against forward and against backward motion;
+        ``friction`` act(s, z, p) -> largest torque against forward and against backward motion, z;
         ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
         ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
         two are their inertias.
@@ -153,10 +153,17 @@ def opposing_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters
     return torque, after
 
 
-def dry_friction(s: State, pieces: NamedPieces, p: Parameters) -> tuple[np.ndarray, ...] | None:
-    """Largest friction torque against forward and against backward motion [N m], or None."""
-    limits = [piece.act(s, p[name]) for name, piece in _at(pieces, "friction")]
-    return tuple(sum(side[1:], side[0]) for side in zip(*limits)) if limits else None
+def dry_friction(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
+                 ) -> tuple[tuple[np.ndarray, ...] | None, Memory]:
+    """Largest friction torque against forward and against backward motion [N m], or None.
+
+    With the memory of the pieces one sample later.
+    """
+    limits, after = [], {}
+    for name, piece in _at(pieces, "friction"):
+        sides, after[name] = piece.act(s, memory[name], p[name])
+        limits.append(sides)
+    return tuple(sum(side[1:], side[0]) for side in zip(*limits)) if limits else None, after
 
 
 def velocity_after_friction(dq: np.ndarray, own: np.ndarray, cross: np.ndarray | None,

@@ -52,11 +52,12 @@ def move_as_one(now: State, memory: Memory, pieces: NamedPieces, p: Parameters,
 
 def _accelerate(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
                 ) -> tuple[np.ndarray, Limits, Memory, Mass]:
-    torque, after = opposing_torque(s, memory, pieces, p)
+    torque, of_load = opposing_torque(s, memory, pieces, p)
+    limits, of_friction = dry_friction(s, memory, pieces, p)
     own, cross, bias = link_terms(s, pieces, p)
     own = p["inertia"] + own
     ddq = acceleration(s.u - torque - bias, own, cross)
-    return ddq, dry_friction(s, pieces, p), after, (own, cross)
+    return ddq, limits, {**of_friction, **of_load}, (own, cross)
 
 
 def move_apart(now: State, memory: Memory, pieces: NamedPieces, p: Parameters,
@@ -99,7 +100,7 @@ class _TwoBodies:
         of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
         passed = self.transmission.act(q_m - q, dq_m - dq, self.parameters, self.link, self.motor)
         own, cross, bias = link_terms(of_link, pieces, p)
-        torque, after = opposing_torque(of_motor, memory, pieces, p)
+        torque, of_load = opposing_torque(of_motor, memory, pieces, p)
         driven = now.u - torque
         own = self.whole + own
         ddq = acceleration(
@@ -107,13 +108,14 @@ class _TwoBodies:
         ddq_m = (driven - passed + self.bearing * dq_m) / self.motor
         dq = dq + h * ddq
         dq_m = dq_m + h * ddq_m
-        limits = dry_friction(of_motor, pieces, p)
+        limits, of_friction = dry_friction(of_motor, memory, pieces, p)
         if limits is not None:
             of_whole = tuple((1.0 - loose) * side for side in limits)
             dq = velocity_after_friction(dq, own, cross, of_whole, h)
             dq_m = velocity_after_friction(dq_m, self.motor, None, limits, h)
         q, q_m = q + h / 2 * dq, q_m + h / 2 * dq_m
-        return (q, dq, q + loose * (q_m - q), dq + loose * (dq_m - dq)), after
+        motion = q, dq, q + loose * (q_m - q), dq + loose * (dq_m - dq)
+        return motion, {**of_friction, **of_load}
 
 
 def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:

@@ -14,7 +14,7 @@ import numpy as np
 from clie_blocks.effects import blocks
 from clie_blocks.effects.blocks import filled_in
 from clie_blocks.effects.delay import DelayLine
-from clie_blocks.effects.dry_friction import DryFriction
+from clie_blocks.effects.dry_friction import AgeingFriction, DryFriction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.dynamics import DELAY_TAPS, Piece, State
@@ -64,9 +64,10 @@ class Kernel:
 class Limits(Kernel):
     """Largest torque of a dry friction, as a piece at the port ``friction``."""
 
-    def __call__(self, s: State, p: Filled) -> tuple[np.ndarray, np.ndarray]:
-        """Limits against forward and against backward motion [N m]."""
-        return self.at(s, p)
+    def __call__(self, s: State, z: Rows, p: Filled,
+                 ) -> tuple[tuple[np.ndarray, np.ndarray], Rows]:
+        """Limits against forward and against backward motion [N m], and no memory."""
+        return self.at(s, p), z
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,6 +114,29 @@ class Dynamic(Kernel):
         after = advance.at(s, p, first, period=s.h)
         return (_first(self.at(s, p, state, period=s.h)),
                 [after] if self.size == 1 else list(after))
+
+
+@dataclasses.dataclass(frozen=True)
+class AgeingLimits(Kernel):
+    """Largest torque of a dry friction with a state, as a piece at the port ``friction``.
+
+    Parameters
+    ----------
+    function, inputs, constants
+        As in `Kernel`.
+    step : callable
+        State after a time `period`, from the state and the signals.
+
+    """
+
+    step: Callable[..., Any] = np.positive
+
+    def __call__(self, s: State, z: Rows, p: Filled,
+                 ) -> tuple[tuple[np.ndarray, np.ndarray], Rows]:
+        """Limits at the middle of the period [N m], and the state after it."""
+        advance = Kernel(self.step, self.inputs, self.constants)
+        middle = advance.at(s, p, z[0], period=s.h / 2)
+        return self.at(s, p, middle), [advance.at(s, p, z[0], period=s.h)]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,6 +201,13 @@ def _of_dry_friction(build: DryFriction, effect: Effect, constants: Constants,
     if build.rest is not None:
         pieces.append(Piece("load", Static(build.rest, build.inputs, constants)))
     return tuple(piece for piece in pieces if not _is_idle(piece.act, effect))
+
+
+@_pieces.register
+def _of_ageing_friction(build: AgeingFriction, effect: Effect, constants: Constants,
+                        ) -> tuple[Piece, ...]:
+    limits = AgeingLimits(build.limits, build.inputs, constants, build.step)
+    return (Piece("friction", limits, states=1),)
 
 
 @_pieces.register

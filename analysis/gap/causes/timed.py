@@ -40,9 +40,9 @@ def _step_damping(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     return _after(s, p) * p["damping"] * s.dq, z
 
 
-def _step_friction(s: State, p: Values) -> FrictionLimits:
+def _step_friction(s: State, z: Memory, p: Values) -> tuple[FrictionLimits, Memory]:
     level = _after(s, p) * p["level"]
-    return level, level
+    return (level, level), z
 
 
 def _step_payload(s: State, p: Values) -> BodyTerms:

@@ -253,7 +253,7 @@ def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> 
         if piece.port == "load":
             torque = torque - piece.act(state, [], p)[0]
         elif piece.port == "friction":
-            forward, backward = piece.act(state, p)
+            (forward, backward), _ = piece.act(state, [], p)
             torque = torque - np.where(state.dq > 0, forward, -np.asarray(backward))
         elif piece.port == "drive":
             torque = torque + piece.act(state, [], p)[0] - state.u

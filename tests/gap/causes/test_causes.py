@@ -40,7 +40,7 @@ def state(q=0.0, dq=0.0, u=0.0, t=0.0, h=1e-3):
 
 def dry(cause, s, p):
     """Torque against the motion: the side that the motion is on, with its sign."""
-    forward, backward = cause.pieces[0].act(s, p)
+    (forward, backward), _ = cause.pieces[0].act(s, [], p)
     return np.where(s.dq > 0, forward, -np.asarray(backward))
 
 

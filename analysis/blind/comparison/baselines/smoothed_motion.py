@@ -69,7 +69,7 @@ def opposing_torque(motion: SmoothedMotion, cause: Cause, values: Values) -> np.
         if piece.port == "load":
             torque = torque + piece.act(s, [], values)[0]
         else:
-            forward, backward = piece.act(s, values)
+            (forward, backward), _ = piece.act(s, [], values)
             torque = torque + np.where(s.dq > 0, forward, -np.asarray(backward))
     return torque
 

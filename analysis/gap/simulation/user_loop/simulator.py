@@ -149,9 +149,10 @@ class LoopSimulator:
         middle = self._middle(loop, t, x, free, u, (rate + free_rate) / 2)
         delivered, of_drive = delivered_torque(middle, memory, self._pieces, p)
         opposing, of_load = opposing_torque(middle, memory, self._pieces, p)
+        limits, of_friction = dry_friction(middle, memory, self._pieces, p)
         torque = self._torque(rate, free_rate, mass, params, delivered - middle.u - opposing,
-                              dry_friction(middle, self._pieces, p))
-        after = {**of_drive, **of_load}
+                              limits)
+        after = {**of_drive, **of_friction, **of_load}
         parts = [free + sum(torque[k] * change for k, change in enumerate(per_torque))]
         for name, piece in self._pieces:
             parts += after[name] if piece.states else []
