@@ -8,7 +8,8 @@ import numpy as np
 from clie_blocks.effects.parameter import Parameter
 
 GEAR_RATIO = Parameter("gear_ratio", "1", 0.1, 1e4, 1.0, None,
-                       "motor turns per joint turn; 1 if the other values are of the motor side")
+                       "motor turns per joint turn; 1 if the other values are of the motor side",
+                       of="robot")
 
 
 def absolute(joint: np.ndarray) -> np.ndarray:

@@ -24,6 +24,9 @@ class Parameter:
         One phrase.
     per_joint : bool
         One value per joint; otherwise one value for the robot.
+    of : str
+        What it is a number of: the ``effect``, the ``robot``, whose file states it (a gear ratio,
+        a length), or the ``run``, such as the width of a smoothed sign.
 
     """
 
@@ -35,6 +38,7 @@ class Parameter:
     neutral: float | None
     meaning: str
     per_joint: bool = True
+    of: str = "effect"
 
     @property
     def default(self) -> float:

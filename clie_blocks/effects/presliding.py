@@ -111,7 +111,7 @@ _LEVEL = Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "friction torque of a 
 _REACH = Parameter("reach", "rad", 1e-6, 0.5, 2e-3, None,
                    "bending of the contact that slides; level/reach is its stiffness")
 _FASTEST = Parameter("fastest", "1/s", 1.0, 1e6, 1000.0, None,
-                     "bound on the rate of the contact, for the step: below 2/step")
+                     "bound on the rate of the contact, for the step: below 2/step", of="run")
 _CONFUSED = {
     "coulomb": "amplitude ladder below the reach: presliding is elastic there",
     "backlash": "amplitude ladder: backlash has a dead band, presliding a soft spring",
