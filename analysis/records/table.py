@@ -196,9 +196,14 @@ def _room_on_disk() -> Iterator[None]:
 
 
 def drop_pages(array: np.ndarray) -> None:
-    """Give the memory of a mapped array back until it is read again; of others, do nothing."""
+    """Give the memory of an array that maps a file back until it is read again.
+
+    Of other arrays, and of maps that can be written to, nothing is given back.
+    """
     base: Any = array
-    while base is not None and not isinstance(base, mmap.mmap):
+    while base is not None and not isinstance(base, np.memmap):
         base = getattr(base, "base", None)
-    if base is not None and hasattr(mmap, "MADV_DONTNEED"):
-        base.madvise(mmap.MADV_DONTNEED)
+    mapped = getattr(base, "base", None)
+    if base is not None and base.mode == "r" and isinstance(mapped, mmap.mmap) \
+            and hasattr(mmap, "MADV_DONTNEED"):
+        mapped.madvise(mmap.MADV_DONTNEED)
