@@ -198,6 +198,7 @@ def test_answers_do_not_show_where_the_study_lies(monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1500)  # two processes of its own beside those of the other tests
 def test_a_small_study_of_imperfect_logs_holds(tmp_path):
     """Twelve fixed trials; what may be lost before somebody looks."""
     main(["--imperfect", "--trials", "12", "--seed", "9012", "--jobs", "2", "-o", str(tmp_path)])
