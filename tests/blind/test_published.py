@@ -114,5 +114,8 @@ def test_the_readme_shows_the_targets_of_imperfect_logs(imperfect_board):
     assert all(row in readme for row in rows[:len(board["targets"])])
     assert f"Of {board['trials']} further robots" in readme
     assert f"in one of {len(DAMAGES)} ways" in readme
-    wrong = [row for row in board["rows"] if row["alarm"]]
-    assert len(wrong) == 3 and {row["said"] for row in wrong} == {"torque_gain_error"}
+    wrong = board["wrong_name_on_twins"]["hits"], board["wrong_name"]["hits"]
+    assert "intact files {} names of the same robots are wrong, with damaged ones {}".format(
+        *wrong) in readme
+    alarms = [row for row in board["rows"] if row["alarm"]]
+    assert len(alarms) == 3 and {row["said"] for row in alarms} == {"torque_gain_error"}
