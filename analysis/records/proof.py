@@ -1,7 +1,7 @@
 """What the stated control law proves of logs: whether they are its own, or after one change.
 
 Replayed on the logged positions the law gives the logged commands to their rounding.  Where it
-does so only after one change of the signals, on all logs of a robot, that is what the recorder did.
+does so only after one change of the signals, on all logs of a robot, the recorder did just that.
 """
 
 import dataclasses
