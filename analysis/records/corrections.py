@@ -1,9 +1,8 @@
 """The first stage of all that is learned from logs: whether they are what they seem to be.
 
 What the logs prove about themselves is corrected and said; what they contradict without proving
-what is right stops the work, with the remedy.  Proof is the stated control law: replayed on the
-logged positions it gives the logged commands to their rounding, and where it does so only after
-one change of the signals, on all logs of the robot, that change is what the recorder did.
+what is right stops the work, with the remedy.  What proves most is the stated control law, see
+`clie_blocks.analysis.records.proof`.
 """
 
 import dataclasses
@@ -20,35 +19,22 @@ from clie_blocks.analysis.records.checks.clock import (
     without_copies,
 )
 from clie_blocks.analysis.records.checks.completeness import dead_joints
-from clie_blocks.analysis.records.checks.law import (
-    EXPLAINED,
-    can_replay,
-    explained_rms,
-    law_parts,
-    replay_unsaturated,
-)
-from clie_blocks.analysis.records.checks.measures import moves, step_size
-from clie_blocks.analysis.records.checks.scale import FAR, NEAR, inertia_ratios
+from clie_blocks.analysis.records.checks.law import can_replay
+from clie_blocks.analysis.records.checks.measures import moves
 from clie_blocks.analysis.records.clock import with_resets_counted_on
-from clie_blocks.analysis.records.control_law import stated_variant
-from clie_blocks.analysis.records.law_residual import ROUNDED_SHARE, ROUNDED_STEPS
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.read_positions import read_positions
-from clie_blocks.analysis.records.replay import Replay, variants
-from clie_blocks.analysis.records.robot import Robot
-from clie_blocks.analysis.records.single_changes import (
-    SAME_OFFSET,
-    Change,
-    single_changes,
-    start_offsets,
+from clie_blocks.analysis.records.proof import (
+    Misfit,
+    is_explained_by_another_filter,
+    law_misfit,
+    proven_changes,
+    replay_as_stated,
 )
+from clie_blocks.analysis.records.read_positions import read_positions
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.single_changes import SAME_OFFSET, Change, start_offsets
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError
 
-OTHER_STEP = 1.5  # times the stated step of the position: it was rounded once more in the log
-MOST_ROUNDED = 0.05  # of the command's RMS that rounding of the logged position may explain
-PIECE = 1500  # samples of each log that refute a change before it is tried on all
-LAX = 3.0  # times the limit, above which a piece refutes it
-AWAY = 0.02  # of the range of motion, from the stated start, at which a log begins elsewhere
 FEW_STEPS = 20.0  # of the encoder, up to which a first position is where it should be
 SMALL_OFFSET = 0.01  # rad, likewise
 
@@ -125,14 +111,6 @@ class Examination:
             error: type[ClieError] = NotIdentifiableError if still else RecordError
             raise error(f"{self.records[0].source}: {text} To go on with the logs as they are: "
                         "--trust-log, in Python trust_logs=True.")
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Misfit:
-    """RMS of what a law leaves of the commands, and what rounding explains, shape (logs, n)."""
-
-    rms: np.ndarray
-    limit: np.ndarray
 
 
 def examine(records: Sequence[Record], robot: Robot) -> Examination:
@@ -215,15 +193,15 @@ def _by_the_law(seen: Examination) -> Examination:
     records, robot = seen.records, seen.robot
     if not all(can_replay(record, robot) and _is_of(record, robot) for record in records):
         return seen
-    before = _law_misfit(records, robot)
+    before = law_misfit(records, robot)
     joints = [int(k) for k in np.flatnonzero((before.rms > before.limit).any(axis=0))]
-    if not joints or _explained_by_another_filter(records, robot):
+    if not joints or is_explained_by_another_filter(records, robot):
         return seen
     dead = [k for k in joints if all(not moves(record.signal("u")[:, k]) for record in records)]
     if dead:
         return _with_replayed_commands(seen, dead, set(dead) == set(joints) and
                                        len(dead) < robot.n)
-    proven = _proven_changes(records, robot, joints, before)
+    proven = proven_changes(records, robot, joints, before)
     if len(proven) > 1 or any(change.remedy for change, _ in proven):
         return dataclasses.replace(seen, obstacles=(
             _contradiction([change for change, _ in proven], robot),))
@@ -265,7 +243,7 @@ def _with_replayed_commands(seen: Examination, dead: Sequence[int],
             "Log the command, or name its column: --map u=COLUMN."),))
     records = []
     for record in seen.records:
-        replayed, u = _replay_as_stated(record, seen.robot).u, record.signal("u").copy()
+        replayed, u = replay_as_stated(record, seen.robot).u, record.signal("u").copy()
         u[:, dead] = np.where(np.isfinite(replayed), replayed, 0.0)[:, dead]
         records.append(record.replace(u=u))
     return _corrected(seen, records, Correction(
@@ -274,7 +252,7 @@ def _with_replayed_commands(seen: Examination, dead: Sequence[int],
         "At the other joints the stated law reproduces the commands of every log."))
 
 
-def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | None:
+def _with_lost_excitation(seen: Examination, before: Misfit) -> Examination | None:
     """Logs with the excitation that their commands hold beyond the law, where one was not logged.
 
     That the law runs is proven by the logs without excitation, in which it leaves nothing.
@@ -288,7 +266,7 @@ def _with_lost_excitation(seen: Examination, before: _Misfit) -> Examination | N
         return None
     records = []
     for record, holds in zip(seen.records, proven, strict=True):
-        left = _replay_as_stated(record, seen.robot).residual
+        left = replay_as_stated(record, seen.robot).residual
         pe = np.zeros_like(record.q) if holds else np.where(np.isfinite(left), left, 0.0)
         records.append(record.replace(pe=pe))
     names = ", ".join(record.source for record in shown)
@@ -318,68 +296,6 @@ def _with_positions_read(seen: Examination, joints: Sequence[int]) -> Examinatio
         "follow from.", "In every log the two differ by white noise and by nothing else."))
 
 
-def _law_misfit(records: Sequence[Record], robot: Robot) -> _Misfit:
-    rows = [_law_misfit_of(record, robot) for record in records]
-    return _Misfit(np.array([rms for rms, _ in rows]), np.array([limit for _, limit in rows]))
-
-
-def _law_misfit_of(record: Record, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Misfit of each joint in the part of the log in which it is worst, and its limit."""
-    rows = []
-    for part in law_parts(record):
-        replayed = _replay_as_stated(part, robot)
-        rows.append((replayed.rms, explained_rms(part, robot, replayed)))
-    rms, limit = (np.array(values) for values in zip(*rows, strict=True))
-    worst = np.argmax(rms / np.maximum(limit, np.finfo(float).tiny), axis=0)[None]
-    return np.take_along_axis(rms, worst, 0)[0], np.take_along_axis(limit, worst, 0)[0]
-
-
-def _replay_as_stated(record: Record, robot: Robot) -> Replay:
-    return replay_unsaturated(record, robot, stated_variant(robot.controller))
-
-
-def _explained_by_another_filter(records: Sequence[Record], robot: Robot) -> bool:
-    """Whether the law explains every log with another velocity filter: a matter of the file."""
-    return all((replayed.rms <= explained_rms(part, robot, replayed)).all()
-               for record in records for part in law_parts(record)
-               for replayed in [replay_unsaturated(part, robot)])
-
-
-def _proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[int],
-                    before: _Misfit) -> list[tuple[Change, tuple[Record, ...]]]:
-    """Changes after which the law explains all logs, with the changed logs.
-
-    Of changes that explain the logs alike, those count that agree with what the robot file says of
-    the positions; and one by a unit before one by a number that no unit has.
-    """
-    proven, pieces = [], [_middle(record) for record in records]
-    heads = [law_parts(record)[0] for record in records]
-    for change in single_changes(heads, robot, joints, _variant(heads[0], robot)):
-        if not _may_explain(change, pieces, robot):
-            continue
-        changed = tuple(change.apply(record) for record in records)
-        if (_is_proof(_law_misfit(changed, robot), before, changed, robot, change.joints)
-                and (not change.unweighed or _is_weighed(records, changed, robot))):
-            proven.append((change, changed))
-    if len(proven) < 2:
-        return proven
-    errors = [_disagreement(changed, robot) for _, changed in proven]
-    agreeing = [pair for pair, error in zip(proven, errors, strict=True)
-                if error <= max(min(errors), AWAY)]
-    return [pair for pair in agreeing if not pair[0].unnamed] or agreeing
-
-
-def _is_weighed(before: Sequence[Record], after: Sequence[Record], robot: Robot) -> bool:
-    """Whether the stated inertia contradicts the torques before a change, and not after it."""
-    was, found = (np.array([inertia_ratios(record, robot) for record in records])
-                  for records in (before, after))
-    known = (was > 0) & (found > 0)
-    if not known.any():
-        return False
-    was, found = np.abs(np.log(was[known])), np.abs(np.log(found[known]))
-    return bool((was > np.log(FAR)).all() and np.median(found) < np.log(NEAR))
-
-
 def _with_the_zero_of_the_file(seen: Examination) -> Examination:
     """Logs whose positions and references have another zero than the robot file states.
 
@@ -404,69 +320,6 @@ def _with_the_zero_of_the_file(seen: Examination) -> Examination:
         "position.zero", tuple(names.split(", ")), f"The position q and reference qd of {names} "
         "have another zero than the robot file.", f"Took {shown} off them.",
         "Every log begins so far from its stated start."))
-
-
-def _middle(record: Record) -> Record:
-    """A piece of a record that is long enough to refute a change."""
-    start = max(0, (len(record) - PIECE) // 2)
-    return record.part(start, min(start + PIECE, len(record)))
-
-
-def _may_explain(change: Change, pieces: Sequence[Record], robot: Robot) -> bool:
-    """Whether the middle of every log agrees with a change; a piece refutes most of them."""
-    for piece in pieces:
-        changed = change.apply(piece)
-        after, size = _law_misfit([changed], robot), np.nanstd(changed.signal("u"), axis=0)
-        if (after.rms > np.maximum(LAX * after.limit, LAX * MOST_ROUNDED * size)).any():
-            return False
-    return True
-
-
-def _variant(record: Record, robot: Robot) -> str | None:
-    """Velocity filter to look for a change with: the stated one, else that which fits best."""
-    stated = stated_variant(robot.controller)
-    if stated in variants(record, robot.controller):
-        return stated
-    return replay_unsaturated(record, robot).variant
-
-
-def _is_proof(after: _Misfit, before: _Misfit, changed: Sequence[Record], robot: Robot,
-              joints: Sequence[int]) -> bool:
-    """Whether every joint is explained on every log, and those changed are so much better."""
-    limit = np.maximum(after.limit, [_rounding(record, robot) for record in changed])
-    at = list(joints)
-    unexplained = before.rms > before.limit
-    sharper = after.rms <= EXPLAINED * before.rms
-    return bool((after.rms <= limit).all() and unexplained[:, at].any(axis=0).all()
-                and (sharper | ~unexplained)[:, at].all())
-
-
-def _rounding(record: Record, robot: Robot) -> np.ndarray:
-    """RMS that the digits of the changed signals leave in the command, shape (n,)."""
-    law = _replay_as_stated(record, robot).law
-    size = np.sqrt(np.nanmean(record.signal("u") ** 2, axis=0))
-    stated = np.zeros(record.n) if robot.encoder.resolution is None else robot.encoder.resolution
-    step = np.array([step_size(record.q[:, k]) for k in range(record.n)])
-    coarse = np.where(step > OTHER_STEP * stated, step, 0.0)
-    of_position = ROUNDED_STEPS * coarse * law.position_gain()
-    return np.maximum(ROUNDED_SHARE * size, np.minimum(of_position, MOST_ROUNDED * size))
-
-
-def _disagreement(records: Sequence[Record], robot: Robot) -> float:
-    """How much the logs contradict what the file states of positions: 1 where they do clearly.
-
-    The largest distance of a first position from the stated start, over the range of motion; and
-    the step of the encoder, where the positions lie on a lattice.
-    """
-    offsets = start_offsets(records, robot)
-    ranges = np.array([np.ptp(record.q, axis=0).max() for record in records])
-    error = 0.0 if offsets is None else float((np.abs(offsets).max(axis=1) / ranges).max())
-    stated = robot.encoder.resolution
-    if stated is None:
-        return error
-    steps = np.array([[step_size(record.q[:, k]) for k in range(robot.n)] for record in records])
-    apart = np.abs(np.log(steps / np.where(stated > 0, stated, np.nan)))
-    return max(error, float(np.nanmax(apart, initial=0.0) > np.log(OTHER_STEP)))
 
 
 def _correction(change: Change, robot: Robot) -> Correction:

@@ -1,6 +1,8 @@
 """A log as named columns that arrive in blocks, and how the wanted ones are packed."""
 
+import contextlib
 import dataclasses
+import mmap
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import IO, Any, Self
@@ -13,6 +15,7 @@ from clie_blocks.errors import RecordError, visible
 MOST_COLUMNS = 10_000
 LONGEST_NAME = 1000  # characters
 IN_MEMORY = 50_000_000  # bytes; beyond that the values go to a file that the arrays map
+_ROWS_AT_ONCE = 20_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -154,21 +157,53 @@ class _Store:
             self._spill()
 
     def _spill(self) -> None:
-        try:
+        with _room_on_disk():
             file = self.file = self.file or tempfile.TemporaryFile()
             while self.kept:
                 file.write(np.ascontiguousarray(self.kept.pop(0)).tobytes())
-        except OSError as error:
-            raise RecordError(f"the log has more than {IN_MEMORY / 1e6:.0f} MB of values and the "
-                              f"folder for temporary files cannot hold them: {error.strerror}; "
-                              "set TMPDIR to a larger disk") from None
 
     def whole(self) -> np.ndarray:
-        """Return all rows, read-only."""
+        """Return all rows, read-only; in a file column after column, as most checks read them."""
         if self.file is None:
             whole = self.kept[1] if len(self.kept) == 2 else np.concatenate(self.kept)
         else:
-            self.file.flush()
-            whole = np.asarray(np.memmap(self.file, float, "r", shape=(self.rows, self.width)))
+            whole = np.asarray(self._by_column(self.file))
         whole.flags.writeable = False
         return whole
+
+    def _by_column(self, file: IO[bytes]) -> np.ndarray:
+        file.seek(0)
+        with _room_on_disk(), tempfile.TemporaryFile() as columns:
+            for first in range(0, self.rows, _ROWS_AT_ONCE):
+                count = min(_ROWS_AT_ONCE, self.rows - first)
+                block = np.frombuffer(file.read(8 * count * self.width)).reshape(count, self.width)
+                for k in range(self.width):
+                    columns.seek(8 * (k * self.rows + first))
+                    columns.write(block[:, k].tobytes())
+            columns.flush()
+            return np.memmap(columns, float, "r", shape=(self.rows, self.width), order="F")
+
+
+@contextlib.contextmanager
+def _room_on_disk() -> Iterator[None]:
+    """Say what to do where the disk is full."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordError(f"the log has more than {IN_MEMORY / 1e6:.0f} MB of values and the "
+                          f"folder for temporary files cannot hold them: {error.strerror}; "
+                          "set TMPDIR to a larger disk") from None
+
+
+def drop_pages(array: np.ndarray) -> None:
+    """Give the memory of an array that maps a file back until it is read again.
+
+    Of other arrays, and of maps that can be written to, nothing is given back.
+    """
+    base: Any = array
+    while base is not None and not isinstance(base, np.memmap):
+        base = getattr(base, "base", None)
+    mapped = getattr(base, "base", None)
+    if base is not None and base.mode == "r" and isinstance(mapped, mmap.mmap) \
+            and hasattr(mmap, "MADV_DONTNEED"):
+        mapped.madvise(mmap.MADV_DONTNEED)

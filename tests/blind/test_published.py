@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from clie_blocks.analysis.blind.imperfect.damages import DAMAGES
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh
 from clie_blocks.analysis.blind.protocol.targets import compare, compare_with_targets
 from clie_blocks.analysis.blind.report import imperfect as imperfect_page
@@ -104,3 +105,17 @@ def test_the_published_imperfect_logs_follow_from_their_rows(imperfect_board):
 def test_the_published_page_of_imperfect_logs_shows_its_figures(imperfect_board):
     page = markdown(imperfect_page.document(imperfect_board))
     assert IMPERFECT.with_suffix(".md").read_text() == page
+
+
+def test_the_readme_shows_the_targets_of_imperfect_logs(imperfect_board):
+    board, readme = imperfect_board, (IMPERFECT.parents[2] / "README.md").read_text()
+    rows = [line.strip() for line in IMPERFECT.with_suffix(".md").read_text().splitlines()
+            if any(line.startswith(f"| {row['words']} |") for row in board["targets"])]
+    assert all(row in readme for row in rows[:len(board["targets"])])
+    assert f"Of {board['trials']} further robots" in readme
+    assert f"in one of {len(DAMAGES)} ways" in readme
+    wrong = board["wrong_name_on_twins"]["hits"], board["wrong_name"]["hits"]
+    assert "intact files {} names of the same robots are wrong, with damaged ones {}".format(
+        *wrong) in readme
+    alarms = [row for row in board["rows"] if row["alarm"]]
+    assert len(alarms) == 3 and {row["said"] for row in alarms} == {"torque_gain_error"}

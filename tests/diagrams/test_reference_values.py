@@ -52,6 +52,7 @@ def test_effective_gain_of_eighty_converges_within_100_s():
     np.testing.assert_allclose(mean_estimate(noise_free(gamma=80.0)), expected, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_default_duration_converges():
     expected = [1.98142, 1.99122, .49605, .49814, .01078, -.00383]
     np.testing.assert_allclose(mean_estimate(noise_free(duration=400.0)), expected, atol=1e-5)

@@ -13,6 +13,7 @@ from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.table import drop_pages
 
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
@@ -42,5 +43,7 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
     findings = [*check_clock(record, robot), *check_missing(record, robot)]
     if not any(finding.check in FATAL for finding in findings):
         steady = even_clock(without_copies(record), robot)
-        findings += [finding for check in CHECKS for finding in check(steady, robot)]
+        for check in CHECKS:
+            drop_pages(steady.q)  # of a long log; what a check reads comes back
+            findings += check(steady, robot)
     return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

@@ -38,9 +38,11 @@ def increments(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
 
 
 def integrals(record: Record, rate: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
-    """Integral of a rate over each window, by trapezia on the true stamps."""
-    area = np.diff(record.time)[:, None] * (rate[1:] + rate[:-1]) / 2
-    return increments(_total(area), at, width)
+    """Integral of a rate (N, n) over each window, by trapezia on the true stamps."""
+    steps = np.diff(record.time)
+    return np.column_stack([
+        increments(_total(steps * (column[1:] + column[:-1]) / 2), at, width)
+        for column in rate.T])
 
 
 def smooth_motion(record: Record, at: np.ndarray,
@@ -70,16 +72,17 @@ def triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
 
 def _triangular_mean(x: np.ndarray, at: np.ndarray, width: int) -> np.ndarray:
     ahead = _total(x)
-    ahead = (ahead[width:] - ahead[:-width]) / width
-    total = _total(ahead)
-    return (total[at + 1] - total[at + 1 - width]) / width
+    ahead[:-width] = ahead[width:] - ahead[:-width]
+    total = _total(ahead[:-width])
+    return (total[at + 1] - total[at + 1 - width]) / width**2
 
 
 def _total(x: np.ndarray) -> np.ndarray:
     """Sums of the first 0, 1, ... values, holes left out."""
     total = np.zeros((len(x) + 1, *x.shape[1:]))
-    np.cumsum(np.where(np.isfinite(x), x, 0.0), axis=0, out=total[1:])
-    return total
+    total[1:] = x
+    total[~np.isfinite(total)] = 0.0
+    return np.cumsum(total, axis=0, out=total)
 
 
 def slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:

@@ -10,7 +10,7 @@ import pytest
 from clie_blocks.analysis.blind.command import main
 from clie_blocks.analysis.blind.imperfect import runs, trials
 from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, HARMLESS
-from clie_blocks.analysis.blind.imperfect.export import Export
+from clie_blocks.analysis.blind.imperfect.export import DoesNotApplyError, Export
 from clie_blocks.analysis.blind.population.standard import plan
 from clie_blocks.analysis.blind.protocol import seal, study
 from clie_blocks.analysis.blind.report import imperfect as page
@@ -59,6 +59,9 @@ def free_robots(monkeypatch):
              "robot": "pendulum of 1"}
     calls = []
 
+    def without_robot(seed, index, factor):
+        raise DoesNotApplyError("these robots are files alone")
+
     def make(folder, count, seed, jobs, population):
         for index in range(count):
             name = f"trial-{index:03d}"
@@ -72,6 +75,7 @@ def free_robots(monkeypatch):
 
     monkeypatch.setattr(study, "_make_in_parallel", make)
     monkeypatch.setattr(runs, "_answer", answer)
+    monkeypatch.setattr(trials, "_logged_with_noise", without_robot)
     return calls
 
 
@@ -194,6 +198,7 @@ def test_answers_do_not_show_where_the_study_lies(monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1500)  # two processes of its own beside those of the other tests
 def test_a_small_study_of_imperfect_logs_holds(tmp_path):
     """Twelve fixed trials; what may be lost before somebody looks."""
     main(["--imperfect", "--trials", "12", "--seed", "9012", "--jobs", "2", "-o", str(tmp_path)])

@@ -14,7 +14,7 @@ from clie_blocks.analysis.gap.search.ripple_spectrum import ripple_candidates, s
 from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
 
 
-@pytest.mark.parametrize("order", [23.7, 61.3])
+@pytest.mark.parametrize("order", [23.7, pytest.param(61.3, marks=pytest.mark.slow)])
 def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch):
     monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(
         ripple=2e-3 * joint["kp"], order=order))
@@ -29,7 +29,8 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     assert ripple_candidates(residuals, nominal, errors, ()) == []
 
 
-@pytest.mark.parametrize("waves, said", [(0.5, "torque_ripple"), (0.1, "spring")])
+@pytest.mark.parametrize("waves, said", [
+    (0.5, "torque_ripple"), pytest.param(0.1, "spring", marks=pytest.mark.slow)])
 def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, said, monkeypatch):
     travel = 0.43  # rad, of the joint
     monkeypatch.setitem(robots.EFFECTS, "torque_ripple", lambda rng, joint: joint.update(

@@ -3,7 +3,7 @@
 import json
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from clie_blocks.analysis.records.check_report import as_dict, as_text, check_log
@@ -38,6 +38,7 @@ def clock(kind, size, random):
             "gap": even + (even > 0.1), "random": np.sort(random.random(size))}[kind]
 
 
+@example(size=1500, n=2, kinds={"q": "sine", "u": "zero"}, time="random", law="pd", seed=68)
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(size=st.sampled_from([1, 2, 3, 5, 30, 250, 1500]), n=st.integers(1, 3),
        kinds=st.fixed_dictionaries({"q": st.sampled_from(SHAPES)}, optional={
