@@ -123,7 +123,7 @@ class Cause:
     needs_links: bool = False
     without: tuple[str, ...] = ()
     even: tuple[str, ...] = ()
-    held: Mapping[str, float] = MappingProxyType({})
+    held: Mapping[str, float] = dataclasses.field(default_factory=dict)
     of_effect: Callable[[Problem, Values], dict[str, np.ndarray]] | None = None
 
     @property
