@@ -45,6 +45,8 @@ class Number:
         It says how the joint is built, not how large the cause is.
     switch : bool
         It says where the cause acts; the joints of an answer say so already.
+    is_scale : bool
+        It is known by its order of magnitude, such as a time or the width of a curve.
 
     """
 
@@ -58,6 +60,7 @@ class Number:
     phase: bool = False
     nuisance: bool = False
     switch: bool = False
+    is_scale: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -171,7 +174,8 @@ def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], 
     numbers = tuple(
         Number(p.name, p.unit, *within.get(p.name, (p.lower, p.upper)),
                "log" if p.name in per_log else "joint" if p.per_joint else "robot",
-               fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase)
+               fixed=p.name in fixed, neutral=p.neutral, phase=p.name in phase,
+               is_scale=p.unit == "s" or p.neutral is None and p.lower > 0.0)
         for p in effect.parameters if p.name in free)
     return Cause(effect.name, pieces_of(effect, free, held), numbers, probes, held=held, **how)
 

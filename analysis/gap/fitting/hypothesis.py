@@ -79,6 +79,8 @@ class FreeParameter:
         What the datasheet says, or None.
     phase : bool
         It moves a phase, so that its size is the only step at which a difference is a slope.
+    is_scale : bool
+        It is known by its order of magnitude: a step changes it by a factor.
 
     """
 
@@ -91,6 +93,7 @@ class FreeParameter:
     centre: float | None = None
     tolerance: float | None = None
     phase: bool = False
+    is_scale: bool = False
 
     def violation(self, value: float, softness: float) -> float:
         """How far a value lies beyond its tolerance [standard deviations]."""
@@ -200,7 +203,7 @@ class Hypothesis:
             for log in logs:
                 for k in member.joints:
                     yield FreeParameter(key, k, log, size[k], number.lower, number.upper,
-                                        phase=number.phase)
+                                        phase=number.phase, is_scale=number.is_scale)
 
     def get(self, parameter: FreeParameter) -> float:
         """Value of a free parameter."""

@@ -156,8 +156,7 @@ def _limited(parameter: FreeParameter, value: float, change: float, method: Fitt
     """Value after a change, which is in sizes, inside the reach of a step and the bounds."""
     reach = method.step_reach * max(abs(value), parameter.size)
     proposed = value + np.clip(change * parameter.size, -reach, reach)
-    is_scale = parameter.key.partition(".")[2] in ("time", "range")
-    if is_scale and value > 0.0:
+    if parameter.is_scale and value > 0.0:
         proposed = np.clip(proposed, value / method.scale_step_factor,
                            method.scale_step_factor * value)
     return float(np.clip(proposed, parameter.lower, parameter.upper))

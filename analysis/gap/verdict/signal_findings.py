@@ -42,7 +42,7 @@ _DRIVE_EFFECTS = {torque_path.TIMING: ("actuator_lag", "time_delay"),
                   torque_path.GAIN: ("torque_gain_error",),
                   torque_path.LIMIT: ("actuator_saturation",),
                   torque_path.DEAD_ZONE: ("dead_zone",)}
-_DRIVE_PARAMETERS = {"actuator_lag": ("time", "s"), "time_delay": ("time", "s"),
+_DRIVE_PARAMETERS = {"actuator_lag": ("lag", "s"), "time_delay": ("delay", "s"),
                      "torque_gain_error": ("error", "1"), "actuator_saturation": ("limit", "N m"),
                      "dead_zone": ("width", "N m")}
 Entry = dict[str, Any]

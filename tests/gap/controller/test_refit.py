@@ -65,7 +65,7 @@ def test_a_command_of_the_sample_before_becomes_a_delay_of_the_model(healthy):
     assert not check_controller(corrected).misdescribed
     (delay,) = held_members(corrected)
     assert delay.cause.name == "time_delay"
-    assert delay.values["time"] == pytest.approx(healthy.period)
+    assert delay.values["delay"] == pytest.approx(healthy.period)
 
 
 def test_a_stated_law_that_ran_is_left_as_it_is(healthy):

@@ -29,7 +29,7 @@ def arm(engine_arm):
 
 
 def delayed(problem, cause, joints, time):
-    member = Member(cause, joints, {"time": np.full(2, time)}, {"time": np.full(2, 1e-3)})
+    member = Member(cause, joints, {"delay": np.full(2, time)}, {"delay": np.full(2, 1e-3)})
     return build_hypothesis(problem, (member,))
 
 
@@ -55,7 +55,7 @@ def test_the_delay_of_an_encoder_is_measured_and_one_of_the_drive_cannot_explain
                             for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY))
     assert of_encoder.excess < 0.3
     assert of_drive.excess > 10.0
-    times = of_encoder.hypothesis.values[f"{sensor.ENCODER_DELAY.block}.time"]
+    times = of_encoder.hypothesis.values[f"{sensor.ENCODER_DELAY.block}.delay"]
     assert times[0] == pytest.approx(DELAY, abs=3e-5)
     assert times[1] == 0.0
 

@@ -117,5 +117,5 @@ def test_friction_that_drifts_does_so_after_the_start(cause):
     problem = make_problem(SWAY, period=PERIOD)
     drifting = make_fit(problem, make_member(cause, problem, time_constant=8.0, since=0.0))
     assert marked(problem, fit=drifting)
-    key = f"{cause.block}__time"
+    key = f"{cause.block}__time_constant"
     assert not marked(problem, fit=moved(drifting, **{key: np.array([1.0, 1.0])}))

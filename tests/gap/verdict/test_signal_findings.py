@@ -59,7 +59,7 @@ def test_a_late_servo_that_sticks_is_late_first_of_all():
         "lag", "setpoint_delay", "coulomb"))
     assert 0.1 < cause.share < 0.9
     row = cause.as_dict()
-    assert row["joint"] == [1] and row["parameters"]["time"]["unit"] == "s"
+    assert row["joint"] == [1] and row["parameters"]["delay"]["unit"] == "s"
 
 
 def test_a_servo_that_only_sticks_is_not_late():
@@ -100,7 +100,7 @@ def torque_logs(gain, lag, noise=0.01):
 def test_a_late_and_weak_drive_is_told_with_intervals():
     late, weak = findings(torque_logs(0.8, 0.02))
     assert (late.effect, weak.effect) == ("actuator_lag", "torque_gain_error")
-    for cause, name, truth in ((late, "delay", 0.02), (weak, "error", -0.2)):
+    for cause, name, truth in ((late, "lag", 0.02), (weak, "error", -0.2)):
         low, high = np.ravel(cause.parameters[name]["interval"])
         assert cause.joints == (0,)
         assert low - 1e-3 < truth < high + 1e-3 and high - low < 0.1 * abs(truth)
@@ -186,7 +186,7 @@ def test_a_late_torque_goes_to_the_cause_that_is_not_left_out():
     logs, lag = torque_logs(0.8, 0.02), {"actuator_lag"}
     late, weak = findings(logs, lag)
     assert (late.effect, weak.effect) == ("time_delay", "torque_gain_error")
-    assert late.parameters["time"]["value"][0] == pytest.approx(0.02, abs=1e-3)
+    assert late.parameters["delay"]["value"][0] == pytest.approx(0.02, abs=1e-3)
     (weak,) = findings(logs, lag | {"time_delay"})
     assert weak.parameters["error"]["value"][0] == pytest.approx(-0.2, abs=0.01)
     (late,) = findings(logs, {"torque_gain_error"})
