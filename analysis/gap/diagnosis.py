@@ -30,6 +30,7 @@ from clie_blocks.analysis.gap.simulator_comparison.difference import (
     against_simulator,
     causes_missing_in,
 )
+from clie_blocks.analysis.gap.verdict.alike import names_alike
 from clie_blocks.analysis.gap.verdict.posterior import (
     COMMANDS_UNCLEAR,
     LIKELY,
@@ -208,6 +209,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
                            deadline=deadline)
     second = stages.explain_backlash(first, causes, method, stages.steps)
     ranking, model = _ranking(second or first, controller, method, stages)
+    alike = names_alike(ranking, (second or first).residuals)
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
     nominal = _stated_nominal(first, controller, problem, method, stages)
@@ -218,7 +220,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
     established = bool(controller_findings(controller, method.verdict, excluded))
-    decision = with_signal_findings(verdict(ranking, established), findings)
+    decision = with_signal_findings(verdict(ranking, established, alike), findings)
     mapped = first.nominal if decision == "unexplained" else model
     return Diagnosis(
         problem, method, controller, first.residuals, first.nominal, (second or first).evidence,
@@ -226,7 +228,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
-        advice=advice(first.residuals.problem, ranking), findings=findings,
+        alike=alike, advice=advice(first.residuals.problem, ranking), findings=findings,
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
         excluded=excluded, seconds=time.monotonic() - start)
 

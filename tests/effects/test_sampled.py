@@ -126,7 +126,8 @@ def test_a_controller_refuses_effects_of_the_plant(effect, text):
 
 
 def test_a_continuous_state_is_refused_in_a_sampled_diagram():
-    with pytest.raises(DiagramError, match="rest_time_breakaway: its state moves in continuous time"):
+    moving = "rest_time_breakaway: its state moves in continuous time"
+    with pytest.raises(DiagramError, match=moving):
         LIBRARY["rest_time_breakaway"](rise=0.1).block(1, PERIOD)
 
 
@@ -157,7 +158,8 @@ def test_a_sampled_loop_takes_exact_delays():
 
 
 def test_a_sampled_plant_refuses_a_continuous_load():
-    with pytest.raises(DiagramError, match="rest_time_breakaway: its state moves in continuous time"):
+    moving = "rest_time_breakaway: its state moves in continuous time"
+    with pytest.raises(DiagramError, match=moving):
         with_effects(sampled_loop(), [LIBRARY["rest_time_breakaway"](rise=0.1)])
 
 

@@ -34,6 +34,8 @@ class Answer:
             row["effect"]: min(max(row["probability"], 0.0), 1.0) for row in rows}
         self.joints: dict[str, set[int]] = {
             row["effect"]: set(row["joint"] or ()) for row in rows}
+        self.alike: dict[str, set[str]] = {
+            row["effect"]: {row["effect"], *row.get("alike", ())} for row in rows}
         self.rank = sorted(self.probability, key=lambda name: -self.probability[name])
         self.known = [name for name in self.rank if name not in NO_EFFECTS]
         self.set_90: list[str] = diagnosis.get("set_90", [])
@@ -49,6 +51,18 @@ class Answer:
             return "unknown"
         return max(self.rank, key=lambda name: self.probability[name])
 
+    def names(self, name: str) -> set[str]:
+        """A name with those that the logs do not tell from it."""
+        return self.alike.get(name, {name})
+
+    def leading(self, count: int) -> list[str]:
+        """First effects of the answer, of names that are alike the most probable one."""
+        first: list[str] = []
+        for name in self.known:
+            if not any(name in self.names(other) for other in first):
+                first.append(name)
+        return first[:count]
+
     @property
     def order(self) -> list[str]:
         """Names in the order in which they are put forward: the decision, then the effects."""
@@ -61,8 +75,8 @@ def truth_of(label: dict[str, Any]) -> set[str]:
 
 
 def is_right(label: dict[str, Any], answer: Answer) -> bool:
-    """Whether the decision is the truth, or one of several effects."""
-    return answer.decision in truth_of(label)
+    """Whether the decision, or what the logs do not tell from it, is the truth or a part of it."""
+    return bool(answer.names(answer.decision) & truth_of(label))
 
 
 def leads(label: dict[str, Any], answer: Answer) -> bool:
@@ -70,7 +84,8 @@ def leads(label: dict[str, Any], answer: Answer) -> bool:
     truth = truth_of(label)
     if label["kind"] not in SEVERAL:
         return is_right(label, answer)
-    return truth == set(answer.known[:len(truth)])
+    return truth == {next(iter(answer.names(name) & truth), name)
+                     for name in answer.leading(len(truth))}
 
 
 def joints_right(label: dict[str, Any], answer: Answer) -> bool:

@@ -5,7 +5,8 @@ is the same robot with the files as they were.  The figures, exactly:
 
 ``wrong_name``
     Of all trials: the answer gives half the probability or more to an effect that is neither one
-    of the robot's nor a name for the damage (`Damage.also_right`).  A trial that stopped with an
+    of the robot's nor a name for the damage (`Damage.also_right`), nor said to be alike with one
+    of these: names that the logs do not tell apart are one answer.  A trial that stopped with an
     error names nothing.
 ``wrong_name_on_twins``
     The same on the undamaged twins.
@@ -139,9 +140,9 @@ def _row(name: str, label: Label, diagnosis: dict[str, Any], twin: dict[str, Any
 def wrong_names(label: Label, diagnosis: dict[str, Any], allowed: Sequence[str] = ()
                 ) -> dict[str, float]:
     """Effects that have half the probability or more and are neither the truth nor allowed."""
-    right = {*truth_of(label), *allowed, *NO_EFFECTS}
-    return {name: probability for name, probability in Answer(diagnosis).probability.items()
-            if probability >= HALF and name not in right}
+    answer, right = Answer(diagnosis), {*truth_of(label), *allowed}
+    return {name: probability for name, probability in answer.probability.items()
+            if probability >= HALF and name not in NO_EFFECTS and not answer.names(name) & right}
 
 
 def _named(damage: Damage | None, label: Label, diagnosis: dict[str, Any]) -> bool | None:

@@ -46,6 +46,8 @@ class Result:
         Torque that the model leaves and every lap repeats, where that pays on unseen data.
     where : dict
         Where the gap lies, see `localise`.
+    alike : tuple of tuple of str
+        Names that the logs do not tell apart, see `names_alike`.
     next_experiment : NextExperiment or None
         The run that would tell the remaining causes apart.
     advice : tuple of str
@@ -77,6 +79,7 @@ class Result:
     torque_map: TorqueMap | None
     where: dict[str, Any]
     next_experiment: NextExperiment | None
+    alike: tuple[tuple[str, ...], ...] = ()
     advice: tuple[str, ...] = ()
     findings: tuple[SignalFinding, ...] = ()
     reason: str = ""

@@ -43,7 +43,7 @@ from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 LEAST = 1e-4  # probabilities below are left out
 CONTRADICTED = 0.02  # factor on the probability of what an established cause speaks against
 
@@ -185,12 +185,18 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
             probability *= CONTRADICTED
         if name in named or (probability < LEAST and name not in (NONE, UNKNOWN)):
             continue
-        row: dict[str, Any] = {"effect": name, "joint": None, "probability": probability}
+        row: dict[str, Any] = {"effect": name, "joint": None, "probability": probability,
+                               "alike": _alike(name, result)}
         fit = first[name]
         if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_parameters(name, fit), rival=confounder(fit, result.residuals))
         rows.append(row)
     return rows
+
+
+def _alike(name: str, result: Result) -> list[str]:
+    """Names that the logs do not tell from one of the answer."""
+    return [other for names in result.alike if name in names for other in names if other != name]
 
 
 def _contradicted(result: Result) -> tuple[str, ...]:

@@ -182,12 +182,34 @@ def _not_borne_out(answer: Answer) -> str:
 def leading_rows(answer: Answer) -> list[Row]:
     """Rows of the causes that are likely, or of the most likely one alone."""
     rows = [row for row in answer["effects"] if row["effect"] not in (NONE, UNKNOWN, PARAMETRIC)]
-    return [row for row in rows if row["probability"] >= LIKELY] or rows[:1]
+    likely: list[Row] = []
+    for row in rows:
+        stands_for = {*row.get("alike", ()), row["effect"]}
+        if (_together(row, answer) >= LIKELY
+                and not stands_for & {leading["effect"] for leading in likely}):
+            likely.append(row)
+    return likely or rows[:1]
+
+
+def _together(row: Row, answer: Answer) -> float:
+    """Probability of an effect or of one that the logs do not tell from it."""
+    return float(row["probability"] + sum(
+        other["probability"] for other in answer["effects"]
+        if other["effect"] in row.get("alike", ())))
 
 
 def _list(rows: Iterable[Row], answer: Answer) -> str:
-    return join_words(f"{_at_joints(row, answer)} ({percent(row['probability'])}"
-                      f"{_family_clause(answer, row)})" for row in rows)
+    return join_words(_listed(row, answer) for row in rows)
+
+
+def _listed(row: Row, answer: Answer) -> str:
+    """An effect, its joints and its probability; and what these logs do not tell it from."""
+    alike = row.get("alike", ())
+    if alike:
+        return (f"{join_words([_at_joints(row, answer), *map(effect_title, alike)], 'or')} "
+                f"({percent(_together(row, answer))}; these logs do not tell them apart)")
+    return (f"{_at_joints(row, answer)} ({percent(row['probability'])}"
+            f"{_family_clause(answer, row)})")
 
 
 def _at_joints(row: Row, answer: Answer) -> str:
@@ -205,6 +227,9 @@ def _family_clause(answer: Answer, row: Row) -> str:
 
 def _candidates(answer: Answer) -> str:
     """What is left where no effect is likely: the family that is, or all names."""
+    leading = leading_rows(answer)
+    if leading and leading[0].get("alike"):
+        return _list(leading[:1], answer)
     likely = likely_family(answer, LIKELY)
     if not likely:
         return join_words(map(effect_title, answer["set_90"]), "or")

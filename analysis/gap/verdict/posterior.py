@@ -249,16 +249,23 @@ def credible_set(ranking: Sequence[RankedCause]) -> list[str]:
     return names
 
 
-def verdict(ranking: Sequence[RankedCause], established: bool = False) -> str:
+def verdict(ranking: Sequence[RankedCause], established: bool = False,
+            alike: Sequence[Sequence[str]] = ()) -> str:
     """One word: effect, parametric, none, unexplained or not_identifiable.
 
-    The last one says that no name holds half of the probability: these logs cannot tell.
+    The last one says that these logs cannot tell: no name, with those that are `alike`, holds
+    half of the probability, or the only name is alike with one of another kind.
     `established` says that the check of the controller alone found a cause.
     """
     if established:
         return "effect"
     leading = min(ranking[0].names, key=lambda name: name == PARAMETRIC)
-    if leading != UNKNOWN and max(marginals(ranking).values()) < LIKELY:
+    of_name = marginals(ranking)
+    together = [sum(of_name.get(name, 0.0) for name in names) for names in alike]
+    if leading != UNKNOWN and max([*of_name.values(), *together]) < LIKELY:
+        return "not_identifiable"
+    kinds = {name if name in (NONE, PARAMETRIC) else "" for names in alike for name in names}
+    if len(ranking[0].names) == 1 and len(kinds) > 1:
         return "not_identifiable"
     words = {NONE: "none", UNKNOWN: "unexplained", PARAMETRIC: "parametric"}
     return words.get(leading, "effect")

@@ -10,10 +10,11 @@ from clie_blocks.analysis.report.render import markdown
 STOPPED = {"error": "log-1.csv: q is in degrees; state the unit", "exit_code": 3}
 
 
-def said(name, probability=0.98, verdict="effect", **further):
+def said(name, probability=0.98, verdict="effect", alike=(), **further):
     """Answer that gives one name a probability and the rest to unknown."""
     rest = 1 - probability
-    return {"effects": [{"effect": name, "joint": [1], "probability": probability},
+    return {"effects": [{"effect": name, "joint": [1], "probability": probability,
+                         "alike": list(alike)},
                         {"effect": "unknown", "joint": None, "probability": rest}],
             "set_90": [name], "unexplained": False, "verdict": verdict, **further}
 
@@ -47,7 +48,11 @@ def hits(figure):
     (said("encoder_quantization"), label("resolution_12_bit", "coulomb"), 0),
     (said("encoder_quantization"), label("gap", "coulomb"), 1),
     (said("velocity_filter_mismatch"), label("wrong_kd", kind="none"), 0),
-    (said("spring"), label("none", "spring", "coulomb", kind="pair"), 0)])
+    (said("spring"), label("none", "spring", "coulomb", kind="pair"), 0),
+    (said("spring", alike=("gravity",)), label("none", "gravity"), 0),
+    (said("spring", alike=("gravity",)), label("none", "coulomb"), 1),
+    (said("torque_gain_error", alike=("parametric",)), label("none", kind="parametric"), 0),
+    (said("torque_gain_error", alike=("parametric",)), label("none", "coulomb"), 1)])
 def test_wrong_names(answer, mark, wrong):
     assert hits(score_of(answer, mark)["wrong_name"]) == (wrong, 1)
 

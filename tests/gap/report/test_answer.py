@@ -21,7 +21,7 @@ def told(case):
 
 def test_the_documented_keys_are_there(told):
     assert KEYS <= set(told)
-    assert told["schema_version"] == 2
+    assert told["schema_version"] == 3
     assert told["verdict"] in ("effect", "parametric", "none", "unexplained", "not_identifiable")
     assert isinstance(told["unexplained"], bool)
     assert {"value", "interval"} <= set(told["closed_percent"])

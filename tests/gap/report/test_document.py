@@ -83,7 +83,7 @@ def test_page_holds_every_part(page):
 def test_json_is_the_answer_with_the_share_of_each_block(paths):
     with open(paths[1]) as file:
         told = json.load(file, parse_constant=pytest.fail)
-    assert told["schema_version"] == 2
+    assert told["schema_version"] == 3
     shares = {row["block"]: row["share"] for row in told["where"]["block"]}
     assert set(shares) == {*BLOCKS, "unassigned"}
     assert sum(shares.values()) == pytest.approx(1.0)

@@ -1,0 +1,67 @@
+"""Names that the logs do not tell apart: the models of their hypotheses move alike.
+
+Which of them is named would rest on what a hypothesis costs, and not on the logs.  So they are one
+answer with several names.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
+
+
+def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
+                ) -> tuple[tuple[str, ...], ...]:
+    """Return the names that stand for each other in the leading hypothesis.
+
+    One name stands for another where a likely hypothesis holds it in the other's place, and its
+    model moves as the leading one: they are closer to each other than a right model is to the
+    robot, see `Calibration.floor`.
+
+    Parameters
+    ----------
+    ranking : list of RankedCause
+        Hypotheses, most probable first.
+    residuals : ResidualModel
+        The logs, with their noise.
+
+    Returns
+    -------
+    tuple of tuple of str
+        Names that are alike, the leading one first; nothing for a name that has no such rival.
+
+    """
+    leading, floor = ranking[0], residuals.method.calibration.floor
+    if leading.fit is None or leading.names == (NONE,):
+        return ()
+    alike: dict[str, list[str]] = {}
+    for rival in _likely(ranking):
+        gone, new = ({*leading.names} - {*rival.names}, {*rival.names} - {*leading.names})
+        if (rival.fit is not None and len(gone) == len(new) == 1
+                and motion_distance(leading.fit, rival.fit, residuals) <= floor):
+            (name,) = gone
+            alike.setdefault(name, [name]).extend(new)
+    return tuple(tuple(names) for names in alike.values())
+
+
+def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
+    """Mean squared whitened difference of two models' motions, in the units of an excess."""
+    squares = 0.0
+    for j in range(len(residuals.problem.logs)):
+        parts = zip(*(residuals.whitened(fit.hypothesis.error(j, dithered=False), j)
+                      for fit in (one, other)))
+        squares += sum(float(np.sum((a - b) ** 2)) for a, b in parts)
+    return squares * residuals.problem.n / float(one.samples.sum())
+
+
+def _likely(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:
+    """Hypotheses that it takes to hold nine tenths of the probability."""
+    held = 0.0
+    for ranked in ranking:
+        if held >= SET_PROBABILITY:
+            return
+        yield ranked
+        held += ranked.probability

@@ -1,0 +1,77 @@
+"""Names that the logs do not tell apart: hypotheses whose models move the robot alike."""
+
+import numpy as np
+import pytest
+from factories import make_fit, make_member, make_problem, make_ranked, make_residual_model
+
+from clie_blocks.analysis.gap.causes import friction, load
+from clie_blocks.analysis.gap.verdict.alike import motion_distance, names_alike
+from clie_blocks.analysis.gap.verdict.posterior import verdict
+
+PERIOD = 0.01  # s
+TIME = PERIOD * np.arange(1500)
+SWAY = [np.stack([np.sin(TIME + j), np.cos(2.3 * TIME + j)], axis=1) for j in range(3)]
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return make_problem(SWAY, period=PERIOD)
+
+
+def dry(problem, **levels):
+    return make_fit(problem, make_member(friction.ASYMMETRIC_COULOMB, problem, **levels))
+
+
+@pytest.fixture(scope="module")
+def coulomb(problem):
+    return make_fit(problem, make_member(friction.COULOMB, problem, level=0.3))
+
+
+def alike(problem, *ranked):
+    return names_alike(ranked, make_residual_model(problem))
+
+
+def test_friction_of_one_level_is_not_told_from_that_of_two_equal_ones(problem, coulomb):
+    even = make_ranked("asymmetric_coulomb", 0.3, fit=dry(problem, forward=0.3, backward=0.3))
+    uneven = make_ranked("asymmetric_coulomb", 0.3, fit=dry(problem, forward=0.3, backward=0.25))
+    leading = make_ranked("coulomb", 0.7, fit=coulomb)
+    assert alike(problem, leading, even) == (("coulomb", "asymmetric_coulomb"),)
+    assert alike(problem, leading, uneven) == ()
+
+
+def test_a_rival_that_is_hardly_likely_stands_for_nothing(problem, coulomb):
+    even = make_ranked("asymmetric_coulomb", 0.05, fit=dry(problem, forward=0.3, backward=0.3))
+    assert alike(problem, make_ranked("coulomb", 0.95, fit=coulomb), even) == ()
+
+
+def test_the_distance_is_a_squared_error_in_units_of_the_noise(problem, coulomb):
+    uneven = dry(problem, forward=0.3, backward=0.25)
+    far, near = (motion_distance(coulomb, uneven, make_residual_model(problem, sigma))
+                 for sigma in (1e-5, 1e-4))
+    assert far == pytest.approx(100.0 * near) and near > 0.0
+    assert motion_distance(uneven, coulomb, make_residual_model(problem)) == pytest.approx(near)
+    assert motion_distance(coulomb, coulomb, make_residual_model(problem)) == 0.0
+
+
+def test_beside_a_sure_cause_only_the_one_in_doubt_has_names_that_stand_for_it(problem):
+    both = make_fit(problem, make_member(friction.COULOMB, problem, level=0.3),
+                    make_member(load.SPRING, problem, stiffness=0.1))
+    other = make_fit(problem, make_member(load.SPRING, problem, stiffness=0.1), make_member(
+        friction.ASYMMETRIC_COULOMB, problem, forward=0.3, backward=0.3))
+    assert alike(problem, make_ranked("coulomb+spring", 0.6, fit=both),
+                 make_ranked("asymmetric_coulomb+spring", 0.4, fit=other)) == (
+                     ("coulomb", "asymmetric_coulomb"),)
+
+
+def test_names_that_are_alike_lead_together():
+    split = [make_ranked("spring", 0.45), make_ranked("gravity", 0.44), make_ranked("none", 0.11)]
+    assert verdict(split) == "not_identifiable"
+    assert verdict(split, alike=[("spring", "gravity")]) == "effect"
+
+
+def test_an_effect_that_is_alike_with_a_wrong_number_is_not_identified():
+    ranking = [make_ranked("torque_gain_error", 0.7), make_ranked("parametric", 0.3)]
+    assert verdict(ranking) == "effect"
+    assert verdict(ranking, alike=[("torque_gain_error", "parametric")]) == "not_identifiable"
+    beside = [make_ranked("payload+step_fault", 0.7), make_ranked("parametric+step_fault", 0.3)]
+    assert verdict(beside, alike=[("payload", "parametric")]) == "effect"
