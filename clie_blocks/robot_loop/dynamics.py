@@ -55,8 +55,8 @@ class Piece:
     @property
     def identity(self) -> str:
         """What tells it from every other piece, the same in every process."""
-        name = getattr(self.act, "__qualname__", "") or self.act.identity
-        return f"{self.port} {self.states} {self.act.__module__} {name}"
+        own = getattr(self.act, "identity", None) or getattr(self.act, "__qualname__", "")
+        return f"{self.port} {self.states} {self.act.__module__} {own}"
 
 
 Memory = dict[str, list[np.ndarray]]

@@ -56,8 +56,13 @@ class Kernel:
 
     def at(self, s: State, p: Filled, *memory: np.ndarray, **more: float) -> Any:
         """Value at an instant; of `more` it takes what it names."""
-        filled = filled_in(self.function, {**dict(self.constants), **p, **more})
-        return filled(*memory, *(getattr(s, name) for name in self.inputs))
+        signals = (getattr(s, name) for name in self.inputs)
+        return self.with_parameters(p, **more)(*memory, *signals)
+
+    def with_parameters(self, p: Filled, **more: float) -> Callable[..., Any]:
+        """Return the function with the parameters that it names filled in."""
+        values: dict[str, Any] = dict(self.constants)
+        return filled_in(self.function, {**values, **p, **more})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,8 +153,7 @@ class Late(Kernel):
 
     def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
         """The late signal, and the line one sample later."""
-        filled = filled_in(self.function, {**dict(self.constants), **p})
-        line, samples = [getattr(s, self.inputs[0]), *z], filled(s.t) / s.h
+        line, samples = [getattr(s, self.inputs[0]), *z], self.with_parameters(p)(s.t) / s.h
         late = 0.0 * line[0]
         for k, past in enumerate(line):
             late = late + np.maximum(1.0 - np.abs(samples - k), 0.0) * past
@@ -197,10 +201,11 @@ def _of_static(build: blocks.Static, effect: Effect, constants: Constants) -> tu
 @_pieces.register
 def _of_dry_friction(build: DryFriction, effect: Effect, constants: Constants,
                      ) -> tuple[Piece, ...]:
-    pieces = [Piece("friction", Limits(build.limits, build.inputs, constants))]
+    kernels: list[tuple[str, Limits | Static]] = [
+        ("friction", Limits(build.limits, build.inputs, constants))]
     if build.rest is not None:
-        pieces.append(Piece("load", Static(build.rest, build.inputs, constants)))
-    return tuple(piece for piece in pieces if not _is_idle(piece.act, effect))
+        kernels.append(("load", Static(build.rest, build.inputs, constants)))
+    return tuple(Piece(port, kernel) for port, kernel in kernels if not _is_idle(kernel, effect))
 
 
 @_pieces.register

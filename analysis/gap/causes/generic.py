@@ -5,6 +5,7 @@ parameter is tried at a few values around its typical one.
 """
 
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,8 @@ def _values(p: Parameter) -> list[float]:
 def is_linear(effect: Effect, amplitude: Parameter) -> bool:
     """Whether what an effect adds is in proportion to one of its parameters."""
     def change(value: float) -> np.ndarray:
-        block = effect.typical(**{amplitude.name: value}).block(1)
+        chosen: dict[str, Any] = {amplitude.name: value}
+        block = effect.typical(**chosen).block(1)
         rows = [block.output(0.3, np.full(block.nstates, 0.01), np.full(block.ninputs, x))
                 for x in _PROBED_AT.ravel()]
         return np.array(rows)
