@@ -12,13 +12,12 @@ def contact_torque(twist: np.ndarray, twist_rate: np.ndarray, half_gap: PerJoint
                    stiffness: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of the tooth in contact [N m]; none within the gap.
 
-    ``stiffness depth + damping twist_rate``, never pulling: it is cut at zero, and the damping
-    is bounded by the spring, so that there is no jump of torque at the touch.
+    ``stiffness depth + damping twist_rate`` while the flanks touch, never pulling: it is cut at
+    zero.  At the touch it jumps by what the damper gives, as in an inelastic impact.
     """
     depth = twist - np.clip(twist, -half_gap, half_gap)
-    elastic = stiffness * depth
-    damped = np.clip(damping * twist_rate, -np.abs(elastic), np.abs(elastic))
-    return elastic + damped
+    pressed = stiffness * depth + np.where(depth == 0.0, 0.0, damping * twist_rate)
+    return np.where(twist > 0.0, np.maximum(pressed, 0.0), np.minimum(pressed, 0.0))
 
 
 def has_gap(half_gap: np.ndarray) -> np.ndarray:
@@ -36,8 +35,8 @@ BACKLASH = Effect(
         Parameter("damping", "N m s/rad", 0.0, 1e5, 10.0, None, "damping in contact"),
         *MOTOR,
     ),
-    equation="torque = stiffness depth + clip(damping twist', |stiffness depth|), depth = "
-             "twist - clip(twist, -half_gap, half_gap)",
+    equation="torque = max(stiffness depth + damping twist', 0) where depth > 0, and alike on the "
+             "other flank, depth = twist - clip(twist, -half_gap, half_gap)",
     reference="M. Nordin, P.-O. Gutman, Automatica 38(10), 2002; Modelica Standard Library, "
               "ElastoBacklash (contact that never pulls)",
     signature="Lost motion at each reversal of the torque, impacts, a limit cycle of the width of "

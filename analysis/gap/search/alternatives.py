@@ -20,7 +20,6 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     build_hypothesis,
     chi2_by_joint,
 )
-from clie_blocks.analysis.gap.fitting.nesting import simpler_names
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
 
@@ -49,8 +48,7 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     much_left = leader.excess > method.calibration.healthy
     reached: dict[Keys, float] = {}
     for fit in fits:
-        simpler = simpler_names(fit, method) if much_left else None
-        keys = frozenset(simpler) if simpler else _keys(fit.hypothesis.members)
+        keys = _keys(fit.hypothesis.members)
         reached[keys] = min(fit.cost, reached.get(keys, np.inf))
     known = {_keys(candidate.members) for candidate in tried}
     by_keys = {_keys(candidate.members): candidate
