@@ -9,6 +9,7 @@ from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import MAD_TO_STD, roughness
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.runs import runs
+from clie_blocks.analysis.records.table import drop_pages
 
 MOST_MASKED = 0.05
 SHORT_RUN = 5
@@ -78,12 +79,21 @@ def _too_short(record: Record) -> list[Finding]:
 
 
 def _absurd(record: Record) -> list[Finding]:
-    sizes = {name: max(np.nanmax(x, initial=0.0), -np.nanmin(x, initial=0.0))
-             for name in record.signals if np.isfinite(x := getattr(record, name)).any()}
+    sizes = {name: _largest(getattr(record, name)) for name in record.signals}
     return [Finding("error", "signal.absurd", f"{name} has values up to {size:.3g}.",
                     "No robot has such values; the column is something else, or the file is "
                     "damaged.", f"Name the right column: --map {name}=COLUMN.")
             for name, size in sizes.items() if size > ABSURD]
+
+
+def _largest(signal: np.ndarray) -> float:
+    """Largest size of a signal's values, 0 where none is finite."""
+    largest = 0.0
+    for column in np.atleast_2d(signal.T):
+        if np.isfinite(column).any():
+            largest = max(largest, np.nanmax(column), -np.nanmin(column))
+        drop_pages(signal)  # a long log's columns come from disk: one at a time
+    return largest
 
 
 def _holes(x: np.ndarray | None, valid: np.ndarray) -> list[tuple[int, int]]:
