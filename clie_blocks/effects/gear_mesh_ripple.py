@@ -8,23 +8,22 @@ from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 
-def mesh_torque(q: np.ndarray, u: np.ndarray, level: PerJoint, depth: PerJoint, order: PerJoint,
-                phase: PerJoint) -> np.ndarray:
-    """Torque of the mesh [N m], opposing: ``(level + depth |u|) sin(order q + phase)``."""
-    return (level + depth * np.abs(u)) * np.sin(order * q + phase)
+def mesh_torque(q: np.ndarray, u: np.ndarray, sine: PerJoint, cosine: PerJoint,
+                order: PerJoint) -> np.ndarray:
+    """Opposing torque of the mesh [N m]: ``|u| (sine sin(order q) + cosine cos(order q))``."""
+    return np.abs(u) * (sine * np.sin(order * q) + cosine * np.cos(order * q))
 
 
 GEAR_MESH_RIPPLE = Effect(
     name="gear_mesh_ripple", family="transmission", port="load",
     build=Static(mesh_torque, inputs=("q", "u")),
     parameters=(
-        Parameter("depth", "1", 0.0, 1.0, 0.03, 0.0, "share of the torque that ripples"),
-        Parameter("level", "N m", 0.0, 100.0, 0.01, 0.0, "ripple without load"),
+        Parameter("sine", "1", -1.0, 1.0, 0.03, 0.0, "amplitude of the sine over the torque"),
+        Parameter("cosine", "1", -1.0, 1.0, 0.0, 0.0, "amplitude of the cosine over the torque"),
         Parameter("order", "1", 0.1, 1e6, 100.0, None,
                   "periods per turn of the joint: teeth times turns of the wheel"),
-        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
     ),
-    equation="tau = (level + depth |u|) sin(order q + phase)",
+    equation="tau = |u| (sine sin(order q) + cosine cos(order q))",
     reference="D. R. Houser, G. W. Blankenship, SAE 891869, 1989; J. D. Smith, Gear Noise and "
               "Vibration, chapter 1",
     signature="A wave over position that grows with the load.",
@@ -35,6 +34,7 @@ GEAR_MESH_RIPPLE = Effect(
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "Simple Gear with meshing stiffness"},
-    wrong="The motor's torque stands for the load of the teeth; one harmonic.",
+    wrong="The motor's torque stands for the load of the teeth; one harmonic; what ripples without "
+          "a load is torque_ripple.",
     symmetry="none", curve=("q", 0.2),
 )

@@ -9,10 +9,11 @@ from clie_blocks.effects.smoothing import CREEP, WIDTH
 from clie_blocks.labels import PerJoint
 
 
-def position_dependent_limits(q: np.ndarray, dq: np.ndarray, level: PerJoint, ripple: PerJoint,
-                              cycles: PerJoint, phase: PerJoint) -> tuple[np.ndarray, np.ndarray]:
-    """Largest friction torque ``level (1 + ripple cos(cycles q + phase))`` [N m]."""
-    limit = level * (1.0 + ripple * np.cos(cycles * q + phase))
+def position_dependent_limits(q: np.ndarray, dq: np.ndarray, level: PerJoint, sine: PerJoint,
+                              cosine: PerJoint, cycles: PerJoint,
+                              ) -> tuple[np.ndarray, np.ndarray]:
+    """Largest friction torque [N m]: ``level + sine sin(cycles q) + cosine cos(cycles q)``."""
+    limit = np.maximum(level + sine * np.sin(cycles * q) + cosine * np.cos(cycles * q), 0.0)
     return limit, limit
 
 
@@ -21,12 +22,12 @@ POSITION_DEPENDENT_FRICTION = Effect(
     build=dry_friction(position_dependent_limits, inputs=("q", "dq")),
     parameters=(
         Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "mean friction torque"),
-        Parameter("ripple", "1", 0.0, 1.0, 0.2, None, "amplitude over mean"),
+        Parameter("sine", "N m", -100.0, 100.0, 0.01, 0.0, "amplitude of the sine"),
+        Parameter("cosine", "N m", -100.0, 100.0, 0.0, 0.0, "amplitude of the cosine"),
         Parameter("cycles", "1", 0.1, 1e4, 8.0, None, "periods per turn of the joint"),
-        Parameter("phase", "rad", -3.15, 3.15, 0.0, None, "phase at q = 0"),
         WIDTH,
     ),
-    equation="tau = level (1 + ripple cos(cycles q + phase)) tanh(dq / width)",
+    equation="tau = max(level + sine sin(cycles q) + cosine cos(cycles q), 0) tanh(dq / width)",
     reference="B. Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991",
     signature="A friction that repeats with the position and changes sign with the direction.",
     confused_with={

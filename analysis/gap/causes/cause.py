@@ -106,7 +106,7 @@ class Cause:
     needs_links : bool
         It can be searched for only where the link data are stated.
     without : tuple of str
-        Name of the simpler cause that it is when a parameter is zero, and that parameter.
+        Name of the simpler cause that it is when some parameters are zero, and these.
     even : tuple of str
         Name of the simpler cause that it is when two parameters are equal, and these.
     held : dict of str to float
@@ -204,6 +204,18 @@ class Scene:
     peak_torque: np.ndarray
     inertia: np.ndarray
 
+    @property
+    def top_speed(self) -> np.ndarray:
+        """Largest speed of a sine with the RMS velocity [rad/s]."""
+        return np.sqrt(2.0) * self.speed
+
     def small_torque(self, share: float = 0.03) -> np.ndarray:
         """Torque at which a column is simulated [N m]."""
         return share * self.torque
+
+
+def waves_over_travel(scene: Scene) -> list[np.ndarray]:
+    """Orders of waves over the position, from half a wave over the travel up."""
+    least = max(3.0, 3.0 / scene.travel.max())
+    step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
+    return [order + 0 * scene.travel for order in np.arange(least, max(48.0, 2 * least), step)]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of
+from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of, waves_over_travel
 from clie_blocks.effects import LIBRARY
 
 ACTUATOR_SATURATION = cause_of(
@@ -35,14 +35,11 @@ TORQUE_GAIN_ERROR = cause_of(
     within={"error": (-0.6, 1.5)})
 
 
-def _ripple_probes(scene: Scene) -> list[Probe]:
+def _ripple_probes(scene: Scene, size: np.ndarray) -> list[Probe]:
     """Orders from half a wave over the travel up, and the motor's harmonics."""
     ratio = scene.problem.gear_ratio
-    step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
-    least = max(3.0, 3.0 / scene.travel.max())
-    orders = [order + 0 * ratio for order in np.arange(least, max(48.0, 2 * least), step)]
+    orders = waves_over_travel(scene)
     orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8)]
-    size = scene.small_torque()
     return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"),
                   {"order": 1.0 / scene.travel}) for order in orders]
 
@@ -57,5 +54,37 @@ def counts_motor_turns(gear_ratio: float) -> bool:
 
 
 TORQUE_RIPPLE = cause_of(
-    LIBRARY["torque_ripple"], ("sine", "cosine", "order"), _ripple_probes, phase=("order",),
+    LIBRARY["torque_ripple"], ("sine", "cosine", "order"),
+    lambda scene: _ripple_probes(scene, scene.small_torque()), phase=("order",),
     within={"order": (2.0, 5000.0)})
+COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE = (
+    cause_of(LIBRARY[name], ("sine", "cosine", "order"),
+             lambda scene: _ripple_probes(scene, 0.03 + 0 * scene.torque), phase=("order",),
+             within={"order": (2.0, 5000.0)})
+    for name in ("commutation_ripple", "gear_mesh_ripple"))
+
+
+def _envelope_probes(scene: Scene) -> list[Probe]:
+    """Torques at standstill and no-load speeds beyond the largest ones that were met."""
+    return [Probe({"peak": peak * scene.peak_torque, "droop": 1.0 / (fastest * scene.top_speed)},
+                  sizes={"peak": 0.1 * scene.peak_torque, "droop": 0.1 / scene.top_speed})
+            for peak in (0.9, 1.2, 1.6, 2.5) for fastest in (1.1, 1.4, 2.0, 4.0)]
+
+
+TORQUE_SPEED_LIMIT = cause_of(
+    LIBRARY["torque_speed_limit"], ("peak", "droop"), _envelope_probes)
+SUPPLY_SAG = cause_of(
+    LIBRARY["supply_sag"], ("sag",),
+    lambda scene: [Probe({"sag": 0.03 / scene.torque.sum() + 0 * scene.torque}, ("sag",))])
+
+
+def _heating_probes(scene: Scene) -> list[Probe]:
+    """Motors that lose a few percent of their torque at the mean of its square."""
+    loss = 0.03 / (LIBRARY["motor_heating"].typical_values()["fade"] * scene.torque**2)
+    return [Probe({"heating": loss, "time_constant": time + 0 * loss}, ("heating",))
+            for time in (3.0, 10.0, 30.0, 100.0)]
+
+
+MOTOR_HEATING = cause_of(
+    LIBRARY["motor_heating"], ("heating", "time_constant"), _heating_probes,
+    within={"time_constant": (1.0, 1000.0)})

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of
+from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of, waves_over_travel
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.load_dependent_friction import load_dependent_limits
@@ -61,6 +61,49 @@ def _presliding_probes(scene: Scene) -> list[Probe]:
 PRESLIDING = cause_of(LIBRARY["presliding"], ("level", "bristle_damping", "reach"),
                       _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0},
                       within={"reach": (1e-4, 0.5)})  # below, it is dry friction
+
+
+_REACHES = 0.001, 0.003, 0.008, 0.02, 0.05, 0.12  # rad
+
+
+def _bending_probes(scene: Scene) -> list[Probe]:
+    size = scene.small_torque()
+    return [Probe({"level": size, "reach": reach + 0 * size}, ("level",)) for reach in _REACHES]
+
+
+DAHL, MAXWELL_SLIP = (
+    cause_of(LIBRARY[name], ("level", "reach"), _bending_probes, held=held,
+             within={"reach": (1e-4, 0.5)})
+    for name, held in (("dahl", {"exponent": 1.0}), ("maxwell_slip", {})))
+
+
+def _position_probes(scene: Scene) -> list[Probe]:
+    size = scene.small_torque()
+    return [Probe({"level": size, "sine": size, "cosine": size, "cycles": order},
+                  ("level", "sine", "cosine"), {"cycles": 1.0 / scene.travel})
+            for order in waves_over_travel(scene)]
+
+
+POSITION_DEPENDENT_FRICTION = cause_of(
+    LIBRARY["position_dependent_friction"], ("level", "sine", "cosine", "cycles"),
+    _position_probes, phase=("cycles",), within={"cycles": (2.0, 5000.0)},
+    without=("coulomb", "sine", "cosine"))
+
+
+def _rest_probes(scene: Scene) -> list[Probe]:
+    size = scene.small_torque()
+    return [Probe({"rise": size, "half_time": time + 0 * size, "velocity": speed + 0 * size},
+                  ("rise",)) for time in (0.3, 2.0) for speed in (0.01, 0.04)]
+
+
+REST_TIME_BREAKAWAY = cause_of(
+    LIBRARY["rest_time_breakaway"], ("rise", "half_time", "velocity"), _rest_probes,
+    within={"velocity": (2e-3, 1.0), "half_time": (0.01, 100.0)})
+
+DIRECTIONAL_EFFICIENCY = cause_of(
+    LIBRARY["directional_efficiency"], ("driving", "backdriving"),
+    lambda scene: [Probe({"driving": 0.03 + 0 * scene.torque,
+                          "backdriving": 0.03 + 0 * scene.torque}, ("driving", "backdriving"))])
 
 
 def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:

@@ -22,6 +22,38 @@ SPRING = cause_of(
     held={"hardening": 0.0}, frees=("load",))
 
 
+def _counterbalance_probes(scene: Scene) -> list[Probe]:
+    """Springs that are shortest in a few directions, slack or drawn to a point."""
+    size = scene.small_torque()
+    return [Probe({"moment": size, "slack": slack + 0 * size, "angle": angle + 0 * size},
+                  ("moment",), {"angle": 0.1 + 0 * size})
+            for slack in (0.4, 0.8) for angle in np.linspace(-np.pi, np.pi, 8, endpoint=False)]
+
+
+COUNTERBALANCE = cause_of(
+    LIBRARY["counterbalance"], ("moment", "slack", "angle"), _counterbalance_probes,
+    frees=("load",))
+
+
+def _tilted(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
+    upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio
+    turned = planar_chain.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
+    return (np.cos(p["tilt"]) - 1.0) * upright + np.sin(p["tilt"]) * turned, z
+
+
+def _tilt_probes(scene: Scene) -> list[Probe]:
+    """Small tilts of a base whose links weigh in the nominal model."""
+    if not scene.problem.chain.has_gravity:
+        return []
+    return [Probe({"tilt": tilt + 0 * scene.torque}, (), {"tilt": 0.01 + 0 * scene.torque})
+            for tilt in (-0.03, 0.03)]
+
+
+BASE_TILT = Cause("base_tilt", (Piece("load", _tilted),),
+                  (Number("tilt", "rad", -0.6, 0.6, scope="robot"),), _tilt_probes,
+                  needs_links=True)
+
+
 def _gravity(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     if s.chain.known:
         upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio

@@ -25,14 +25,19 @@ def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
     """Name of the cause, or of the simpler one that it is where a parameter is next to zero."""
     if not member.cause.without:
         return member.cause.name
-    simpler, parameter = member.cause.without
+    simpler, *parameters = member.cause.without
+    shrunk = all(_is_shrunk(fit, member, parameter, method) for parameter in parameters)
+    return simpler if shrunk else member.cause.name
+
+
+def _is_shrunk(fit: Fit, member: Member, parameter: str, method: Method) -> bool:
+    """Whether a parameter is next to zero at all joints, by its size and by its spread."""
     joints = list(member.joints)
     spread = [_spread(fit, f"{member.name}.{parameter}", k) for k in joints]
     limit = np.minimum(
         method.fitting.shrunk_share * np.abs(np.asarray(member.sizes[parameter])[..., joints]),
         method.fitting.shrunk_deviations * np.array(spread))
-    shrunk = np.all(np.abs(_value(fit, member, parameter)) < limit)
-    return simpler if shrunk else member.cause.name
+    return bool(np.all(np.abs(_value(fit, member, parameter)) < limit))
 
 
 def _spread(fit: Fit, key: str, k: int) -> float:
