@@ -19,7 +19,8 @@ from clie_blocks.effects.effect import Effect
 from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.dynamics import DELAY_TAPS, Piece, State
 
-_PORTS = {"load": "load", "environment": "load", "drive": "drive", "sensor": "sensor"}
+_PORTS = {"load": "load", "environment": "load", "drive": "drive", "sensor": "sensor",
+          "transmission": "sensor"}  # a link that follows its motor: the encoder sees the link
 
 Constants = tuple[tuple[str, float], ...]
 """Parameters that no one sets, with their values: known when a program is compiled."""
@@ -57,7 +58,7 @@ class Kernel:
     def at(self, s: State, p: Filled, *memory: np.ndarray, **more: float) -> Any:
         """Value at an instant; of `more` it takes what it names."""
         signals = (getattr(s, name) for name in self.inputs)
-        return self.with_parameters(p, **more)(*memory, *signals)
+        return self.with_parameters({"gear_ratio": s.ratio, **p}, **more)(*memory, *signals)
 
     def with_parameters(self, p: Filled, **more: float) -> Callable[..., Any]:
         """Return the function with the parameters that it names filled in."""
@@ -180,7 +181,7 @@ def pieces_of(effect: Effect, free: Collection[str],
 
     """
     constants = tuple((p.name, float(held.get(p.name, p.default))) for p in effect.parameters
-                      if p.name not in free)
+                      if p.name not in free and p.of != "robot")
     if effect.port not in _PORTS:
         raise DiagramError(f"{effect.name}: it enters at the {effect.port}, and the sampled robot "
                            f"takes effects at {', '.join(_PORTS)}")

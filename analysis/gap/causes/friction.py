@@ -35,6 +35,11 @@ QUADRATIC_DRAG = cause_of(
     LIBRARY["quadratic_drag"], ("drag",),
     lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
 
+FLUID_DRAG = cause_of(
+    LIBRARY["fluid_drag"], ("drag",),
+    lambda scene: [Probe({"drag": scene.small_torque() * scene.problem.gear_ratio
+                          / scene.speed**2}, ("drag",))])
+
 
 def _load_probes(scene: Scene) -> list[Probe]:
     return [Probe({"level": scene.small_torque(), "share": 0.03 + 0 * scene.torque},

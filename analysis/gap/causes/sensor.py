@@ -23,6 +23,10 @@ def _probes(scene: Scene) -> list[Probe]:
 ENCODER_ECCENTRICITY = cause_of(
     LIBRARY["encoder_eccentricity"], ("sine", "cosine", "order"), _probes, fixed=("order",),
     within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})
+COUPLED_JOINTS = cause_of(
+    LIBRARY["coupled_joints"], ("ratio",),
+    lambda scene: [Probe({"ratio": 1e-3 + 0 * scene.torque}, ("ratio",))] * (scene.problem.n > 1),
+    within={"ratio": (-1.5, 1.5)})
 # A delayed encoder acts as a delayed drive until one joint pushes another: the push comes in time.
 ENCODER_DELAY = cause_of(
     dataclasses.replace(LIBRARY["time_delay"], port="sensor",

@@ -2,15 +2,37 @@
 
 import difflib
 import textwrap
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.effects import LIBRARY
 from clie_blocks.errors import ClieError
 
 FOUND_BY_REPLAY = ("velocity_filter_mismatch", "encoder_quantization")
-EFFECT_NAMES = frozenset(cause.name for cause in CAUSES) | frozenset(FOUND_BY_REPLAY)
+STATED_NUMBERS: Mapping[str, str] = {
+    "inertia": "motor.inertia_kgm2", "viscous": "motor.viscous_friction_nms",
+    "back_emf": "motor.viscous_friction_nms", "offset": "motor.torque_offset_tolerance_nm",
+    "ratio_error": "motor.gear_ratio", "encoder_offset": "zero_rad"}
+"""Effects that move a robot just as another number of its file would, and that number.
+
+No log tells the two apart, so the answer is the number, under the name ``parametric``.
+"""
+SAME_PHYSICS: Mapping[str, str] = {"torque_gain": "torque_gain_error"}
+"""Effects of the catalogue that are one effect under two names, and the name that is searched."""
+EFFECT_NAMES = frozenset(
+    {*(cause.name for cause in CAUSES), *FOUND_BY_REPLAY, *STATED_NUMBERS, *SAME_PHYSICS})
+
+
+def class_of(name: str) -> str:
+    """Name under which a diagnosis answers an effect: its own, or that of its class."""
+    return PARAMETRIC if name in STATED_NUMBERS else SAME_PHYSICS.get(name, name)
+
+
+def effects_of_number(key: str) -> tuple[str, ...]:
+    """Effects that move a robot as a wrong number of its file does, by the number's key."""
+    return tuple(sorted(name for name, number in STATED_NUMBERS.items() if number == key))
 
 
 def searched_effects() -> tuple[str, ...]:
@@ -34,8 +56,9 @@ def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[C
     for name in (*effects, *exclude):
         if name not in EFFECT_NAMES:
             raise ClieError(_not_searched(name))
+    chosen = {class_of(name) for name in effects}
     return tuple(cause for cause in CAUSES
-                 if (not effects or cause.name in effects) and cause.name not in exclude)
+                 if (not effects or cause.name in chosen) and cause.name not in exclude)
 
 
 def _not_searched(name: str) -> str:

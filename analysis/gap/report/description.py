@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.causes.description import (
     is_number,
     stated_and_identified,
 )
+from clie_blocks.analysis.gap.causes.vocabulary import effects_of_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method import Method
@@ -37,8 +38,8 @@ def wrong_numbers(result: Result) -> list[dict[str, Any]]:
     probability = sum(share for _, share in likely)
     if not likely or probability < LEAST or result.problem.simulated:
         return []
-    return [{**entry, "probability": probability}
-            for entry in _of_hypothesis(likely[0][0], result)]
+    return [{**entry, "effects": list(effects_of_number(entry["key"])),
+             "probability": probability} for entry in _of_hypothesis(likely[0][0], result)]
 
 
 def _contradicts_file(ranked: RankedCause, fit: Fit, method: Method) -> bool:
