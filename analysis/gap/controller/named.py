@@ -1,0 +1,122 @@
+"""Effects of the catalogue that explain the commands of a joint down to their rounding.
+
+The stated law with the effect in it, replayed on the logged signals, has to give every logged
+command; a fault of the robot cannot be taken for one of the controller.  Effects with fewer
+parameters come first, and those that explain the commands alike are one answer.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.controller.candidates import CANDIDATES, Candidate, Start
+from clie_blocks.analysis.gap.controller.kernels import memory
+from clie_blocks.analysis.gap.controller.replayed_joint import ReplayedJoint
+
+LAX = 3.0  # times the limit, above which a piece of a log refutes an effect
+ALIKE = 1.1  # times what the best leaves: the RMS of rounding scatters by less than a percent
+NEAR = 0.5  # of what the law leaves: a start that was read from the log explains more
+STEP = 1e-3  # of a parameter, for the slope of a state that stops and goes
+FITS = 2  # of the starts, the best ones, from which a fit goes on
+EVALUATIONS = 30  # of a fit, at most
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Found:
+    """An effect that explains the commands of one joint.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        The effect.
+    values : dict of str to float
+        Its free parameters.
+    half : dict of str to float
+        Change of each, the others following, that shows no more than rounding.
+    left : float
+        RMS that it leaves of the commands, in the log in which it leaves most [N m].
+
+    """
+
+    candidate: Candidate
+    values: dict[str, float]
+    half: dict[str, float]
+    left: float
+
+    @property
+    def name(self) -> str:
+        """The effect."""
+        return self.candidate.name
+
+
+def explanations(joint: ReplayedJoint, left_out: Sequence[str] = ()) -> list[Found]:
+    """Effects with the fewest parameters that explain the commands alike, the best one first."""
+    piece = joint.piece()
+    for _, same in itertools.groupby(CANDIDATES, lambda one: len(one.free)):
+        found = [fit for one in same if one.name not in left_out
+                 for fit in [_explanation(one, joint, piece)] if fit is not None]
+        if found:
+            return _alike(found)
+    return []
+
+
+def _alike(found: Sequence[Found]) -> list[Found]:
+    """The best explanation, and the others that leave hardly more; each effect once."""
+    ordered = sorted(found, key=lambda one: one.left)
+    first = {one.name: one for one in reversed(ordered)}
+    return [one for one in first.values() if one.left <= ALIKE * ordered[0].left][::-1]
+
+
+def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoint) -> Found | None:
+    """An effect where it explains all commands of a joint; a piece of a log refutes most."""
+    part = joint if candidate.whole else piece
+    tried = sorted(((_rms(candidate, start, part), start) for start in candidate.starts(part)),
+                   key=lambda pair: pair[0])
+    if not tried or (candidate.near and tried[0][0] > NEAR * part.rms_left()):
+        return None
+    fits = [_fitted(candidate, start, part)[0] for _, start in tried[:FITS]]
+    best = min(fits, key=lambda values: _rms(candidate, values, part))
+    if _rms(candidate, best, part) > LAX * joint.limit:
+        return None
+    values, half = _fitted(candidate, best, joint)
+    left = _rms(candidate, values, joint)
+    if left > joint.limit or _is_idle(candidate, values, half):
+        return None
+    return Found(candidate, values, half, left)
+
+
+def _is_idle(candidate: Candidate, values: Start, half: Start) -> bool:
+    """Whether a parameter may as well have its neutral value: one with fewer then says it all."""
+    neutral = {name: candidate.parameter(name).neutral for name in values}
+    return any(rest is not None and abs(values[name] - rest) <= half[name]
+               for name, rest in neutral.items())
+
+
+def _rms(candidate: Candidate, values: Start, joint: ReplayedJoint) -> float:
+    """RMS in the log in which most is left."""
+    parts = joint.residuals(candidate.effect, candidate.values(values), candidate.fresh)
+    return max(float(np.sqrt(np.mean(part**2))) for part in parts)
+
+
+def _fitted(candidate: Candidate, start: Start, joint: ReplayedJoint) -> tuple[Start, Start]:
+    """Values near a start that leave least, and the half width of what shows no more."""
+    from scipy.optimize import least_squares
+
+    effect, parameters = candidate.effect, [candidate.parameter(name) for name in start]
+    lower, upper = (np.array([getattr(p, side) for p in parameters])
+                    for side in ("lower", "upper"))
+    guess = np.clip(list(start.values()), lower, upper)
+    wait = memory(effect, candidate.values(start), joint.period)
+
+    def error(point: np.ndarray) -> np.ndarray:
+        values = candidate.values(dict(zip(start, map(float, point))))
+        return np.concatenate(joint.residuals(effect, values, candidate.fresh, wait)) / joint.limit
+
+    fit = least_squares(error, guess, bounds=(lower, upper), max_nfev=EVALUATIONS,
+                        diff_step=STEP if candidate.whole else None,
+                        x_scale=np.maximum(np.abs(guess), [p.typical or 1.0 for p in parameters]))
+    information = fit.jac.T @ fit.jac / len(fit.fun)
+    half = np.sqrt(np.diag(np.linalg.pinv(information)))
+    return dict(zip(start, map(float, fit.x))), dict(zip(start, map(float, half)))
