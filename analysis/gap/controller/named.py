@@ -50,6 +50,59 @@ class Found:
         """The effect."""
         return self.candidate.name
 
+    @property
+    def is_of_recorder(self) -> bool:
+        """Whether it says that the logged command is not the one that acted."""
+        return self.candidate.effect.port == "log"
+
+    def describe(self) -> str:
+        """The effect with its parameters."""
+        parts = ", ".join(f"{name.replace('_', ' ')} {value:.4g} {self.unit(name)}".removesuffix(
+            " 1") for name, value in self.values.items())
+        return f"{self.name.replace('_', ' ')} ({parts})"
+
+    def unit(self, name: str) -> str:
+        """Unit of a parameter."""
+        return self.candidate.parameter(name).unit
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class NamedJoint:
+    """A joint whose commands an effect of the catalogue explains, or several of them alike.
+
+    Parameters
+    ----------
+    joint : int
+        The joint.
+    found : tuple of Found
+        What explains them, the best one first.
+    also : tuple of str
+        Effects that are the same thing for these logs, by other names.
+
+    """
+
+    joint: int
+    found: tuple[Found, ...]
+    also: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects."""
+        return (*(one.name for one in self.found), *self.also)
+
+    @property
+    def is_of_recorder(self) -> bool:
+        """Whether the log is what is wrong, as far as its signals show."""
+        return self.found[0].is_of_recorder
+
+    def describe(self, name: str) -> str:
+        """What explains the commands of a joint, as a sentence."""
+        effects = " or ".join((*(one.describe() for one in self.found),
+                               *(also.replace("_", " ") for also in self.also)))
+        wrong = ("the log is wrong" if self.is_of_recorder else
+                 "the robot file is wrong, or somebody changed the controller")
+        return f"{name}: every logged command is that of the stated law with {effects}; {wrong}"
+
 
 def explanations(joint: ReplayedJoint, left_out: Sequence[str] = ()) -> list[Found]:
     """Effects with the fewest parameters that explain the commands alike, the best one first."""

@@ -1,8 +1,8 @@
 """First question to the logs: did the stated controller run?  It needs no model of the robot.
 
 Replaying the law on the measured positions must give the logged command up to its rounding.  If
-not, its gains and its velocity estimate are fitted to the log.  The diagnosis then continues with
-the law that really ran, so that a wrong description is not mistaken for a fault of the robot.
+not, the law with one effect of the catalogue in it may.  The diagnosis then continues with the law
+that really ran, so that a wrong description is not mistaken for a fault of the robot.
 """
 
 import dataclasses
@@ -15,16 +15,23 @@ from clie_blocks.analysis.gap.controller.law_residual import (
     known_samples,
     law_residual,
 )
+from clie_blocks.analysis.gap.controller.named import (
+    ALIKE,
+    Found,
+    NamedJoint,
+    explanations,
+)
 from clie_blocks.analysis.gap.controller.refit import (
     DELAYED_COMMANDS,
     delayed_replay_error,
     describe_gains,
     describe_integral,
-    integral_gains,
     with_command_delay,
-    with_fitted_gains,
+    with_commands_of_law,
+    with_gain_error,
     with_integral,
 )
+from clie_blocks.analysis.gap.controller.replayed_joint import joint_of
 from clie_blocks.analysis.gap.controller.terms import (
     Terms,
     find_terms,
@@ -41,6 +48,7 @@ from clie_blocks.linear_filters import lfilter
 # The first samples of a cut log are left out of the fit of its filter, as the state of the filter
 # is unknown there: so many times the settling of the stated filter, for one that is slower.
 SLOWEST_FILTER = 4
+FILTER, LAG = "velocity_filter_mismatch", "velocity_estimate_lag"
 COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
 
 
@@ -74,6 +82,8 @@ class ControllerCheck:
         Commands are sent one period after they were computed.
     integral : tuple of float
         Integral gain of each joint that the file does not state [N m/(rad s)]; empty without.
+    named : tuple of NamedJoint
+        Joints whose commands the stated law gives with an effect of the catalogue in it.
     terms : tuple of Terms
         Known terms that the command of a joint contains beyond the law.
     unexplained : tuple of int
@@ -101,6 +111,7 @@ class ControllerCheck:
     other_gains: tuple[int, ...] = ()
     delayed: bool = False
     integral: tuple[float, ...] = ()
+    named: tuple[NamedJoint, ...] = ()
     terms: tuple[Terms, ...] = ()
     unexplained: tuple[int, ...] = ()
     recorded: bool = False
@@ -111,17 +122,13 @@ class ControllerCheck:
     @property
     def as_stated(self) -> bool:
         """Whether the stated law gives the logged commands."""
-        return not (self.misdescribed or self.terms or self.unexplained)
+        return not (self.misdescribed or self.named or self.terms or self.unexplained)
 
     @property
     def misdescribed(self) -> bool:
         """Whether the law that ran is known, and another one than is stated."""
-        return bool(self.other_filter or self.other_gains or self.delayed or self.integral)
-
-    @property
-    def is_another_law(self) -> bool:
-        """Whether a law ran that neither the file states nor an effect of the library makes."""
-        return bool(self.other_gains or self.integral or self.unknown_part)
+        return bool(self.other_filter or self.delayed
+                    or any(not one.is_of_recorder for one in self.named))
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
         """The check with further decisions."""
@@ -136,7 +143,21 @@ class ControllerCheck:
             corrected = with_integral(corrected, np.array(self.integral))
         if self.delayed:
             corrected = with_command_delay(corrected)
-        return with_recorded_commands(corrected, self.left_joints) if self.recorded else corrected
+        corrected = with_commands_of_law(corrected, self.misrecorded_joints)
+        left = (*self.followed_joints, *(self.left_joints if self.recorded else ()))
+        return with_recorded_commands(corrected, left) if left else corrected
+
+    @property
+    def misrecorded_joints(self) -> tuple[int, ...]:
+        """Joints whose logged command is not the one that acted."""
+        return tuple(one.joint for one in self.named if one.is_of_recorder)
+
+    @property
+    def followed_joints(self) -> tuple[int, ...]:
+        """Joints with a named effect that models do not hold: they follow the logged command."""
+        held = {*self.other_gains, *(k for k, gain in enumerate(self.integral) if gain)}
+        return tuple(one.joint for one in self.named
+                     if not one.is_of_recorder and one.joint not in held)
 
     @property
     def left_joints(self) -> tuple[int, ...]:
@@ -157,20 +178,17 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     if delayed:
         error = delayed_error
         decisions.append(DELAYED_COMMANDS)
-    error, integral = _integral(problem, law, error, limit, decisions)
-    law, other_gains = _other_gains(problem, law, error, limit, decisions)
-    unexplained = [k for k in _joints(error > limit) if k not in other_gains]
-    law, corners, other_filter = _other_filters(problem, law, limit, unexplained, decisions)
-    unexplained = [k for k in unexplained if k not in other_filter]
+    law, fitted = _other_laws(problem, law, limit, _joints(error > limit), decisions)
     differences = tuple(decisions)
-    terms = find_terms(problem, law, limit, unexplained)
+    terms = find_terms(problem, law, limit, fitted.unexplained)
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
-    named = {one.joint for one in terms}
+    known = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
-    return ControllerCheck(
-        error, limit, other_filter, corners, coarse, step, law, tuple(decisions), differences,
-        other_gains, delayed, integral, terms, tuple(k for k in unexplained if k not in named),
-        recorded=bool(terms))
+    check = ControllerCheck(
+        error, limit, fitted.other_filter, fitted.corners, coarse, step, law, tuple(decisions),
+        differences, fitted.other_gains, delayed, fitted.integral, fitted.named, terms,
+        tuple(k for k in fitted.unexplained if k not in known))
+    return dataclasses.replace(check, recorded=bool(terms or check.followed_joints))
 
 
 def assume_stated_law(problem: Problem) -> ControllerCheck:
@@ -210,53 +228,75 @@ def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, l
     return law, error
 
 
-def _integral(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
-              decisions: list[str]) -> tuple[np.ndarray, tuple[float, ...]]:
-    """Replay error with an integral part where that explains the command, and its gains."""
-    if not (error > limit).any():
-        return error, ()
-    gains = integral_gains(problem, law)
-    error_with_integral = _replay_error(with_integral(problem, gains), law)
-    explained = (error > limit) & (error_with_integral <= limit)
-    if not explained.any():
-        return error, ()
-    decisions += [describe_integral(problem.joints[k], gains[k]) for k in _joints(explained)]
-    return (np.where(explained, error_with_integral, error),
-            tuple(np.where(explained, gains, 0.0).tolist()))
+@dataclasses.dataclass(eq=False)
+class _Fitted:
+    """What was found at joints whose commands are not those of the stated law."""
+
+    corners: np.ndarray
+    other_filter: tuple[int, ...] = ()
+    other_gains: tuple[int, ...] = ()
+    integral: tuple[float, ...] = ()
+    named: tuple[NamedJoint, ...] = ()
+    unexplained: tuple[int, ...] = ()
 
 
-def _other_gains(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
-                 decisions: list[str]) -> tuple[StatedLaw, tuple[int, ...]]:
-    """Law with gains that explain the command to its rounding, and the joints that have them."""
-    stated, joints = law, list[int]()
-    for k in _joints(error > limit):
-        candidate = with_fitted_gains(problem, law, k)
-        if _replay_error(problem, candidate)[k] <= limit[k]:
-            law = candidate
-            joints.append(k)
-            decisions.append(describe_gains(problem.joints[k], stated, law, k))
-    return law, tuple(joints)
-
-
-def _other_filters(problem: Problem, law: StatedLaw, limit: np.ndarray, unexplained: Sequence[int],
-                   decisions: list[str]) -> tuple[StatedLaw, np.ndarray, tuple[int, ...]]:
-    """Law with the corners that ran, the corners of each joint, and the joints with other ones."""
-    corners = np.full((2, problem.n), np.nan)
-    if law.corners is None:
-        return law, corners, ()
-    corners[:] = np.array(law.corners)[:, None]
-    joints: list[int] = []
-    for k in unexplained:
-        high_pass, low_pass = _fitted_corners(problem, law, law.corners, k)
-        candidate = law.with_filter(slice(k, k + 1), law.variant, (high_pass, low_pass))
-        if _replay_error(problem, candidate)[k] <= limit[k]:
-            law = candidate
-            joints.append(k)
-            corners[:, k] = high_pass, low_pass
+def _other_laws(problem: Problem, stated: StatedLaw, limit: np.ndarray, joints: Sequence[int],
+                decisions: list[str]) -> tuple[StatedLaw, _Fitted]:
+    """Law that ran at some joints, as far as effects of the catalogue explain their commands."""
+    fitted, law = _Fitted(np.full((2, problem.n), np.nan)), stated
+    if stated.corners is not None:
+        fitted.corners[:] = np.array(stated.corners)[:, None]
+    integral = np.zeros(problem.n)
+    for k in joints:
+        found = explanations(joint_of(problem, stated, k, float(limit[k])))
+        also, filtered = _filter_explains(problem, stated, k, float(limit[k]), found)
+        if filtered is not None:
+            law = law.with_filter(slice(k, k + 1), stated.variant, filtered)
+            fitted.other_filter += (k,)
+            fitted.corners[:, k] = filtered
             decisions.append(
                 f"{problem.joints[k]}: the velocity filter that ran has corners "
-                f"{high_pass:.0f} and {low_pass:.0f} rad/s, not the stated ones")
-    return law, corners, tuple(joints)
+                f"{filtered[0]:.0f} and {filtered[1]:.0f} rad/s, not the stated ones")
+            continue
+        if not found:
+            fitted.unexplained += (k,)
+            continue
+        named = NamedJoint(k, tuple(found), also)
+        fitted.named += (named,)
+        best, values = found[0], found[0].values
+        sentence = named.describe(problem.joints[k])
+        if best.name == "gain_error":
+            law = with_gain_error(law, k, values.get("kp_error", 0.0), values.get("kd_error", 0.0))
+            fitted.other_gains += (k,)
+            sentence = describe_gains(problem.joints[k], stated, law, k)
+        if best.name == "hidden_integral" and "clamp" not in values:
+            integral[k] = values["ki"]
+            sentence = describe_integral(problem.joints[k], integral[k])
+        decisions.append(sentence)
+    fitted.integral = tuple(integral.tolist()) if integral.any() else ()
+    return law, fitted
+
+
+def _filter_explains(problem: Problem, law: StatedLaw, k: int, limit: float,
+                     found: Sequence[Found]) -> tuple[tuple[str, ...], tuple[float, float] | None]:
+    """Whether corners of the velocity filter explain the commands of joint k.
+
+    As another name for what was found, or by corners in the place of what was found.  A lag of
+    the velocity is a corner where no filter is stated, and in a filter it may look like others.
+    """
+    is_lag = bool(found) and found[0].name == LAG
+    if law.corners is None:
+        return ((FILTER,) if is_lag else ()), None
+    if found and not is_lag and len(found[0].values) == 1:
+        return (), None
+    corners = _fitted_corners(problem, law, law.corners, k)
+    candidate = law.with_filter(slice(k, k + 1), law.variant, corners)
+    left = float(_replay_error(problem, candidate)[k])
+    if left > limit:
+        return (), None
+    if not found or left < found[0].left / ALIKE:
+        return ((), corners) if not is_lag else ((), None)
+    return ((FILTER,) if left <= ALIKE * found[0].left else ()), None
 
 
 def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float], k: int,
