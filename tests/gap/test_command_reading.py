@@ -32,5 +32,3 @@ def test_a_law_is_open_where_its_excitation_was_logged_and_something_is_left(hea
     assert not _has_unknown_part(lost_part, lost)
     assert not _has_unknown_part(dataclasses.replace(open_law, coarse=open_law.unexplained),
                                  logged)
-    assert dataclasses.replace(open_law, unknown_part=True).is_another_law
-    assert not open_law.is_another_law

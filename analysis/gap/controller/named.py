@@ -97,6 +97,10 @@ class NamedJoint:
 
     def describe(self, name: str) -> str:
         """What explains the commands of a joint, as a sentence."""
+        if len(self.found) > 1 and any(one.is_of_recorder for one in self.found):
+            either = " or ".join(one.describe() for one in self.found)
+            return (f"{name}: every logged command is that of the stated law with {either}; the "
+                    "motion does not tell which")
         effects = " or ".join((*(one.describe() for one in self.found),
                                *(also.replace("_", " ") for also in self.also)))
         wrong = ("the log is wrong" if self.is_of_recorder else
@@ -133,17 +137,20 @@ def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoin
     best = min(fits, key=lambda values: _rms(candidate, values, part))
     if _rms(candidate, best, part) > LAX * joint.limit:
         return None
-    values, half = _fitted(candidate, best, joint)
-    left = _rms(candidate, values, joint)
-    if left > joint.limit or _is_idle(candidate, values, half):
-        return None
-    return Found(candidate, values, half, left)
+    found = refined(candidate, best, joint)
+    return None if found.left > joint.limit or _is_idle(found) else found
 
 
-def _is_idle(candidate: Candidate, values: Start, half: Start) -> bool:
+def refined(candidate: Candidate, start: Start, joint: ReplayedJoint) -> Found:
+    """An effect fitted to all commands of a joint, from near where it is."""
+    values, half = _fitted(candidate, start, joint)
+    return Found(candidate, values, half, _rms(candidate, values, joint))
+
+
+def _is_idle(found: Found) -> bool:
     """Whether a parameter may as well have its neutral value: one with fewer then says it all."""
-    neutral = {name: candidate.parameter(name).neutral for name in values}
-    return any(rest is not None and abs(values[name] - rest) <= half[name]
+    neutral = {name: found.candidate.parameter(name).neutral for name in found.values}
+    return any(rest is not None and abs(found.values[name] - rest) <= found.half[name]
                for name, rest in neutral.items())
 
 

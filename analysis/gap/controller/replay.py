@@ -155,6 +155,8 @@ class ControllerCheck:
     @property
     def followed_joints(self) -> tuple[int, ...]:
         """Joints with a named effect that models do not hold: they follow the logged command."""
+        if self.delayed:
+            return ()
         held = {*self.other_gains, *(k for k, gain in enumerate(self.integral) if gain)}
         return tuple(one.joint for one in self.named
                      if not one.is_of_recorder and one.joint not in held)
