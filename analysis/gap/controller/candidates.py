@@ -150,6 +150,8 @@ CANDIDATES: tuple[Candidate, ...] = (
     Candidate("sensor_gain", ("error", "bias"), _at(error=0.0, bias=0.0)),
     Candidate("control_law_form", ("share", "corner"), _corners),
     Candidate("hidden_integral", ("ki", "clamp"), _clamped_integral, near=True, whole=True),
+    Candidate("hidden_integral", ("ki", "clamp"), _clamped_integral, fresh=True, near=True,
+              whole=True),
     Candidate("hidden_compensation", ("friction", "width"), _frictions),
     Candidate("hidden_compensation", ("weight", "friction", "width"), _weights_and_frictions))
 FOUND_IN_COMMANDS = tuple(dict.fromkeys(one.name for one in CANDIDATES))

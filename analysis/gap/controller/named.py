@@ -133,11 +133,11 @@ def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoin
                    key=lambda pair: pair[0])
     if not tried or (candidate.near and tried[0][0] > NEAR * part.rms_left()):
         return None
-    fits = [_fitted(candidate, start, part)[0] for _, start in tried[:FITS]]
-    best = min(fits, key=lambda values: _rms(candidate, values, part))
-    if _rms(candidate, best, part) > LAX * joint.limit:
+    best = min((refined(candidate, start, part) for _, start in tried[:FITS]),
+               key=lambda found: found.left)
+    if best.left > LAX * joint.limit or _is_idle(best):
         return None
-    found = refined(candidate, best, joint)
+    found = best if candidate.whole else refined(candidate, best.values, joint)
     return None if found.left > joint.limit or _is_idle(found) else found
 
 

@@ -13,7 +13,7 @@ from clie_blocks.effects.delay import DelayLine
 from clie_blocks.effects.effect import Effect
 
 AT_LIMIT = 1.0 - 1e-9  # of the limit of a command
-PIECE = 4000  # samples of a log that refute most of what may have changed its command
+PIECE = 2000  # samples of a log that refute most of what may have changed its command
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

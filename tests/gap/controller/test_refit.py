@@ -86,6 +86,10 @@ def test_a_file_with_another_kd_is_attributed_to_no_joint(case):
     controller = dataclasses.replace(made.robot.controller, kd=1.06 * made.robot.controller.kd)
     robot = dataclasses.replace(made.robot, controller=controller)
     stored = answer(diagnose(Problem.from_logs(robot, made.records)))
-    assert stored["verdict"] == "unexplained" and stored["set_90"] == ["unknown"]
+    assert stored["verdict"] == "effect" and stored["set_90"] == ["gain_error"]
+    row = stored["effects"][0]
+    assert row["joint"] == [k + 1 for k in range(robot.n)]
+    low, high = row["parameters"]["kd_error"]["interval"]
+    assert np.all(np.array(low) < 1 / 1.06 - 1) and np.all(np.array(high) > 1 / 1.06 - 1)
     assert "kd" in stored["decisions"][0]
     assert stored["gap_after"] < 1.1 * stored["gap_floor"]
