@@ -38,6 +38,8 @@ class Candidate:
         Parameters that keep a value of their own.
     fresh : bool
         Its state takes a sample in before it is read.
+    linear : tuple of str
+        Those of its parameters to which the command is proportional: a regression starts them.
     near : bool
         Where to look is read from the log, so that a start which leaves much refutes it.
     whole : bool
@@ -50,6 +52,7 @@ class Candidate:
     starts: Callable[[ReplayedJoint], Iterator[Start]]
     held: dict[str, float] = dataclasses.field(default_factory=dict)
     fresh: bool = False
+    linear: tuple[str, ...] = ()
     near: bool = False
     whole: bool = False
 
@@ -94,7 +97,7 @@ def _lags(joint: ReplayedJoint) -> Iterator[Start]:
 
 
 def _corners(joint: ReplayedJoint) -> Iterator[Start]:
-    return ({"share": 0.5, "corner": float(corner)} for corner in CORNERS)
+    return ({"share": 0.0, "corner": float(corner)} for corner in CORNERS)
 
 
 def _at(**start: float) -> Callable[[ReplayedJoint], Iterator[Start]]:
@@ -125,7 +128,7 @@ def _clamped_integral(joint: ReplayedJoint) -> Iterator[Start]:
 
 
 def _frictions(joint: ReplayedJoint) -> Iterator[Start]:
-    return ({"friction": joint.limit, "width": float(width)} for width in WIDTHS)
+    return ({"friction": 0.0, "width": float(width)} for width in WIDTHS)
 
 
 def _weights_and_frictions(joint: ReplayedJoint) -> Iterator[Start]:
@@ -148,10 +151,12 @@ CANDIDATES: tuple[Candidate, ...] = (
     Candidate("channel_skew", ("skew",), _skews, near=True),
     Candidate("gain_error", ("kp_error", "kd_error"), _at(kp_error=0.0, kd_error=0.0)),
     Candidate("sensor_gain", ("error", "bias"), _at(error=0.0, bias=0.0)),
-    Candidate("control_law_form", ("share", "corner"), _corners),
+    Candidate("control_law_form", ("share", "corner"), _corners, linear=("share",)),
     Candidate("hidden_integral", ("ki", "clamp"), _clamped_integral, near=True, whole=True),
     Candidate("hidden_integral", ("ki", "clamp"), _clamped_integral, fresh=True, near=True,
               whole=True),
-    Candidate("hidden_compensation", ("friction", "width"), _frictions),
-    Candidate("hidden_compensation", ("weight", "friction", "width"), _weights_and_frictions))
+    Candidate("hidden_compensation", ("friction", "width"), _frictions,
+              linear=("friction",)),
+    Candidate("hidden_compensation", ("weight", "friction", "width"), _weights_and_frictions,
+              linear=("weight", "friction")))
 FOUND_IN_COMMANDS = tuple(dict.fromkeys(one.name for one in CANDIDATES))

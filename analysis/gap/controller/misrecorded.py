@@ -55,11 +55,10 @@ def with_reading(check: ControllerCheck, problem: Problem, order: Sequence[str],
     differences, decisions = (
         tuple(filter(None, [*(said.get(one, one) for one in sentences), *added]))
         for sentences in (check.differences, check.decisions))
-    read = dataclasses.replace(
+    return dataclasses.replace(
         check, law=law, other_gains=tuple(gains), named=tuple(named),
         delayed=check.delayed and order[0] == OF_ROBOT, decisions=decisions,
         differences=differences)
-    return dataclasses.replace(read, recorded=check.recorded or bool(read.followed_joints))
 
 
 def _skewed(check: ControllerCheck, problem: Problem) -> list[NamedJoint]:

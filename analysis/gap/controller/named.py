@@ -129,7 +129,8 @@ def _alike(found: Sequence[Found]) -> list[Found]:
 def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoint) -> Found | None:
     """An effect where it explains all commands of a joint; a piece of a log refutes most."""
     part = joint if candidate.whole else piece
-    tried = sorted(((_rms(candidate, start, part), start) for start in candidate.starts(part)),
+    starts = [_with_amplitudes(candidate, start, part) for start in candidate.starts(part)]
+    tried = sorted(((_rms(candidate, start, part), start) for start in starts),
                    key=lambda pair: pair[0])
     if not tried or (candidate.near and tried[0][0] > NEAR * part.rms_left()):
         return None
@@ -152,6 +153,22 @@ def _is_idle(found: Found) -> bool:
     neutral = {name: found.candidate.parameter(name).neutral for name in found.values}
     return any(rest is not None and abs(found.values[name] - rest) <= found.half[name]
                for name, rest in neutral.items())
+
+
+def _with_amplitudes(candidate: Candidate, start: Start, joint: ReplayedJoint) -> Start:
+    """Start whose linear parameters, zero so far, leave least of the commands."""
+    if not candidate.linear:
+        return start
+    wait = memory(candidate.effect, candidate.values(start), joint.period)
+
+    def residual(values: Start) -> np.ndarray:
+        return np.concatenate(joint.residuals(candidate.effect, candidate.values(values),
+                                              candidate.fresh, wait))
+
+    left, scale = residual(start), joint.limit
+    columns = np.stack([left - residual({**start, name: scale}) for name in candidate.linear], 1)
+    found = np.linalg.lstsq(columns, left, rcond=None)[0] * scale
+    return {**start, **dict(zip(candidate.linear, map(float, found)))}
 
 
 def _rms(candidate: Candidate, values: Start, joint: ReplayedJoint) -> float:

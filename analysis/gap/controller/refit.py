@@ -5,11 +5,12 @@ fault of the robot.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.law_residual import law_residual
+from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -35,16 +36,6 @@ def describe_gains(name: str, stated: StatedLaw, ran: StatedLaw, k: int) -> str:
             "file is wrong, or somebody changed the controller")
 
 
-def with_integral(problem: Problem, gains: np.ndarray) -> Problem:
-    """Problem whose excitation contains an integral part with gains [N m/(rad s)], shape (n,).
-
-    It is computed from the measured positions, from which the motion of a model differs by the
-    gap alone.
-    """
-    return problem.with_logs(lambda log: dataclasses.replace(
-        log, pe=log.pe + gains * _error_integral(log, problem.period)))
-
-
 def describe_integral(name: str, gain: float) -> str:
     """Integral part that ran at a joint, as a sentence."""
     return (f"{name}: the command contains an integral part of {gain:.4g} N m/(rad s) that the "
@@ -68,17 +59,28 @@ def with_command_delay(problem: Problem) -> Problem:
     return dataclasses.replace(earlier, command_delay=problem.period)
 
 
-def with_commands_of_law(problem: Problem, joints: Sequence[int]) -> Problem:
-    """Problem with the commands of its law at some joints, whose record of them is wrong."""
-    law, at = problem.stated_law, list(joints)
+def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
+    """Problem with the law's own commands where their record is wrong.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the law that ran.
+    late : dict of int to int
+        Joint -> rows by which its command is recorded late.  The first command of the law shows
+        whether a log begins in motion.
+
+    """
+    law, at, rows = problem.stated_law, list(late), list(late.values())
 
     def replayed(log: Log) -> Log:
-        u = log.u.copy()
-        u[:, at] = law.replay(log.q, log.q_d, log.pe)[:, at]
-        return dataclasses.replace(log, u=u)
+        of_law, u = law.replay(log.q, log.q_d, log.pe), log.u.copy()
+        u[:, at], u[0, at] = of_law[:, at], log.u[rows, at]
+        moving = with_initial_state(
+            dataclasses.replace(log, u=u, speed=0.0, at_rest=True), law)
+        if not moving.at_rest:
+            return moving
+        u[0, at] = of_law[0, at]
+        return dataclasses.replace(moving, u=u)
 
-    return problem.with_logs(replayed)
-
-
-def _error_integral(log: Log, period: float) -> np.ndarray:
-    return period * np.cumsum(log.q_d - log.q, axis=0)
+    return problem.with_logs(replayed) if late else problem

@@ -29,7 +29,6 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_command_delay,
     with_commands_of_law,
     with_gain_error,
-    with_integral,
 )
 from clie_blocks.analysis.gap.controller.replayed_joint import joint_of
 from clie_blocks.analysis.gap.controller.terms import (
@@ -89,7 +88,7 @@ class ControllerCheck:
     unexplained : tuple of int
         Joints whose command follows neither the stated law nor any that was found.
     recorded : bool
-        Where the law leaves part of a command, models follow the recorded command.
+        Where nothing known gives a part of a command, models follow the recorded command.
     unknown_part : bool
         The commands that models follow hold more than the law and a logged excitation.
     open_loop : bool
@@ -139,27 +138,21 @@ class ControllerCheck:
         if self.open_loop:
             return with_unknown_law(problem)
         corrected = dataclasses.replace(problem, law=self.law)
-        if self.integral:
-            corrected = with_integral(corrected, np.array(self.integral))
         if self.delayed:
             corrected = with_command_delay(corrected)
-        corrected = with_commands_of_law(corrected, self.misrecorded_joints)
+        corrected = with_commands_of_law(corrected, {
+            one.joint: round(one.found[0].values.get("skew", 0.0) / problem.period)
+            for one in self.named if one.is_of_recorder})
         left = (*self.followed_joints, *(self.left_joints if self.recorded else ()))
         return with_recorded_commands(corrected, left) if left else corrected
-
-    @property
-    def misrecorded_joints(self) -> tuple[int, ...]:
-        """Joints whose logged command is not the one that acted."""
-        return tuple(one.joint for one in self.named if one.is_of_recorder)
 
     @property
     def followed_joints(self) -> tuple[int, ...]:
         """Joints with a named effect that models do not hold: they follow the logged command."""
         if self.delayed:
             return ()
-        held = {*self.other_gains, *(k for k, gain in enumerate(self.integral) if gain)}
         return tuple(one.joint for one in self.named
-                     if not one.is_of_recorder and one.joint not in held)
+                     if not one.is_of_recorder and one.joint not in self.other_gains)
 
     @property
     def left_joints(self) -> tuple[int, ...]:
@@ -186,11 +179,10 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
     known = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
-    check = ControllerCheck(
+    return ControllerCheck(
         error, limit, fitted.other_filter, fitted.corners, coarse, step, law, tuple(decisions),
         differences, fitted.other_gains, delayed, fitted.integral, fitted.named, terms,
-        tuple(k for k in fitted.unexplained if k not in known))
-    return dataclasses.replace(check, recorded=bool(terms or check.followed_joints))
+        tuple(k for k in fitted.unexplained if k not in known), recorded=bool(terms))
 
 
 def assume_stated_law(problem: Problem) -> ControllerCheck:
