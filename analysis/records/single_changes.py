@@ -22,8 +22,8 @@ ANGLE_UNITS = {"degrees": DEGREE, "turns": TURN, "mrad": 1e-3}
 MOST_PERMUTED = 4  # joints of which every order is tried; of more, every exchange of two
 SAME_OFFSET = 0.05  # relative difference of two offsets that are one
 LONGEST_LAG = 0.25  # s, of one channel behind the others
-# A factor nearer to one is that of a sensor: it is calibrated to some percent, with a bias, joint by
-# joint.  Units that are mistaken for each other are farther apart, the nearest N m and lbf ft.
+# A factor nearer to one is that of a sensor, which is calibrated to some percent.  Units that are
+# mistaken for each other are farther apart, the nearest of them N m and lbf ft.
 OF_SENSOR = 1.3
 WORDS = {"q": "position q", "qd": "reference qd", "u": "command u", "pe": "excitation pe"}
 

@@ -20,7 +20,8 @@ DELAYED_COMMANDS = (
     "it has measured; the robot file is wrong, and the model has this delay from here on")
 
 
-def with_gain_error(law: StatedLaw, k: int, kp_error: float, kd_error: float) -> StatedLaw:
+def with_gain_error(law: StatedLaw, k: int, kp_error: float = 0.0,
+                    kd_error: float = 0.0) -> StatedLaw:
     """Return the law with gains of joint k that are off by relative errors."""
     kp, kd = law.kp.copy(), law.kd.copy()
     kp[k] *= 1.0 + kp_error

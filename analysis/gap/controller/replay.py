@@ -10,27 +10,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import (
-    first_known_sample,
-    known_samples,
-    law_residual,
-)
 from clie_blocks.analysis.gap.controller.named import (
-    ALIKE,
-    Found,
     NamedJoint,
-    explanations,
 )
+from clie_blocks.analysis.gap.controller.other_laws import other_laws, replay_error
 from clie_blocks.analysis.gap.controller.refit import (
     DELAYED_COMMANDS,
     delayed_replay_error,
-    describe_gains,
-    describe_integral,
     with_command_delay,
     with_commands_of_law,
-    with_gain_error,
 )
-from clie_blocks.analysis.gap.controller.replayed_joint import joint_of
 from clie_blocks.analysis.gap.controller.terms import (
     Terms,
     find_terms,
@@ -41,13 +30,8 @@ from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
-from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
-from clie_blocks.linear_filters import lfilter
+from clie_blocks.analysis.records.velocity_filter import discretisations
 
-# The first samples of a cut log are left out of the fit of its filter, as the state of the filter
-# is unknown there: so many times the settling of the stated filter, for one that is slower.
-SLOWEST_FILTER = 4
-FILTER, LAG = "velocity_filter_mismatch", "velocity_estimate_lag"
 COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
 
 
@@ -165,7 +149,7 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     law, decisions = problem.stated_law, list[str]()
     limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
                            problem.resolution * law.position_gain())
-    error = _replay_error(problem, law)
+    error = replay_error(problem, law)
     if (error > limit).any():
         law, error = _other_discretisation(problem, law, error, limit, decisions)
     delayed_error = delayed_replay_error(problem, law)
@@ -173,16 +157,18 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     if delayed:
         error = delayed_error
         decisions.append(DELAYED_COMMANDS)
-    law, fitted = _other_laws(problem, law, limit, _joints(error > limit), decisions)
+    ran = other_laws(problem, law, limit, _joints(error > limit))
+    decisions += ran.decisions
     differences = tuple(decisions)
-    terms = find_terms(problem, law, limit, fitted.unexplained)
+    terms = find_terms(problem, ran.law, limit, ran.unexplained)
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
     known = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
     return ControllerCheck(
-        error, limit, fitted.other_filter, fitted.corners, coarse, step, law, tuple(decisions),
-        differences, fitted.other_gains, delayed, fitted.integral, fitted.named, terms,
-        tuple(k for k in fitted.unexplained if k not in known), recorded=bool(terms))
+        error, limit, tuple(ran.other_filter), ran.corners, coarse, step, ran.law,
+        tuple(decisions), differences, tuple(ran.other_gains), delayed,
+        tuple(ran.integral.tolist()) if ran.integral.any() else (), tuple(ran.named), terms,
+        tuple(k for k in ran.unexplained if k not in known), recorded=bool(terms))
 
 
 def assume_stated_law(problem: Problem) -> ControllerCheck:
@@ -201,12 +187,6 @@ def _joints(mask: np.ndarray) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(mask))
 
 
-def _replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
-    """Largest RMS of the residual of all logs [N m], shape (n,)."""
-    squares = [np.mean(law_residual(law, log) ** 2, axis=0) for log in problem.logs]
-    return np.sqrt(np.max(squares, axis=0))
-
-
 def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
                           decisions: list[str]) -> tuple[StatedLaw, np.ndarray]:
     """Law with the discretisation of its filter that ran, and its replay error."""
@@ -214,104 +194,12 @@ def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, l
         return law, error
     for name in discretisations(law.period, law.corners):
         candidate = law.with_filter(slice(None), name, law.corners)
-        candidate_error = _replay_error(problem, candidate)
+        candidate_error = replay_error(problem, candidate)
         if (candidate_error <= limit).all() and name != law.variant:
             decisions.append(f"the velocity filter runs as '{name}', not '{law.variant}'; "
                              "no fault of the robot, the robot file is wrong")
             return candidate, candidate_error
     return law, error
-
-
-@dataclasses.dataclass(eq=False)
-class _Fitted:
-    """What was found at joints whose commands are not those of the stated law."""
-
-    corners: np.ndarray
-    other_filter: tuple[int, ...] = ()
-    other_gains: tuple[int, ...] = ()
-    integral: tuple[float, ...] = ()
-    named: tuple[NamedJoint, ...] = ()
-    unexplained: tuple[int, ...] = ()
-
-
-def _other_laws(problem: Problem, stated: StatedLaw, limit: np.ndarray, joints: Sequence[int],
-                decisions: list[str]) -> tuple[StatedLaw, _Fitted]:
-    """Law that ran at some joints, as far as effects of the catalogue explain their commands."""
-    fitted, law = _Fitted(np.full((2, problem.n), np.nan)), stated
-    if stated.corners is not None:
-        fitted.corners[:] = np.array(stated.corners)[:, None]
-    integral = np.zeros(problem.n)
-    for k in joints:
-        found = explanations(joint_of(problem, stated, k, float(limit[k])))
-        also, filtered = _filter_explains(problem, stated, k, float(limit[k]), found)
-        if filtered is not None:
-            law = law.with_filter(slice(k, k + 1), stated.variant, filtered)
-            fitted.other_filter += (k,)
-            fitted.corners[:, k] = filtered
-            decisions.append(
-                f"{problem.joints[k]}: the velocity filter that ran has corners "
-                f"{filtered[0]:.0f} and {filtered[1]:.0f} rad/s, not the stated ones")
-            continue
-        if not found:
-            fitted.unexplained += (k,)
-            continue
-        named = NamedJoint(k, tuple(found), also)
-        fitted.named += (named,)
-        best, values = found[0], found[0].values
-        sentence = named.describe(problem.joints[k])
-        if best.name == "gain_error":
-            law = with_gain_error(law, k, values.get("kp_error", 0.0), values.get("kd_error", 0.0))
-            fitted.other_gains += (k,)
-            sentence = describe_gains(problem.joints[k], stated, law, k)
-        if best.name == "hidden_integral" and "clamp" not in values:
-            integral[k] = values["ki"]
-            sentence = describe_integral(problem.joints[k], integral[k])
-        decisions.append(sentence)
-    fitted.integral = tuple(integral.tolist()) if integral.any() else ()
-    return law, fitted
-
-
-def _filter_explains(problem: Problem, law: StatedLaw, k: int, limit: float,
-                     found: Sequence[Found]) -> tuple[tuple[str, ...], tuple[float, float] | None]:
-    """Whether corners of the velocity filter explain the commands of joint k.
-
-    As another name for what was found, or by corners in the place of what was found.  A lag of
-    the velocity is a corner where no filter is stated, and in a filter it may look like others.
-    """
-    is_lag = bool(found) and found[0].name == LAG
-    if law.corners is None:
-        return ((FILTER,) if is_lag else ()), None
-    if found and not is_lag and len(found[0].values) == 1:
-        return (), None
-    corners = _fitted_corners(problem, law, law.corners, k)
-    candidate = law.with_filter(slice(k, k + 1), law.variant, corners)
-    left = float(_replay_error(problem, candidate)[k])
-    if left > limit:
-        return (), None
-    if not found or left < found[0].left / ALIKE:
-        return ((), corners) if not is_lag else ((), None)
-    return ((FILTER,) if left <= ALIKE * found[0].left else ()), None
-
-
-def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float], k: int,
-                    ) -> tuple[float, float]:
-    """Corners of G1 whose replay is nearest to the logged command of joint k."""
-    from scipy.optimize import least_squares
-
-    log = problem.logs[0]
-    first = min(SLOWEST_FILTER * first_known_sample(log, law), len(log) // 2)
-    used = slice(first, None) if log.measured is None else known_samples(log, law)
-    moved = log.q[:, k] - log.q[0, k]
-    damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
-
-    def error(exponents: np.ndarray) -> np.ndarray:
-        b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[used]
-
-    starts = np.log(np.array(stated)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
-    fits = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
-    high_pass, low_pass = np.sort(np.exp(min(fits, key=lambda fit: fit.cost).x))
-    return float(high_pass), float(low_pass)
 
 
 def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
