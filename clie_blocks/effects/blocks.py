@@ -105,7 +105,7 @@ class Dynamic:
             inputs=_labels(self.inputs, n), outputs=_labels(self.outputs, n))
 
 
-def filled_in(function: Callable, parameters: Mapping[str, np.ndarray]) -> Callable:
+def filled_in(function: Callable, parameters: Mapping[str, np.ndarray | float]) -> Callable:
     """Fill in the parameters that a function names."""
     named = signature(function).parameters
     chosen = {key: value for key, value in parameters.items() if key in named}

@@ -16,6 +16,7 @@ CORNERS = np.geomspace(0.5, 5e3, 9)  # rad/s, likewise the corner of a derivativ
 WIDTHS = np.geomspace(3e-4, 3.0, 9)  # rad/s, over which a compensated friction changes its sign
 CLAMPED = 0.02  # of the samples, at least: at the largest torque that an integral may give
 AT_CLAMP = 0.98  # of that torque
+VISIBLE = 4.0  # times the rounding of a command, from which it is beyond doubt another one
 STEADY = 50  # samples over which the growth of an integral is measured
 
 Start = dict[str, float]
@@ -81,15 +82,15 @@ def _skews(joint: ReplayedJoint) -> Iterator[Start]:
 
 def _speeds(joint: ReplayedJoint) -> Iterator[Start]:
     """Speed of the set-point that the command follows, while it is not the logged one."""
-    speeds = []
+    visible = VISIBLE * joint.limit / max(joint.kp, np.finfo(float).tiny)
+    steps = []
     for log in joint.logs:
         behind = joint.setpoint_behind(log)[:, 0]
-        away = np.abs(behind) > 4.0 * joint.limit / max(joint.kp, np.finfo(float).tiny)
-        slewed = np.abs(np.diff(log.signals["q_d"][:, 0] + behind)) / joint.period
-        speeds.append(slewed[away[1:] & away[:-1] & log.used[1:] & log.used[:-1]])
-    every = np.concatenate(speeds)
-    if every.size:
-        yield {"speed": float(np.median(every))}
+        away = (np.abs(behind) > visible) & log.used
+        steps.append(np.abs(np.diff(log.signals["q_d"][:, 0] + behind))[away[1:] & away[:-1]])
+    every = np.concatenate(steps)
+    if every.size and every.size * np.median(every) > visible:
+        yield {"speed": float(np.median(every)) / joint.period}
 
 
 def _lags(joint: ReplayedJoint) -> Iterator[Start]:
@@ -111,7 +112,7 @@ def _integral(joint: ReplayedJoint) -> Iterator[Start]:
 def _clamped_integral(joint: ReplayedJoint) -> Iterator[Start]:
     """Clamp at which what the law leaves rests, and the gain with which it grows elsewhere."""
     left = [np.where(log.used, joint.left(log)[:, 0], 0.0) for log in joint.logs]
-    clamp = max(np.abs(x).max() for x in left)
+    clamp = float(max(np.abs(x).max() for x in left))
     if np.mean(np.concatenate([np.abs(x) > AT_CLAMP * clamp for x in left])) < CLAMPED:
         return
     sums, growths = [], []

@@ -36,7 +36,8 @@ def with_reading(check: ControllerCheck, problem: Problem, order: Sequence[str],
     """
     if check.delayed and order == (OF_ROBOT,):
         return check
-    law, gains, named = check.law, list(check.other_gains), list[NamedJoint]()
+    law = dataclasses.replace(problem, law=check.law).stated_law
+    gains, named = list(check.other_gains), list[NamedJoint]()
     said: dict[str, str] = {}
     for one in _skewed(check, problem) if check.delayed else check.named:
         other = _of_robot(one, problem)

@@ -20,7 +20,7 @@ ALIKE = 1.1  # times what the best leaves: the RMS of rounding scatters by less 
 NEAR = 0.5  # of what the law leaves: a start that was read from the log explains more
 STEP = 1e-3  # of a parameter, for the slope of a state that stops and goes
 FITS = 2  # of the starts, the best ones, from which a fit goes on
-EVALUATIONS = 30  # of a fit, at most
+EVALUATIONS, SLOW_EVALUATIONS = 30, 8  # of a fit, at most; of one that runs sample by sample
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -108,12 +108,14 @@ class NamedJoint:
         return f"{name}: every logged command is that of the stated law with {effects}; {wrong}"
 
 
-def explanations(joint: ReplayedJoint, left_out: Sequence[str] = ()) -> list[Found]:
+def explanations(joint: ReplayedJoint) -> list[Found]:
     """Effects with the fewest parameters that explain the commands alike, the best one first."""
+    if not joint.limit:
+        return []
     piece = joint.piece()
     for _, same in itertools.groupby(CANDIDATES, lambda one: len(one.free)):
-        found = [fit for one in same if one.name not in left_out
-                 for fit in [_explanation(one, joint, piece)] if fit is not None]
+        fits = [_explanation(one, joint, piece) for one in same]
+        found = [fit for fit in fits if fit is not None]
         if found:
             return _alike(found)
     return []
@@ -122,8 +124,10 @@ def explanations(joint: ReplayedJoint, left_out: Sequence[str] = ()) -> list[Fou
 def _alike(found: Sequence[Found]) -> list[Found]:
     """The best explanation, and the others that leave hardly more; each effect once."""
     ordered = sorted(found, key=lambda one: one.left)
-    first = {one.name: one for one in reversed(ordered)}
-    return [one for one in first.values() if one.left <= ALIKE * ordered[0].left][::-1]
+    best: dict[str, Found] = {}
+    for one in ordered:
+        best.setdefault(one.name, one)
+    return [one for one in best.values() if one.left <= ALIKE * ordered[0].left]
 
 
 def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoint) -> Found | None:
@@ -132,7 +136,9 @@ def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoin
     starts = [_with_amplitudes(candidate, start, part) for start in candidate.starts(part)]
     tried = sorted(((_rms(candidate, start, part), start) for start in starts),
                    key=lambda pair: pair[0])
-    if not tried or (candidate.near and tried[0][0] > NEAR * part.rms_left()):
+    if not tried or np.isinf(tried[0][0]):
+        return None
+    if candidate.near and tried[0][0] > NEAR * part.rms_left():
         return None
     best = min((refined(candidate, start, part) for _, start in tried[:FITS]),
                key=lambda found: found.left)
@@ -174,7 +180,7 @@ def _with_amplitudes(candidate: Candidate, start: Start, joint: ReplayedJoint) -
 def _rms(candidate: Candidate, values: Start, joint: ReplayedJoint) -> float:
     """RMS in the log in which most is left."""
     parts = joint.residuals(candidate.effect, candidate.values(values), candidate.fresh)
-    return max(float(np.sqrt(np.mean(part**2))) for part in parts)
+    return max((float(np.sqrt(np.mean(part**2))) for part in parts if part.size), default=np.inf)
 
 
 def _fitted(candidate: Candidate, start: Start, joint: ReplayedJoint) -> tuple[Start, Start]:
@@ -191,7 +197,8 @@ def _fitted(candidate: Candidate, start: Start, joint: ReplayedJoint) -> tuple[S
         values = candidate.values(dict(zip(start, map(float, point))))
         return np.concatenate(joint.residuals(effect, values, candidate.fresh, wait)) / joint.limit
 
-    fit = least_squares(error, guess, bounds=(lower, upper), max_nfev=EVALUATIONS,
+    fit = least_squares(error, guess, bounds=(lower, upper),
+                        max_nfev=SLOW_EVALUATIONS if candidate.whole else EVALUATIONS,
                         diff_step=STEP if candidate.whole else None,
                         x_scale=np.maximum(np.abs(guess), [p.typical or 1.0 for p in parameters]))
     information = fit.jac.T @ fit.jac / len(fit.fun)

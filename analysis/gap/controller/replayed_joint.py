@@ -1,6 +1,7 @@
 """The stated law of one joint, replayed on its logs with an effect of the catalogue in it."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -168,7 +169,7 @@ def _joint_log(log: Log, law: StatedLaw, k: int) -> JointLog:
 
 
 def _outputs(effect: Effect) -> tuple[str, ...]:
-    build = effect.sampled or effect.build
+    build: Any = effect.sampled or effect.build
     return build.ports if isinstance(build, DelayLine) else build.outputs
 
 
