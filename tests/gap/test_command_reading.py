@@ -19,6 +19,7 @@ def test_a_choice_is_doubted_where_it_is_open_and_matters(best, other, apart, le
     assert least <= _probability(best, other, apart, METHOD.calibration) <= most
 
 
+@pytest.mark.slow
 def test_a_law_is_open_where_its_excitation_was_logged_and_something_is_left(healthy):
     def with_extra(log, pe):
         extra = 0.2 * np.abs(np.sin(np.arange(len(log)) / 300.0))[:, None]

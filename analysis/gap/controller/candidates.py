@@ -123,9 +123,9 @@ def _clamped_integral(joint: ReplayedJoint) -> Iterator[Start]:
         sums.append((error[STEADY:] - error[:-STEADY])[steady])
         growths.append((x[STEADY:] - x[:-STEADY])[steady])
     growth, total = np.concatenate(growths), np.concatenate(sums)
-    gain = growth @ total / max(total @ total, np.finfo(float).tiny)
+    gain = float(growth @ total) / max(float(total @ total), np.finfo(float).tiny)
     if gain > 0.0:
-        yield {"ki": float(gain), "clamp": float(clamp)}
+        yield {"ki": gain, "clamp": clamp}
 
 
 def _frictions(joint: ReplayedJoint) -> Iterator[Start]:

@@ -33,6 +33,7 @@ def test_the_gains_that_ran_are_read_from_the_log(healthy, key):
     assert "the gains that ran" in check.decisions[0]
 
 
+@pytest.mark.slow
 def test_an_integral_part_is_not_called_a_gain(healthy):
     def with_integral(log):
         return (healthy.law.replay(log.q, log.q_d, log.pe)
@@ -45,6 +46,7 @@ def test_an_integral_part_is_not_called_a_gain(healthy):
     assert not check_controller(check.corrected(problem)).misdescribed
 
 
+@pytest.mark.slow
 def test_a_drift_of_the_command_is_no_integral(healthy):
     rng = np.random.default_rng(0)
 
@@ -80,6 +82,7 @@ def test_with_other_gains_a_robot_without_a_cause_is_unexplained():
     assert [ranked.probability for ranked in ranking] == pytest.approx([0.92, 0.08, 0.0])
 
 
+@pytest.mark.slow
 def test_a_file_with_another_kd_is_attributed_to_no_joint(case):
     """Six percent of Kd are as much as the tolerance of the damping in a datasheet."""
     made = case("none")
