@@ -5,12 +5,22 @@ recorded as it acted, models that follow it leave less; if the law ran as stated
 holds something else, models under the law do.  The refitted nominal model tells which: by the odds
 of the verdict, as it does of any two explanations.  Where it diverges in both, the stated law is
 left out, and an observer leads the models, as on a machine of unknown law.
+
+A logged command that is the law's but late, or times a number, is read in two ways as well: the
+recorder wrote it so and the law's own command moved the robot, or the robot moved under what was
+logged, since the drive is late or weak before the log has its command.
 """
 
 import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.controller.misrecorded import (
+    OF_LOG,
+    OF_ROBOT,
+    is_doubtful,
+    with_reading,
+)
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import ExplainSteps
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -19,6 +29,7 @@ from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.posterior import SET_PROBABILITY
 
 FOLLOWED = "models follow the recorded command there, whatever made it"
 OPEN_LOOP = ("a model under the stated law diverges, so that models follow the recorded commands "
@@ -31,8 +42,9 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
                   steps: ExplainSteps) -> ControllerCheck:
     """Return the check with the reading of the commands that leaves less, and its probability.
 
-    It is the check itself where a known law gives the commands.
+    It is the check itself where a known law gives the commands and nothing doubts the record.
     """
+    controller = _read_record(controller, problem, method, steps)
     if not controller.unexplained:
         return controller
     calibration, followed = method.calibration, dataclasses.replace(
@@ -49,6 +61,28 @@ def read_commands(controller: ControllerCheck, problem: Problem, method: Method,
     chosen = dataclasses.replace(
         readings[best], reading=_probability(excess[best], excess[1 - best], apart, calibration))
     return _with_decision(chosen, problem, NOT_FOLLOWED if best else FOLLOWED)
+
+
+def _read_record(controller: ControllerCheck, problem: Problem, method: Method,
+                 steps: ExplainSteps) -> ControllerCheck:
+    """Check with commands that are late or scaled read by what moved the robot.
+
+    Where neither reading holds nine tenths of the probability, both are named as one answer.
+    """
+    if not is_doubtful(controller, problem):
+        return controller
+    readings = {place: with_reading(controller, problem, (place,))
+                for place in (OF_LOG, OF_ROBOT)}
+    excess = {place: _fit_nominal(one, problem, method, steps)[1].excess
+              for place, one in readings.items()}
+    score = {place: method.calibration.score(one, max(excess.values()))
+             for place, one in excess.items()}
+    likelier = max(score, key=lambda place: score[place])
+    other = OF_LOG if likelier == OF_ROBOT else OF_ROBOT
+    probability = 1.0 / (1.0 + np.exp(score[other] - score[likelier]))
+    if probability >= SET_PROBABILITY:
+        return readings[likelier]
+    return with_reading(controller, problem, (likelier, other))
 
 
 def _has_unknown_part(controller: ControllerCheck, problem: Problem) -> bool:

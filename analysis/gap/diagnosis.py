@@ -208,7 +208,9 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     first = stages.explain(with_observer(corrected, method), causes, method, stages.steps,
                            deadline=deadline)
     second = stages.explain_backlash(first, causes, method, stages.steps)
-    ranking, model = _ranking(second or first, controller, method, stages)
+    established = bool(controller_findings(controller, method.verdict, excluded))
+    is_another_law = controller.unknown_part or bool(controller.named and not established)
+    ranking, model = _ranking(second or first, is_another_law, method, stages)
     alike = names_alike(ranking, (second or first).residuals)
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
@@ -219,7 +221,6 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     searched = 1.0 if is_complete else method.verdict.unfinished_search
     ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
-    established = bool(controller_findings(controller, method.verdict, excluded))
     decision = with_signal_findings(verdict(ranking, established, alike), findings)
     mapped = first.nominal if decision == "unexplained" else model
     return Diagnosis(
@@ -244,11 +245,14 @@ def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause]
     return controller, reached
 
 
-def _ranking(explanation: Explanation, controller: ControllerCheck, method: Method,
+def _ranking(explanation: Explanation, is_another_law: bool, method: Method,
              stages: Stages) -> tuple[list[RankedCause], Fit]:
-    """Hypotheses by probability, and the leading model, without idle joints and near its prior."""
+    """Hypotheses by probability, and the leading model, without idle joints and near its prior.
+
+    A law that neither the file states nor a name accounts for is something unknown.
+    """
     ranking = posterior(explanation.evidence, method.calibration)
-    if controller.is_another_law:
+    if is_another_law:
         ranking = unknown_for_none(ranking)
     nominal, residuals = explanation.nominal, explanation.residuals
     leading = next((ranked.fit for ranked in ranking if ranked.fit is not None), nominal)

@@ -22,6 +22,9 @@ ANGLE_UNITS = {"degrees": DEGREE, "turns": TURN, "mrad": 1e-3}
 MOST_PERMUTED = 4  # joints of which every order is tried; of more, every exchange of two
 SAME_OFFSET = 0.05  # relative difference of two offsets that are one
 LONGEST_LAG = 0.25  # s, of one channel behind the others
+# A factor nearer to one is that of a sensor, which is calibrated to some percent.  Units that are
+# mistaken for each other are farther apart, the nearest of them N m and lbf ft.
+OF_SENSOR = 1.3
 WORDS = {"q": "position q", "qd": "reference qd", "u": "command u", "pe": "excitation pe"}
 
 
@@ -187,14 +190,17 @@ def _lags(records: Sequence[Record], robot: Robot, joints: tuple[int, ...],
     """Channels that are a whole number of rows behind the others, or before them.
 
     A command that follows from the row before it is left to the check of the controller, which
-    may compute in one cycle and send in the next.
+    may compute in one cycle and send in the next.  So are positions and references that stand
+    before what the law used: it may have them late, which no recorder has to do with.  A law that
+    uses them before they are written down there is not: that is the recorder's.
     """
     for signals in _groups(live, ("q",), ("qd",), ("pe",), ("u",)):
         lively = max(records, key=lambda record: float(np.nanstd(record.signal(signals[0]))))
         parts = _parts_of_law(lively, robot, variant)
         late = {_lag_of(parts, signals[0], k, lively.sample_time) for k in joints}
         rows = late.pop() if len(late) == 1 else 0
-        if rows == 0 or (signals == ("u",) and rows == 1):
+        may_be_of_law = rows == 1 if signals == ("u",) else rows < 0 and signals != ("pe",)
+        if rows == 0 or may_be_of_law:
             continue
         side, shift = ("late", "earlier") if rows > 0 else ("early", "later")
         count = f"{abs(rows)} row{'s' if abs(rows) > 1 else ''}"
@@ -248,7 +254,8 @@ def _common_factors(records: Sequence[Record], robot: Robot, joints: tuple[int, 
                 law.append(parts["q"] + parts["qd"] + parts["pe"] - outside)
             x, y = np.concatenate(law), np.concatenate(command)
             factors[k] = y @ x / max(x @ x, np.finfo(float).tiny)
-        if (factors[list(joints)] <= 0).any():
+        found = factors[list(joints)]
+        if (found <= 0).any() or np.abs(np.log(found)).max() < np.log(OF_SENSOR):
             continue
         shown = ", ".join(f"{factors[k]:.5g}" for k in joints)
         alone = "pe" in live and signals == ("u",)

@@ -56,6 +56,11 @@ def constant_delay(t: float, delay: PerJoint) -> PerJoint:
     return delay
 
 
+def tap_weights(delay: PerJoint, age: np.ndarray | float) -> np.ndarray:
+    """Share of the samples of some ages in a signal that is late, both in samples."""
+    return np.maximum(0.0, 1.0 - np.abs(delay - age))
+
+
 @dataclass(frozen=True)
 class DelayLine:
     """Exact sampled delay: a shift register per signal, linear between samples.
@@ -103,7 +108,7 @@ class DelayLine:
         def output(t: float, x: np.ndarray, u: np.ndarray,
                    params: dict[str, np.ndarray]) -> np.ndarray:
             delay = self.delay(t, **{key: params[qualified] for key, qualified in keys.items()})
-            weight = np.maximum(0.0, 1.0 - np.abs(delay / period - age))
+            weight = tap_weights(delay / period, age)
             return np.sum(np.concatenate([weight] * len(self.ports), axis=1) * tape(x, u), axis=0)
 
         return ct.nlsys(

@@ -35,7 +35,8 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
     if leaves_set_point(experiments, runs):
         raise RejectedError("unstable")
     return Trial(stated, experiments, runs, {
-        "kind": "misdescribed", "labels": [name], "wrong": wrong, "present": [CONTROLLER],
+        "kind": "misdescribed", "labels": [name], "wrong": wrong,
+        "present": [CONTROLLER, *(["gain_error"] if name in ("Kd", "Kp") else [])],
         "robot": f"{robot.kind} of {robot.n}"})
 
 

@@ -10,7 +10,11 @@ from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.effects import LIBRARY
 from clie_blocks.errors import ClieError
 
-FOUND_BY_REPLAY = ("velocity_filter_mismatch", "encoder_quantization")
+# The stated law, replayed on the logged signals, shows these without a model of the robot.
+FOUND_BY_REPLAY = (
+    "velocity_filter_mismatch", "encoder_quantization", "gain_error", "control_law_form",
+    "hidden_integral", "hidden_compensation", "setpoint_slew", "setpoint_delay", "in_loop_delay",
+    "velocity_estimate_lag", "channel_skew", "sensor_gain")
 STATED_NUMBERS: Mapping[str, str] = {
     "inertia": "motor.inertia_kgm2", "viscous": "motor.viscous_friction_nms",
     "back_emf": "motor.viscous_friction_nms", "offset": "motor.torque_offset_tolerance_nm",

@@ -1,15 +1,16 @@
-"""What ran instead of the stated law, read from the log alone: gains, integral part, delay.
+"""What ran instead of the stated law, put into the problem: gains, integral part, delay.
 
-With position, reference and command logged, the law is linear in its gains: least squares finds
-them without any model of the robot.  A finding counts only where it explains the command down to
-its rounding, so that no fault of the robot is attributed to the controller.
+The diagnosis goes on with the law that ran, so that a wrong description is not mistaken for a
+fault of the robot.
 """
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
+from clie_blocks.analysis.gap.controller.law_residual import law_residual
+from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -19,59 +20,21 @@ DELAYED_COMMANDS = (
     "it has measured; the robot file is wrong, and the model has this delay from here on")
 
 
-def with_fitted_gains(problem: Problem, law: StatedLaw, k: int) -> StatedLaw:
-    """Return the law with the gains of joint k that fit the logged commands best.
-
-    The velocity estimate of the law is kept.
-    """
-    columns, commands = [], []
-    for log in problem.logs:
-        usable = _within_limits(log, law, k)
-        usable &= known_samples(log, law)
-        terms = np.stack([log.q_d[:, k] - log.q[:, k], -law.rate(log.q)[:, k]], axis=1)
-        columns.append(terms[usable])
-        commands.append((log.u - log.pe)[usable, k])
-    gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(commands), rcond=None)[0]
+def with_gain_error(law: StatedLaw, k: int, kp_error: float = 0.0,
+                    kd_error: float = 0.0) -> StatedLaw:
+    """Return the law with gains of joint k that are off by relative errors."""
     kp, kd = law.kp.copy(), law.kd.copy()
-    kp[k], kd[k] = gains
+    kp[k] *= 1.0 + kp_error
+    kd[k] *= 1.0 + kd_error
     return dataclasses.replace(law, kp=kp, kd=kd)
 
 
-def describe_gains(name: str, stated: StatedLaw, fitted: StatedLaw, k: int) -> str:
+def describe_gains(name: str, stated: StatedLaw, ran: StatedLaw, k: int) -> str:
     """Gains that ran at joint k, and the stated ones, as a sentence."""
-    parts = [f"{key} {getattr(fitted, key)[k]:.4g}, stated {getattr(stated, key)[k]:.4g}"
+    parts = [f"{key} {getattr(ran, key)[k]:.4g}, stated {getattr(stated, key)[k]:.4g}"
              for key in ("kp", "kd")]
     return (f"{name}: the gains that ran are not the stated ones ({'; '.join(parts)}); the robot "
             "file is wrong, or somebody changed the controller")
-
-
-def integral_gains(problem: Problem, law: StatedLaw) -> np.ndarray:
-    """Integral gain of each joint that best explains the residual of the law, (n,) [N m/(rad s)].
-
-    u = u_law + k_i T sum (q_d - q),   the sum begins with the log
-    """
-    gains = np.zeros(problem.n)
-    for k in range(problem.n):
-        integrals, residuals = [], []
-        for log in problem.logs:
-            usable = _within_limits(log, law, k)
-            if log.measured is not None:
-                usable &= known_samples(log, law)
-            integrals.append(_error_integral(log, problem.period)[usable, k])
-            residuals.append((log.u - law.replay(log.q, log.q_d, log.pe))[usable, k])
-        column, residual = np.concatenate(integrals), np.concatenate(residuals)
-        gains[k] = column @ residual / max(column @ column, np.finfo(float).tiny)
-    return gains
-
-
-def with_integral(problem: Problem, gains: np.ndarray) -> Problem:
-    """Problem whose excitation contains an integral part with gains [N m/(rad s)], shape (n,).
-
-    It is computed from the measured positions, from which the motion of a model differs by the
-    gap alone.
-    """
-    return problem.with_logs(lambda log: dataclasses.replace(
-        log, pe=log.pe + gains * _error_integral(log, problem.period)))
 
 
 def describe_integral(name: str, gain: float) -> str:
@@ -97,10 +60,28 @@ def with_command_delay(problem: Problem) -> Problem:
     return dataclasses.replace(earlier, command_delay=problem.period)
 
 
-def _within_limits(log: Log, law: StatedLaw, k: int) -> np.ndarray:
-    """Samples in which the command of joint k is inside its limit."""
-    return np.abs(log.u[:, k]) < law.saturation[k] * (1 - 1e-9)
+def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
+    """Problem with the law's own commands where their record is wrong.
 
+    Parameters
+    ----------
+    problem : Problem
+        With the law that ran.
+    late : dict of int to int
+        Joint -> rows by which its command is recorded late.  The first command of the law shows
+        whether a log begins in motion.
 
-def _error_integral(log: Log, period: float) -> np.ndarray:
-    return period * np.cumsum(log.q_d - log.q, axis=0)
+    """
+    law, at, rows = problem.stated_law, list(late), list(late.values())
+
+    def replayed(log: Log) -> Log:
+        of_law, u = law.replay(log.q, log.q_d, log.pe), log.u.copy()
+        u[:, at], u[0, at] = of_law[:, at], log.u[rows, at]
+        moving = with_initial_state(
+            dataclasses.replace(log, u=u, speed=0.0, at_rest=True), law)
+        if not moving.at_rest:
+            return moving
+        u[0, at] = of_law[0, at]
+        return dataclasses.replace(moving, u=u)
+
+    return problem.with_logs(replayed) if late else problem

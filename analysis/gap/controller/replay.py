@@ -1,8 +1,8 @@
 """First question to the logs: did the stated controller run?  It needs no model of the robot.
 
 Replaying the law on the measured positions must give the logged command up to its rounding.  If
-not, its gains and its velocity estimate are fitted to the log.  The diagnosis then continues with
-the law that really ran, so that a wrong description is not mistaken for a fault of the robot.
+not, the law with one effect of the catalogue in it may.  The diagnosis then continues with the law
+that really ran, so that a wrong description is not mistaken for a fault of the robot.
 """
 
 import dataclasses
@@ -10,20 +10,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import (
-    first_known_sample,
-    known_samples,
-    law_residual,
+from clie_blocks.analysis.gap.controller.named import (
+    NamedJoint,
 )
+from clie_blocks.analysis.gap.controller.other_laws import other_laws, replay_error
 from clie_blocks.analysis.gap.controller.refit import (
     DELAYED_COMMANDS,
     delayed_replay_error,
-    describe_gains,
-    describe_integral,
-    integral_gains,
     with_command_delay,
-    with_fitted_gains,
-    with_integral,
+    with_commands_of_law,
 )
 from clie_blocks.analysis.gap.controller.terms import (
     Terms,
@@ -35,12 +30,8 @@ from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
-from clie_blocks.analysis.records.velocity_filter import discretisations, velocity_filter
-from clie_blocks.linear_filters import lfilter
+from clie_blocks.analysis.records.velocity_filter import discretisations
 
-# The first samples of a cut log are left out of the fit of its filter, as the state of the filter
-# is unknown there: so many times the settling of the stated filter, for one that is slower.
-SLOWEST_FILTER = 4
 COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
 
 
@@ -74,12 +65,14 @@ class ControllerCheck:
         Commands are sent one period after they were computed.
     integral : tuple of float
         Integral gain of each joint that the file does not state [N m/(rad s)]; empty without.
+    named : tuple of NamedJoint
+        Joints whose commands the stated law gives with an effect of the catalogue in it.
     terms : tuple of Terms
         Known terms that the command of a joint contains beyond the law.
     unexplained : tuple of int
         Joints whose command follows neither the stated law nor any that was found.
     recorded : bool
-        Where the law leaves part of a command, models follow the recorded command.
+        Where nothing known gives a part of a command, models follow the recorded command.
     unknown_part : bool
         The commands that models follow hold more than the law and a logged excitation.
     open_loop : bool
@@ -101,6 +94,7 @@ class ControllerCheck:
     other_gains: tuple[int, ...] = ()
     delayed: bool = False
     integral: tuple[float, ...] = ()
+    named: tuple[NamedJoint, ...] = ()
     terms: tuple[Terms, ...] = ()
     unexplained: tuple[int, ...] = ()
     recorded: bool = False
@@ -111,17 +105,13 @@ class ControllerCheck:
     @property
     def as_stated(self) -> bool:
         """Whether the stated law gives the logged commands."""
-        return not (self.misdescribed or self.terms or self.unexplained)
+        return not (self.misdescribed or self.named or self.terms or self.unexplained)
 
     @property
     def misdescribed(self) -> bool:
         """Whether the law that ran is known, and another one than is stated."""
-        return bool(self.other_filter or self.other_gains or self.delayed or self.integral)
-
-    @property
-    def is_another_law(self) -> bool:
-        """Whether a law ran that neither the file states nor an effect of the library makes."""
-        return bool(self.other_gains or self.integral or self.unknown_part)
+        return bool(self.other_filter or self.delayed
+                    or any(not one.is_of_recorder for one in self.named))
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
         """The check with further decisions."""
@@ -132,11 +122,21 @@ class ControllerCheck:
         if self.open_loop:
             return with_unknown_law(problem)
         corrected = dataclasses.replace(problem, law=self.law)
-        if self.integral:
-            corrected = with_integral(corrected, np.array(self.integral))
         if self.delayed:
             corrected = with_command_delay(corrected)
-        return with_recorded_commands(corrected, self.left_joints) if self.recorded else corrected
+        corrected = with_commands_of_law(corrected, {
+            one.joint: round(one.found[0].values.get("skew", 0.0) / problem.period)
+            for one in self.named if one.is_of_recorder})
+        left = (*self.followed_joints, *(self.left_joints if self.recorded else ()))
+        return with_recorded_commands(corrected, left) if left else corrected
+
+    @property
+    def followed_joints(self) -> tuple[int, ...]:
+        """Joints with a named effect that models do not hold: they follow the logged command."""
+        if self.delayed:
+            return ()
+        return tuple(one.joint for one in self.named
+                     if not one.is_of_recorder and one.joint not in self.other_gains)
 
     @property
     def left_joints(self) -> tuple[int, ...]:
@@ -149,7 +149,7 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     law, decisions = problem.stated_law, list[str]()
     limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
                            problem.resolution * law.position_gain())
-    error = _replay_error(problem, law)
+    error = replay_error(problem, law)
     if (error > limit).any():
         law, error = _other_discretisation(problem, law, error, limit, decisions)
     delayed_error = delayed_replay_error(problem, law)
@@ -157,20 +157,18 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     if delayed:
         error = delayed_error
         decisions.append(DELAYED_COMMANDS)
-    error, integral = _integral(problem, law, error, limit, decisions)
-    law, other_gains = _other_gains(problem, law, error, limit, decisions)
-    unexplained = [k for k in _joints(error > limit) if k not in other_gains]
-    law, corners, other_filter = _other_filters(problem, law, limit, unexplained, decisions)
-    unexplained = [k for k in unexplained if k not in other_filter]
+    ran = other_laws(problem, law, limit, _joints(error > limit))
+    decisions += ran.decisions
     differences = tuple(decisions)
-    terms = find_terms(problem, law, limit, unexplained)
+    terms = find_terms(problem, ran.law, limit, ran.unexplained)
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
-    named = {one.joint for one in terms}
+    known = {one.joint for one in terms}
     step, coarse = _encoder_steps(problem)
     return ControllerCheck(
-        error, limit, other_filter, corners, coarse, step, law, tuple(decisions), differences,
-        other_gains, delayed, integral, terms, tuple(k for k in unexplained if k not in named),
-        recorded=bool(terms))
+        error, limit, tuple(ran.other_filter), ran.corners, coarse, step, ran.law,
+        tuple(decisions), differences, tuple(ran.other_gains), delayed,
+        tuple(ran.integral.tolist()) if ran.integral.any() else (), tuple(ran.named), terms,
+        tuple(k for k in ran.unexplained if k not in known), recorded=bool(terms))
 
 
 def assume_stated_law(problem: Problem) -> ControllerCheck:
@@ -189,12 +187,6 @@ def _joints(mask: np.ndarray) -> tuple[int, ...]:
     return tuple(int(k) for k in np.flatnonzero(mask))
 
 
-def _replay_error(problem: Problem, law: StatedLaw) -> np.ndarray:
-    """Largest RMS of the residual of all logs [N m], shape (n,)."""
-    squares = [np.mean(law_residual(law, log) ** 2, axis=0) for log in problem.logs]
-    return np.sqrt(np.max(squares, axis=0))
-
-
 def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
                           decisions: list[str]) -> tuple[StatedLaw, np.ndarray]:
     """Law with the discretisation of its filter that ran, and its replay error."""
@@ -202,82 +194,12 @@ def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, l
         return law, error
     for name in discretisations(law.period, law.corners):
         candidate = law.with_filter(slice(None), name, law.corners)
-        candidate_error = _replay_error(problem, candidate)
+        candidate_error = replay_error(problem, candidate)
         if (candidate_error <= limit).all() and name != law.variant:
             decisions.append(f"the velocity filter runs as '{name}', not '{law.variant}'; "
                              "no fault of the robot, the robot file is wrong")
             return candidate, candidate_error
     return law, error
-
-
-def _integral(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
-              decisions: list[str]) -> tuple[np.ndarray, tuple[float, ...]]:
-    """Replay error with an integral part where that explains the command, and its gains."""
-    if not (error > limit).any():
-        return error, ()
-    gains = integral_gains(problem, law)
-    error_with_integral = _replay_error(with_integral(problem, gains), law)
-    explained = (error > limit) & (error_with_integral <= limit)
-    if not explained.any():
-        return error, ()
-    decisions += [describe_integral(problem.joints[k], gains[k]) for k in _joints(explained)]
-    return (np.where(explained, error_with_integral, error),
-            tuple(np.where(explained, gains, 0.0).tolist()))
-
-
-def _other_gains(problem: Problem, law: StatedLaw, error: np.ndarray, limit: np.ndarray,
-                 decisions: list[str]) -> tuple[StatedLaw, tuple[int, ...]]:
-    """Law with gains that explain the command to its rounding, and the joints that have them."""
-    stated, joints = law, list[int]()
-    for k in _joints(error > limit):
-        candidate = with_fitted_gains(problem, law, k)
-        if _replay_error(problem, candidate)[k] <= limit[k]:
-            law = candidate
-            joints.append(k)
-            decisions.append(describe_gains(problem.joints[k], stated, law, k))
-    return law, tuple(joints)
-
-
-def _other_filters(problem: Problem, law: StatedLaw, limit: np.ndarray, unexplained: Sequence[int],
-                   decisions: list[str]) -> tuple[StatedLaw, np.ndarray, tuple[int, ...]]:
-    """Law with the corners that ran, the corners of each joint, and the joints with other ones."""
-    corners = np.full((2, problem.n), np.nan)
-    if law.corners is None:
-        return law, corners, ()
-    corners[:] = np.array(law.corners)[:, None]
-    joints: list[int] = []
-    for k in unexplained:
-        high_pass, low_pass = _fitted_corners(problem, law, law.corners, k)
-        candidate = law.with_filter(slice(k, k + 1), law.variant, (high_pass, low_pass))
-        if _replay_error(problem, candidate)[k] <= limit[k]:
-            law = candidate
-            joints.append(k)
-            corners[:, k] = high_pass, low_pass
-            decisions.append(
-                f"{problem.joints[k]}: the velocity filter that ran has corners "
-                f"{high_pass:.0f} and {low_pass:.0f} rad/s, not the stated ones")
-    return law, corners, tuple(joints)
-
-
-def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float], k: int,
-                    ) -> tuple[float, float]:
-    """Corners of G1 whose replay is nearest to the logged command of joint k."""
-    from scipy.optimize import least_squares
-
-    log = problem.logs[0]
-    first = min(SLOWEST_FILTER * first_known_sample(log, law), len(log) // 2)
-    used = slice(first, None) if log.measured is None else known_samples(log, law)
-    moved = log.q[:, k] - log.q[0, k]
-    damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
-
-    def error(exponents: np.ndarray) -> np.ndarray:
-        b, a = velocity_filter(law.variant, law.period, np.exp(exponents))
-        return (law.kd[k] * lfilter(b, a, moved) - damping_torque)[used]
-
-    starts = np.log(np.array(stated)) + np.array([[0.0, 0.0], [-0.7, -0.7], [0.7, 0.7]])
-    fits = [least_squares(error, start, x_scale=0.1, max_nfev=40) for start in starts]
-    high_pass, low_pass = np.sort(np.exp(min(fits, key=lambda fit: fit.cost).x))
-    return float(high_pass), float(low_pass)
 
 
 def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from clie_blocks.analysis.gap.controller.named import NamedJoint
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.method.calibration import Calibration
@@ -68,6 +69,8 @@ class SignalFinding:
     left : dict
         What each explanation leaves of each joint's motion [rad]: arrays by name of
         `position_path.EXPLAINED_BY`.
+    members : tuple of str
+        All names that explain these logs alike, `effect` being the first; empty for one alone.
 
     """
 
@@ -77,11 +80,13 @@ class SignalFinding:
     parameters: dict[str, Entry]
     share: float = 0.0
     left: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
+    members: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Row of the JSON answer."""
-        return {"effect": self.effect, "joint": [k + 1 for k in self.joints],
-                "probability": self.probability, "parameters": self.parameters}
+        row = {"effect": self.effect, "joint": [k + 1 for k in self.joints],
+               "probability": self.probability, "parameters": self.parameters}
+        return {**row, "members": list(self.members)} if self.members else row
 
 
 def signal_findings(records: Sequence[Record], residuals: ResidualModel, check: ControllerCheck,
@@ -113,7 +118,8 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
                          left_out: Collection[str] = frozenset()) -> tuple[SignalFinding, ...]:
     """Causes that the check of the controller establishes, but for those that are left out.
 
-    They are the velocity filter that ran, and the steps that the encoder makes.
+    They are the velocity filter that ran, the steps that the encoder makes, and the effects with
+    which the stated law gives the logged commands.  Those that do so alike are one finding.
     """
     other, coarse = list(check.other_filter), list(check.coarse)
     findings = (
@@ -122,8 +128,37 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
                        "lowpass": _entry(check.corners[1, other], "rad/s")}),
         SignalFinding("encoder_quantization", check.coarse, method.certain,
                       {"step": _entry(check.step[coarse], "rad")}))
-    return tuple(finding for finding in findings
-                 if finding.joints and finding.effect not in left_out)
+    established = (finding for finding in findings
+                   if finding.joints and finding.effect not in left_out)
+    return (*established, *_named_findings(check.named, method, left_out))
+
+
+def _named_findings(named: Sequence[NamedJoint], method: VerdictMethod,
+                    left_out: Collection[str]) -> Iterator[SignalFinding]:
+    """Effects that explain commands, with the joints at which the same ones do."""
+    by_names: dict[tuple[str, ...], list[NamedJoint]] = {}
+    for one in named:
+        names = tuple(sorted(name for name in one.names if name not in left_out))
+        if names:
+            by_names.setdefault(names, []).append(one)
+    for names, joints in by_names.items():
+        yield _named_finding(names, joints, method)
+
+
+def _named_finding(names: tuple[str, ...], joints: Sequence[NamedJoint], method: VerdictMethod,
+                   ) -> SignalFinding:
+    first = next(name for name in joints[0].names if name in names)
+    fits = [one for joint in joints for one in joint.found if one.name == first]
+    parameters = {}
+    for key in dict.fromkeys(key for one in fits for key in one.values):
+        value, half = (np.array([getattr(one, part).get(key, 0.0) for one in fits])
+                       for part in ("values", "half"))
+        bound = fits[0].candidate.parameter(key)
+        parameters[key] = _entry(value, bound.unit, np.maximum(value - half, bound.lower),
+                                 np.minimum(value + half, bound.upper))
+    members = (first, *(name for name in names if name != first)) if len(names) > 1 else ()
+    return SignalFinding(first, tuple(joint.joint for joint in joints), method.certain,
+                         parameters, members=members)
 
 
 def with_signal_findings(verdict: str, findings: Sequence[SignalFinding]) -> str:

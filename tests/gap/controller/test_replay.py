@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 from clie_blocks.analysis.gap.controller.check import check_controller
 
@@ -50,6 +51,7 @@ def cut(problem, first=3000):
         **{name: getattr(log, name)[first:] for name in SIGNALS}))
 
 
+@pytest.mark.slow
 def test_a_log_that_was_cut_is_replayed_from_where_its_filter_is_known(healthy):
     check = check_controller(cut(healthy))
     assert np.all(check.replay_error < 0.35 * healthy.law.resolution)
@@ -57,6 +59,7 @@ def test_a_log_that_was_cut_is_replayed_from_where_its_filter_is_known(healthy):
     assert np.any(check_controller(at_rest).replay_error > 3 * check.replay_error)
 
 
+@pytest.mark.slow
 def test_gains_and_corners_that_ran_are_identified_in_logs_that_were_cut(healthy):
     law = dataclasses.replace(healthy.law, kd=0.8 * healthy.law.kd)
     check = check_controller(cut(commanded_by(healthy, law)))

@@ -24,22 +24,35 @@ def moving(healthy):
         log, q_d=log.q_d[:1] + 0.3 * np.sin(2.0 * time[:len(log), None])))
 
 
-def test_a_law_on_the_velocity_error_is_named(moving):
+@pytest.mark.slow
+def test_a_law_on_the_velocity_error_of_its_own_filter_is_named_as_a_form(moving):
     check = check_controller(commanded(moving, lambda log, law: law.kd * law.rate(log.q_d)))
+    assert not check.as_stated and check.misdescribed and not (check.unexplained or check.terms)
+    assert {one.names for one in check.named} == {("control_law_form",)}
+    for one in check.named:
+        assert one.found[0].values["share"] == pytest.approx(1.0, abs=0.02)
+    assert "control law form (share 1" in check.decisions[0]
+
+
+@pytest.mark.slow
+def test_a_lead_by_the_acceleration_of_the_reference_is_a_term(moving):
+    check = check_controller(commanded(moving, lambda log, law: 0.1 * law.kd * np.gradient(
+        np.gradient(log.q_d, law.period, axis=0), law.period, axis=0)))
     assert not check.as_stated and not check.misdescribed and not check.unexplained
     assert [terms.joint for terms in check.terms] == list(range(moving.n))
     for terms, kd in zip(check.terms, moving.law.kd, strict=True):
-        assert terms.is_velocity_error
-        assert terms.coefficients == {"reference velocity": pytest.approx(kd, rel=1e-3)}
-    assert "Kd acts on dqd - dq" in check.decisions[0]
+        assert terms.coefficients == {
+            "reference acceleration": pytest.approx(0.1 * kd, rel=0.02)}
 
 
+@pytest.mark.slow
 def test_a_constant_that_the_law_does_not_have_is_named(healthy):
     check = check_controller(commanded(healthy, lambda log, law: 0.1 + 0.0 * log.q))
     assert all(terms.coefficients == {"constant": pytest.approx(0.1, rel=1e-2)}
                for terms in check.terms) and len(check.terms) == healthy.n
 
 
+@pytest.mark.slow
 def test_what_no_law_gives_is_unexplained_and_no_velocity_filter_is_blamed(healthy):
     rng = np.random.default_rng(0)
     check = check_controller(commanded(healthy, lambda log, law: 0.2 * np.abs(
