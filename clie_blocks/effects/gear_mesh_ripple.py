@@ -34,7 +34,7 @@ GEAR_MESH_RIPPLE = Effect(
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "Simple Gear with meshing stiffness"},
-    wrong="The motor's torque stands for the load of the teeth; one harmonic; what ripples without "
-          "a load is torque_ripple.",
+    wrong="The motor's torque stands for the load of the teeth; one harmonic. What ripples "
+          "without a load is torque_ripple.",
     symmetry="none", curve=("q", 0.2),
 )

@@ -8,23 +8,24 @@ from clie_blocks.effects.parameter import Parameter
 from clie_blocks.labels import PerJoint
 
 
-def wobbling_link(q: np.ndarray, dq: np.ndarray, amplitude: PerJoint, order: PerJoint,
-                  phase: PerJoint) -> tuple[np.ndarray, np.ndarray]:
-    """Position and velocity of the link [rad, rad/s]: ``q + amplitude sin(order q + phase)``."""
-    angle = order * q + phase
-    return q + amplitude * np.sin(angle), dq + amplitude * order * np.cos(angle) * dq
+def wobbling_link(q: np.ndarray, dq: np.ndarray, sine: PerJoint, cosine: PerJoint,
+                  order: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Position and velocity of the link [rad, rad/s]: ``q + sine sin(order q) + cosine cos(...)``.
+    """
+    s, c = np.sin(order * q), np.cos(order * q)
+    return q + sine * s + cosine * c, dq + order * (sine * c - cosine * s) * dq
 
 
 KINEMATIC_ERROR = Effect(
     name="kinematic_error", family="transmission", port="transmission",
     build=Static(wobbling_link, inputs=("q", "dq"), outputs=("q", "dq")),
     parameters=(
-        Parameter("amplitude", "rad", 0.0, 0.1, 3e-4, 0.0, "amplitude at the link"),
+        Parameter("sine", "rad", -0.1, 0.1, 3e-4, 0.0, "amplitude of the sine, at the link"),
+        Parameter("cosine", "rad", -0.1, 0.1, 0.0, 0.0, "amplitude of the cosine, at the link"),
         Parameter("order", "1", 0.1, 1e5, 200.0, None,
                   "periods per turn of the joint: twice the ratio of a harmonic drive"),
-        Parameter("phase", "rad", -7.0, 7.0, 0.0, None, "phase at q = 0"),
     ),
-    equation="q_link = q + amplitude sin(order q + phase)",
+    equation="q_link = q + sine sin(order q) + cosine cos(order q)",
     reference="T. D. Tuttle, W. P. Seering, IEEE Trans. Robotics and Automation 12(3), 1996",
     signature="A line at twice the motor's speed, constant in position; it shakes the joint when "
               "it meets the resonance.",

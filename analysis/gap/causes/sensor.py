@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of
-from clie_blocks.analysis.gap.causes.drive import LONGEST_DELAY
+from clie_blocks.analysis.gap.causes.drive import LONGEST_DELAY, counts_motor_turns
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.delay import DelayLine, constant_delay
 
@@ -20,6 +20,17 @@ def _probes(scene: Scene) -> list[Probe]:
             for order in sorted(orders)]
 
 
+def _gear_probes(scene: Scene) -> list[Probe]:
+    """Once and twice per turn of the motor, as harmonic drives err, and their double."""
+    problem, size = scene.problem, 1e-4 + 0 * scene.torque
+    geared = any(counts_motor_turns(ratio) for ratio in problem.gear_ratio)
+    return [Probe({"sine": size, "cosine": size, "order": turns * problem.gear_ratio},
+                  ("sine", "cosine")) for turns in (1, 2, 4)] if geared else []
+
+
+KINEMATIC_ERROR = cause_of(
+    LIBRARY["kinematic_error"], ("sine", "cosine", "order"), _gear_probes, fixed=("order",),
+    within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})
 ENCODER_ECCENTRICITY = cause_of(
     LIBRARY["encoder_eccentricity"], ("sine", "cosine", "order"), _probes, fixed=("order",),
     within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})

@@ -55,6 +55,8 @@ def _setting(member: Member, problem: Problem, values: Mapping[str, np.ndarray])
                               for number in cause.numbers if not number.switch}
     if cause.of_effect is not None:
         chosen = cause.of_effect(problem, values)
+    chosen |= {p.name: problem.gear_ratio for p in effect.parameters
+               if p.of == "robot" and p.name == "gear_ratio"}
     strangers = [name for name in chosen if name not in known]
     if strangers:
         raise ClieError(f"{effect.name} cannot be inserted: the diagnosis describes it by "
