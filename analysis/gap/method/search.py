@@ -19,7 +19,7 @@ class SearchMethod:
     joint_share: float = threshold(
         0.03, "share of the gain at the best joint", "a further joint of a cause must add more")
     probes_per_cause: int = threshold(2, "probes", "of each cause at each joint, in pairs")
-    leaders: int = threshold(8, "causes", "alone, that are fitted")
+    leaders: int = threshold(14, "causes", "alone, that are fitted")
     leading_pairs: int = threshold(4, "pairs", "that may be fitted")
     extended_fits: int = threshold(3, "fits", "for which a second cause is sought")
     screened_extensions: int = threshold(
@@ -36,7 +36,7 @@ class SearchMethod:
     alternative_rounds: int = threshold(
         3, "rounds", "of alternatives of the best fit, which may be one of them")
 
-    single_finalists: int = threshold(4, "fits", "of single causes that are continued to the end")
+    single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")
     pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
     triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")
     alternative_finalists: int = threshold(
