@@ -49,6 +49,8 @@ class Options:
         Correct nothing in the logs, and stop for nothing that a check finds in them.
     seconds : float
         Budget of the diagnosis of one robot [s].
+    library : tuple of str
+        Python files with effects of the user's own.
 
     """
 
@@ -59,11 +61,17 @@ class Options:
     reading: Reading = Reading()
     trust_logs: bool = False
     seconds: float = BUDGET
+    library: tuple[str, ...] = ()
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
     from clie_blocks.analysis.gap.diagnosis import diagnose
 
+    if options.library:
+        from clie_blocks.effects import register_file
+
+        for file in options.library:
+            register_file(file)
     return diagnose(state(task, options), effects=options.effects, exclude=options.exclude,
                     seconds=options.seconds)
 
@@ -251,7 +259,7 @@ def digest_of_inputs(task: Task, options: Options) -> str:
     """Digest of everything that a result depends on."""
     digest = hashlib.sha256(f"{__version__} {options}".encode())
     for path in map(Path, (*task.paths, *([task.robot] if task.robot else []),
-                           *options.simulated)):
+                           *options.simulated, *options.library)):
         for file in sorted(path.rglob("*")) if path.is_dir() else _with_robot_file(path):
             if file.is_file() and not file.name.startswith("."):
                 digest.update(str(file.relative_to(path.parent)).encode())

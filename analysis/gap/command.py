@@ -23,7 +23,8 @@ def main(argv: list[str] | None = None) -> int:
     tasks = batch.find_tasks(args.paths, args.robot)
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
                             simulated=tuple(map(str, args.simulated)), reading=reading(args),
-                            trust_logs=args.trust_log, seconds=args.seconds)
+                            trust_logs=args.trust_log, seconds=args.seconds,
+                            library=tuple(map(str, args.library)))
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -87,6 +88,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--effects", metavar="NAMES",
                         help="search for these effects only, separated by commas")
     parser.add_argument("--exclude", metavar="NAMES", help="do not search for these effects")
+    parser.add_argument("--library", type=Path, nargs="+", metavar="FILE", default=[],
+                        help="Python files with effects of your own, which are run and searched "
+                             "for with those of the catalogue")
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")

@@ -10,8 +10,7 @@ from clie_blocks.labels import PerJoint
 
 def wobbling_link(q: np.ndarray, dq: np.ndarray, sine: PerJoint, cosine: PerJoint,
                   order: PerJoint) -> tuple[np.ndarray, np.ndarray]:
-    """Position and velocity of the link [rad, rad/s]: ``q + sine sin(order q) + cosine cos(...)``.
-    """
+    """Position and velocity of a link [rad, rad/s] that runs ahead and behind in a wave."""
     s, c = np.sin(order * q), np.cos(order * q)
     return q + sine * s + cosine * c, dq + order * (sine * c - cosine * s) * dq
 

@@ -87,19 +87,24 @@ class UnknownEffectError(ClieError, KeyError):
 class Library(Mapping):
     """Effects by name, in the order of the report; a file is imported when its effect is read."""
 
+    def __init__(self) -> None:
+        self.registered: dict[str, Effect] = {}
+
     def __getitem__(self, name: str) -> Effect:
+        if name in self.registered:
+            return self.registered[name]
         if name not in _FILES:
-            raise UnknownEffectError(f"no effect is called {name!r}; {nearest(name, _FILES)}")
+            raise UnknownEffectError(f"no effect is called {name!r}; {nearest(name, [*self])}")
         return getattr(import_module(f"clie_blocks.effects.{_FILES[name]}"), name.upper())
 
     def __contains__(self, name: object) -> bool:
-        return name in _FILES
+        return name in _FILES or name in self.registered
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_FILES)
+        return iter([*_FILES, *self.registered])
 
     def __len__(self) -> int:
-        return len(_FILES)
+        return len(_FILES) + len(self.registered)
 
 
 LIBRARY = Library()

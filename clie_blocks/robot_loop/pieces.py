@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Collection, Mapping
+from hashlib import sha256
 from inspect import signature
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -52,8 +54,8 @@ class Kernel:
     @property
     def identity(self) -> str:
         """What it computes, in words that are the same in every process."""
-        named = f"{self.function.__module__}.{self.function.__qualname__}"
-        return f"{type(self).__name__} {named} {self.inputs} {self.constants}"
+        return (f"{type(self).__name__} {_identity_of(self.function)} {self.inputs} "
+                f"{self.constants}")
 
     def at(self, s: State, p: Filled, *memory: np.ndarray, **more: float) -> Any:
         """Value at an instant; of `more` it takes what it names."""
@@ -109,8 +111,7 @@ class Dynamic(Kernel):
     @property
     def identity(self) -> str:
         """As of a `Kernel`, with its step."""
-        step = f"{self.step.__module__}.{self.step.__qualname__}"
-        return f"{super().identity} {step} {self.size} {self.at_middle}"
+        return f"{super().identity} {_identity_of(self.step)} {self.size} {self.at_middle}"
 
     def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
         """Its first output, and the memory a period later."""
@@ -237,6 +238,16 @@ def _is_idle(kernel: Kernel, effect: Effect) -> bool:
     constants, named = dict(kernel.constants), signature(kernel.function).parameters
     return all(constants.get(p.name) == p.neutral for p in effect.parameters
                if p.neutral is not None and p.name in named)
+
+
+def _identity_of(function: Callable[..., Any]) -> str:
+    """Name of a function; of one outside the package with the contents of its file, too."""
+    named = f"{function.__module__}.{function.__qualname__}"
+    if function.__module__.startswith("clie_blocks."):
+        return named
+    code = getattr(function, "__code__", None)
+    file = Path(code.co_filename) if code else Path()
+    return f"{named} {sha256(file.read_bytes()).hexdigest()}" if file.is_file() else named
 
 
 def _first(outputs: Any) -> np.ndarray:

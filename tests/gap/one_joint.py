@@ -30,6 +30,7 @@ class Physics:
     order: float = 100.0
     step: float = 0.0
     onset: float = 5.0
+    cubic: float = 0.0
 
     def torque(self, t, q):
         """What opposes, but for friction."""
@@ -41,7 +42,8 @@ def _fine(q, dq, t, drive, physics):
     """Ten midpoint steps per sample, with dry friction that holds."""
     h = PERIOD / 10
     for _ in range(10):
-        free = dq + h * (drive - DAMPING * dq - physics.torque(t, q)) / INERTIA
+        drag = DAMPING * dq + physics.cubic * dq**3
+        free = dq + h * (drive - drag - physics.torque(t, q)) / INERTIA
         held = h * physics.dry / INERTIA
         after = 0.0 if abs(free) <= held else free - math.copysign(held, free)
         q, dq = q + h * (dq + after) / 2, after

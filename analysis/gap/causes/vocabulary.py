@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC
+from clie_blocks.analysis.gap.causes.generic import generic_cause
 from clie_blocks.effects import LIBRARY
 from clie_blocks.errors import ClieError
 
@@ -25,8 +26,17 @@ No log tells the two apart, so the answer is the number, under the name ``parame
 """
 SAME_PHYSICS: Mapping[str, str] = {"torque_gain": "torque_gain_error"}
 """Effects of the catalogue that are one effect under two names, and the name that is searched."""
-EFFECT_NAMES = frozenset(
-    {*(cause.name for cause in CAUSES), *FOUND_BY_REPLAY, *STATED_NUMBERS, *SAME_PHYSICS})
+
+
+def searched_causes() -> tuple[Cause, ...]:
+    """Causes that the motion is searched for: of the catalogue, and of registered effects."""
+    return (*CAUSES, *(generic_cause(effect) for effect in LIBRARY.registered.values()))
+
+
+def effect_names() -> frozenset[str]:
+    """Names of all effects that a diagnosis can give."""
+    return frozenset({*(cause.name for cause in CAUSES), *FOUND_BY_REPLAY, *STATED_NUMBERS,
+                      *SAME_PHYSICS, *LIBRARY.registered})
 
 
 def class_of(name: str) -> str:
@@ -45,7 +55,7 @@ def searched_effects() -> tuple[str, ...]:
     They are a part of the catalogue, `clie_blocks.effects.LIBRARY`: the other effects can be
     simulated and drawn, but a diagnosis names none of them.
     """
-    return tuple(sorted(EFFECT_NAMES))
+    return tuple(sorted(effect_names()))
 
 
 def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[Cause, ...]:
@@ -57,11 +67,12 @@ def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[C
         For an effect that is not searched for; says whether the catalogue knows it.
 
     """
+    names = effect_names()
     for name in (*effects, *exclude):
-        if name not in EFFECT_NAMES:
+        if name not in names:
             raise ClieError(_not_searched(name))
     chosen = {class_of(name) for name in effects}
-    return tuple(cause for cause in CAUSES
+    return tuple(cause for cause in searched_causes()
                  if (not effects or cause.name in chosen) and cause.name not in exclude)
 
 
@@ -80,4 +91,4 @@ def _not_searched(name: str) -> str:
 
 def excluded_names(effects: Collection[str], exclude: Collection[str]) -> frozenset[str]:
     """Effects that are not to be named: the excluded ones, and what a choice of effects omits."""
-    return frozenset(exclude) | (EFFECT_NAMES - set(effects) if effects else frozenset())
+    return frozenset(exclude) | (effect_names() - set(effects) if effects else frozenset())

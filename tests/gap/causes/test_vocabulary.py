@@ -6,11 +6,11 @@ import pytest
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.vocabulary import (
-    EFFECT_NAMES,
     FOUND_BY_REPLAY,
     SAME_PHYSICS,
     STATED_NUMBERS,
     class_of,
+    effect_names,
     effects_of_number,
     excluded_names,
     searched_effects,
@@ -60,7 +60,7 @@ def test_a_name_of_a_class_is_searched_as_its_class():
 
 
 def test_an_effect_of_the_catalogue_that_is_not_searched_for_is_not_called_unknown():
-    for name in sorted(set(LIBRARY) - EFFECT_NAMES):
+    for name in sorted(set(LIBRARY) - effect_names()):
         with pytest.raises(ClieError) as caught:
             select_causes([name], ())
         message = str(caught.value)
@@ -83,4 +83,4 @@ def test_a_choice_limits_what_is_searched_for_and_what_may_be_named():
     assert [cause.name for cause in causes] == ["coulomb"]
     assert select_causes((), ()) == CAUSES
     assert excluded_names((), ["spring"]) == {"spring"}
-    assert excluded_names(["coulomb"], ()) == EFFECT_NAMES - {"coulomb"}
+    assert excluded_names(["coulomb"], ()) == effect_names() - {"coulomb"}
