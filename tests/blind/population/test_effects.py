@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.blind.engine.parameters import NEUTRAL
 from clie_blocks.analysis.blind.engine.robot import (
-    NEUTRAL,
     draw_robot,
     draw_truth,
 )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.drive import LaneRandom
+from clie_blocks.analysis.blind.engine.chance import LaneRandom
 
 
 def test_chance_is_the_same_for_copies_of_an_experiment_and_differs_between_experiments():
