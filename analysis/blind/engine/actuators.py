@@ -67,12 +67,12 @@ def _without_input(joint: str, gear: float, parts: list[str]) -> str:
 
 def tendons(robot: DrawnRobot, p: Parameters, lane: int, k: int) -> str:
     """Belt that runs over the joint before, with the rotor at its end; counterbalance spring."""
-    found, r2 = "", true_ratio(robot, p, k) ** 2
-    if p["travel_of_neighbour"][k]:  # q_k = rotor + c q_(k-1), so the rotor turns by the rest
+    found, r2, travel = "", true_ratio(robot, p, k) ** 2, p["travel_of_neighbour"][k]
+    if travel:  # q_k = rotor + travel q_(k-1), so the rotor turns by the rest
         found += (f'<fixed name="t{lane}_{k}" armature="{p["rotor"][k] * r2}" '
                   f'damping="{p["drag"][k] * r2}">'
                   f'<joint joint="a{lane}_{k}" coef="1"/>'
-                  f'<joint joint="a{lane}_{k - 1}" coef="{-p["travel_of_neighbour"][k]}"/></fixed>')
+                  f'<joint joint="a{lane}_{k - 1}" coef="{-travel}"/></fixed>')
     if p["balance"][k]:  # torque amplitude = rate of the spring times both levers
         rate = p["balance"][k] / (ANCHOR * LEVER)
         found += (f'<spatial name="c{lane}_{k}" stiffness="{rate}" '

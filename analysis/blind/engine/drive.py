@@ -121,6 +121,6 @@ class Drive:
 
     def _fall_short(self, now: Moment) -> np.ndarray:
         """Voltage that the turning motor uses up: less torque the faster it goes."""
-        peak, fall = self.p["peak"], self.p["droop"] * now.dq
-        driving = np.where(np.isfinite(peak), peak, np.abs(now.u).max() + 1.0)
-        return np.clip(now.u, -driving * np.clip(1 + fall, 0, 1), driving * np.clip(1 - fall, 0, 1))
+        fall = self.p["droop"] * now.dq
+        least, most = (self.p["peak"] * np.clip(1 + sign * fall, 0, 1) for sign in (1, -1))
+        return np.clip(now.u, -least, most)
