@@ -8,8 +8,8 @@ from clie_blocks.analysis.blind.engine.robot import (
     draw_robot,
     draw_truth,
 )
-from clie_blocks.analysis.blind.population.effect_site import Site
 from clie_blocks.analysis.blind.population.catalogue import CATALOGUE, PARAMETERS
+from clie_blocks.analysis.blind.population.effect_site import Site
 from clie_blocks.analysis.blind.population.effects import STANDARD_NAMES
 from clie_blocks.analysis.blind.scoring.decisions import FAMILY
 from clie_blocks.effects import LIBRARY
