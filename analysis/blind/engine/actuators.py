@@ -66,7 +66,10 @@ def _without_input(joint: str, gear: float, parts: list[str]) -> str:
 
 
 def tendons(robot: DrawnRobot, p: Parameters, lane: int, k: int) -> str:
-    """Belt that runs over the joint before, with the rotor at its end; counterbalance spring."""
+    """Belt that runs over the joint before, with the rotor at its end; counterbalance spring.
+
+    The engine couples inertia along a chain alone, so links side by side can have no such belt.
+    """
     found, r2, travel = "", true_ratio(robot, p, k) ** 2, p["travel_of_neighbour"][k]
     if travel:  # q_k = rotor + travel q_(k-1), so the rotor turns by the rest
         found += (f'<fixed name="t{lane}_{k}" armature="{p["rotor"][k] * r2}" '
