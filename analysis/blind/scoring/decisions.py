@@ -84,7 +84,12 @@ def leads(label: dict[str, Any], answer: Answer) -> bool:
 
 
 def joints_right(label: dict[str, Any], answer: Answer) -> bool:
-    """Whether the joints of the effect decided for are among those that have it."""
+    """Whether the joints of the effect decided for are among those that have it.
+
+    The words that name no effect name no joint either.
+    """
+    if answer.decision in NO_EFFECTS:
+        return True
     true = {joint for one in label["effects"] if one["effect"] == answer.decision
             for joint in one["joints"]}
     named = answer.joints.get(answer.decision, set())

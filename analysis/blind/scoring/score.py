@@ -85,7 +85,8 @@ def _singles(single: list[Row]) -> dict[str, Any]:
         "top_1_mild": rate(is_right(*row) for row in mild),
         "top_3": rate(label["labels"][0] in answer.order[:3] for label, answer in single),
         "family": rate(_family_right(*row) for row in single),
-        "joint": rate(joints_right(*row) for row in right if row[0]["effects"][0]["joints"]),
+        "joint": rate(joints_right(*row) for row in right
+                      if row[0]["effects"][0]["joints"] and row[1].decision not in NO_EFFECTS),
         "effect_and_joint": rate(is_right(*row) and joints_right(*row) for row in single),
         "by_size": _rates_by(single, lambda label: [label["severity"]]),
         "by_robot": _rates_by(single, lambda label: [label["robot"]]),
