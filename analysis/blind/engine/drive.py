@@ -114,10 +114,13 @@ class Drive:
         return np.where(p["jitter"] > 0, self.line.held(age, now.t - self.sent), now.u)
 
     def _commutate(self, now: Moment) -> np.ndarray:
-        """Two windings, of which one gets less current: its sensor reads ``1 + phase_gain``."""
+        """Two windings, of which one gets less current: its sensor reads ``1 + phase_gain``.
+
+        The drive was calibrated as it is, so that its mean torque over a turn is the command.
+        """
         angle = self.p["pole_pairs"] * self.robot.ratio * now.q + self.p["phase"]
-        sine = np.sin(angle) ** 2
-        return now.u * (sine / (1 + self.p["phase_gain"]) + 1 - sine)
+        sine, less = np.sin(angle) ** 2, 1 / (1 + self.p["phase_gain"])
+        return now.u * (sine * less + 1 - sine) / ((less + 1) / 2)
 
     def _fall_short(self, now: Moment) -> np.ndarray:
         """Voltage that the turning motor uses up: less torque the faster it goes."""
