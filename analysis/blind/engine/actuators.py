@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 STEP, COARSE = 5e-4, 1e-3  # s, of the engine: where something is stiff, and elsewhere
 ANCHOR, LEVER = 0.2, 0.06  # m, where a counterbalance holds on to the link before, and to its own
 _OHM = 1e-9  # of a heated motor: small, so that its speed does not brake it
 _EXPANSION = 4e-3  # 1/K, of the resistance of copper
-Parameters = dict[str, np.ndarray]
 
 
 def true_ratio(robot: DrawnRobot, p: Parameters, k: int) -> float:

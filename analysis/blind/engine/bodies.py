@@ -5,11 +5,10 @@ import numpy as np
 from clie_blocks.analysis.blind.engine.actuators import (
     ANCHOR,
     LEVER,
-    Parameters,
     true_ratio,
 )
-from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION
-from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot
+from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, Parameters
+from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot, G
 
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
@@ -110,7 +109,7 @@ def _pendulum(robot: DrawnRobot, p: Parameters, lane: int, k: int) -> str:
     mass, length = p["slosh"][k], p["slosh_length"][k]
     if mass <= 0:
         return ""
-    damping = 2 * _SWING * np.sqrt(9.81 / length) * mass * length**2
+    damping = 2 * _SWING * np.sqrt(G / length) * mass * length**2
     return (f'<body pos="{robot.length[k]} 0 0"><joint name="p{lane}_{k}" type="hinge" '
             f'axis="0 -1 0" damping="{damping}"/>{_inertial(mass, 1e-9, length)}</body>')
 

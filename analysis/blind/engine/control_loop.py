@@ -10,8 +10,8 @@ from clie_blocks.analysis.blind.engine.controller import SampledController, Samp
 from clie_blocks.analysis.blind.engine.disturbances import Disturbances
 from clie_blocks.analysis.blind.engine.drive import Drive
 from clie_blocks.analysis.blind.engine.experiments import Experiment
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
-from clie_blocks.analysis.blind.engine.parameters import NEUTRAL
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import NEUTRAL, Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 from clie_blocks.analysis.blind.engine.variable_gear import VariableGear
 from clie_blocks.analysis.blind.engine.world import build_model
@@ -23,7 +23,7 @@ SPEED_LIMIT = 100.0  # rad/s, beyond which a copy has diverged
 DIVERGED = 1e3  # rad: the position that is reported for such a copy
 
 
-def run(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]],
+def run(robot: DrawnRobot, lanes: Sequence[Parameters],
         experiments: Sequence[Experiment], noises: Sequence[np.ndarray],
         seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
     """Run experiments on copies of a robot, in parallel.
@@ -89,7 +89,7 @@ class _Plant:
     initial: np.ndarray  # angles at rest of all joints of the engine [rad]
 
     def __init__(self, model: "mujoco.MjModel", data: "mujoco.MjData", robot: DrawnRobot,
-                 p: dict[str, np.ndarray], lanes: int) -> None:
+                 p: Parameters, lanes: int) -> None:
         import mujoco
 
         self.engine, self.step, self.model, self.data = mujoco, mujoco.mj_step, model, data

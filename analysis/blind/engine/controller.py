@@ -4,6 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.blind.engine.chance import LaneRandom
 from clie_blocks.analysis.blind.engine.delay_line import DelayLine
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 
@@ -25,7 +26,7 @@ class SampledEncoder:
 
     LOSSES = 6  # times that counts are lost in an experiment
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray], duration: np.ndarray,
+    def __init__(self, robot: DrawnRobot, p: Parameters, duration: np.ndarray,
                  random: LaneRandom) -> None:
         self.shaft, self.phase, self.resolution = robot.shaft, p["phase"], robot.resolution
         self.step = np.maximum(robot.resolution, p["step"])
@@ -112,7 +113,7 @@ class SetPoint:
 
     """
 
-    def __init__(self, period: float, p: dict[str, np.ndarray]) -> None:
+    def __init__(self, period: float, p: Parameters) -> None:
         self.most = period * p["slew"] if np.isfinite(p["slew"]).any() else None
         self.delay = p["reference_delay"] if p["reference_delay"].any() else None
         self.line = DelayLine(p["reference_delay"].max(), period)
@@ -141,7 +142,7 @@ class SampledController:
 
     """
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray]) -> None:
+    def __init__(self, robot: DrawnRobot, p: Parameters) -> None:
         high, low = (p["corner"] * corner for corner in robot.corners)
         coefficients = filter_coefficients(high, low, robot.period, robot.discretisation)
         self.velocity, self.p = SampledFilter(*coefficients), p
@@ -153,6 +154,7 @@ class SampledController:
         self.stale = p["stale"] if p["stale"].any() else None
         self.line = DelayLine(p["stale"].max(), robot.period)
         self.reference = SampledFilter(*coefficients) if p["reference_speed"].any() else None
+        self.lags = bool(p["estimate_lag"].any())
         with np.errstate(divide="ignore"):
             self.follow = 1 - np.exp(-robot.period / p["estimate_lag"])
         self.compensates = p["compensated_weight"].any() or p["compensated_friction"].any()
@@ -190,7 +192,7 @@ class SampledController:
     def _speed(self, q: np.ndarray) -> np.ndarray:
         """Speed that the law uses [rad/s]."""
         speed = self.velocity(q - self.start)
-        if not self.p["estimate_lag"].any():
+        if not self.lags:
             return speed
         self.lagging = self.lagging + self.follow * (speed - self.lagging)
         return self.lagging

@@ -19,11 +19,11 @@ from clie_blocks.analysis.blind.engine.loads import (
 from clie_blocks.analysis.blind.engine.memory_friction import (
     DahlContact,
     DraggingBrake,
-    Moment,
     RestingContact,
     SlippingElements,
 )
-from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 Part = Callable[[Moment], np.ndarray]
@@ -47,7 +47,7 @@ class Disturbances:
 
     """
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray], duration: np.ndarray,
+    def __init__(self, robot: DrawnRobot, p: Parameters, duration: np.ndarray,
                  random: LaneRandom, h: float) -> None:
         self.p, self.ratio, self.fault, self.h = p, robot.ratio, p["fault_share"] * duration, h
         self.random = random

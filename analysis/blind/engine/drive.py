@@ -8,7 +8,8 @@ import numpy as np
 
 from clie_blocks.analysis.blind.engine.chance import LaneRandom, RandomSwitch
 from clie_blocks.analysis.blind.engine.delay_line import DelayLine
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 
@@ -31,7 +32,7 @@ class Drive:
     BURST = 0.03  # s, mean length of a loss
     CONTACT, OPEN = 0.5, 0.015  # s, mean times of a brush that loses its contact
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray], random: LaneRandom) -> None:
+    def __init__(self, robot: DrawnRobot, p: Parameters, random: LaneRandom) -> None:
         self.robot, self.p, self.random = robot, p, random
         self.kept: np.ndarray | float = 0.0
         self.until: np.ndarray | float = -1.0
@@ -54,7 +55,7 @@ class Drive:
         for part in self.parts:
             u = part(t, u)
         self.command, self.sent = u, t
-        if self.p["jitter"].any():
+        if self._slip_clock in self.turning:
             self.line.append(u)
         return u
 

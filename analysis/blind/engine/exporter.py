@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 
-def logged_command(u: np.ndarray, period: float, p: dict[str, np.ndarray]) -> np.ndarray:
+
+def logged_command(u: np.ndarray, period: float, p: Parameters) -> np.ndarray:
     """Command as logged [N m]: older than its row, and scaled.
 
     Parameters

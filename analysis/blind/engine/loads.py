@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.memory_friction import Moment, Parameters
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 _AT, _WEIGHT = (x / 2 for x in np.polynomial.legendre.leggauss(3))

@@ -4,22 +4,11 @@ Contacts that bend return a torque that opposes the motion; contacts that stick 
 dry friction, which the engine holds.  Arrays have shape (lanes, n).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from clie_blocks.analysis.blind.engine.chance import LaneRandom, RandomSwitch
-
-Parameters = dict[str, np.ndarray]
-
-
-class Moment(NamedTuple):
-    """What a torque may depend on: time [s], motion of the motor behind its gear, its torque."""
-
-    t: float
-    q: np.ndarray  # rad
-    dq: np.ndarray  # rad/s
-    u: np.ndarray  # N m, motor side
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 
 
 class DahlContact:

@@ -48,8 +48,9 @@ NEUTRAL = {
 
 DRY_FRICTION = ("level", "slope", "wavy_level", "warm_level", "fault_level", "uneven_level",
                 "rest_rise", "driven_loss", "brake")  # what the engine holds as dry friction
+Parameters = dict[str, np.ndarray]
 
 
-def healthy_parameters(n: int) -> dict[str, np.ndarray]:
+def healthy_parameters(n: int) -> Parameters:
     """Parameters of a healthy robot, by name, each of shape (n,)."""
     return {key: np.full(n, value) for key, value in NEUTRAL.items()}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.memory_friction import Parameters
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 if TYPE_CHECKING:

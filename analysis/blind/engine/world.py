@@ -18,7 +18,7 @@ from clie_blocks.analysis.blind.engine.actuators import (
     tendons,
 )
 from clie_blocks.analysis.blind.engine.bodies import robot_bodies
-from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION
+from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot, G
 from clie_blocks.errors import MissingExtraError
 
@@ -41,14 +41,14 @@ _XML = """<mujoco>
 </mujoco>"""
 
 
-def engine_step(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]]) -> float:
+def engine_step(robot: DrawnRobot, lanes: Sequence[Parameters]) -> float:
     """Step of the engine [s]: fine where a lane has something stiff."""
     stiff = any(np.any(lane[key] > 0) for lane in lanes for key in _STIFF)
     stiff = stiff or any(np.isfinite(lane["hard_stop"]).any() for lane in lanes)
     return STEP if stiff else min(COARSE, robot.period)
 
 
-def build_model(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]]) -> "mujoco.MjModel":
+def build_model(robot: DrawnRobot, lanes: Sequence[Parameters]) -> "mujoco.MjModel":
     """Return a MuJoCo model that holds one copy of a robot per lane.
 
     Joints are called ``a{lane}_{k}``, twists behind the motor ``b{lane}_{k}``, delayed encoders
@@ -87,7 +87,7 @@ def build_model(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]]) -> "m
                         if lane["late"][k] > 0)))
 
 
-def _wall(robot: DrawnRobot, p: dict[str, np.ndarray], lane: int) -> str:
+def _wall(robot: DrawnRobot, p: Parameters, lane: int) -> str:
     """Plane across the path of the tip, at the distance ``wall`` along it."""
     at, along = tip_path(robot)
     x, z = at + p["wall"].max() * along

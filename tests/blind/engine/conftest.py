@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
+from clie_blocks.analysis.blind.engine.moment import Moment
 from clie_blocks.analysis.blind.engine.parameters import healthy_parameters
 
 H = 1e-4  # s

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.blind.engine.drive import Drive
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
+from clie_blocks.analysis.blind.engine.moment import Moment
 
 ONE = np.ones((1, 1))
 

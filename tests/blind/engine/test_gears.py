@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.blind.engine.disturbances import Disturbances
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
+from clie_blocks.analysis.blind.engine.moment import Moment
 from clie_blocks.analysis.blind.engine.variable_gear import motor_per_link
 from clie_blocks.analysis.blind.engine.world import build_model
 

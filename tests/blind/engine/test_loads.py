@@ -14,7 +14,7 @@ from clie_blocks.analysis.blind.engine.loads import (
     Imbalance,
     NeighbourSpring,
 )
-from clie_blocks.analysis.blind.engine.memory_friction import Moment
+from clie_blocks.analysis.blind.engine.moment import Moment
 from clie_blocks.analysis.blind.engine.robot import G
 
 

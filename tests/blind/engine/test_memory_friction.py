@@ -7,10 +7,10 @@ from scipy.optimize import brentq
 from clie_blocks.analysis.blind.engine.memory_friction import (
     DahlContact,
     DraggingBrake,
-    Moment,
     RestingContact,
     SlippingElements,
 )
+from clie_blocks.analysis.blind.engine.moment import Moment
 
 H = 1e-4
 
