@@ -65,19 +65,41 @@ def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
     """Run all seeds, and score them as one study."""
     from clie_blocks.analysis.blind.protocol import study
     from clie_blocks.analysis.blind.protocol.seal import unseal
-    from clie_blocks.analysis.blind.protocol.targets import compare_with_targets
+    from clie_blocks.analysis.blind.protocol.targets import (
+        CATALOGUE_TARGETS,
+        TARGETS,
+        compare_with_targets,
+    )
+    from clie_blocks.analysis.blind.scoring.by_name import score_by_name
+    from clie_blocks.analysis.blind.scoring.classes import read_classes
     from clie_blocks.analysis.blind.scoring.score import score
 
+    trials, population = _trials(options)
+    class_of = read_classes(options.classes)
     folders = study.seed_folders(options.output, options.seed)
     for seed, folder in folders.items():
-        study.make_trials(folder, options.trials, seed, options.jobs)
+        study.make_trials(folder, trials, seed, options.jobs, population)
     diagnoses = {seed: study.diagnose_trials(folder, options.jobs)
                  for seed, folder in folders.items()}
     labels = {seed: unseal(folder) for seed, folder in folders.items()}
-    board = score(study.merge_seeds(diagnoses), study.merge_seeds(labels))
+    merged = study.merge_seeds(diagnoses), study.merge_seeds(labels)
+    board = score(*merged, class_of)
+    if options.catalogue:
+        board["by_name"] = score_by_name(*merged, class_of)
+    targets = CATALOGUE_TARGETS if options.catalogue else TARGETS
     return {"schema_version": 3, "command": _command(options), "seeds": options.seed, **board,
-            "targets": compare_with_targets(board),
+            "targets": compare_with_targets(board, targets),
             **_further_studies(options, folders, diagnoses, labels)}
+
+
+def _trials(options: argparse.Namespace) -> "tuple[int, Population]":
+    """Trials of each seed, and the population that they come from."""
+    from clie_blocks.analysis.blind.population.catalogue import LAP, WHOLE_CATALOGUE
+    from clie_blocks.analysis.blind.population.standard import STANDARD
+
+    if options.catalogue:
+        return options.catalogue * LAP, WHOLE_CATALOGUE
+    return options.trials, STANDARD
 
 
 def _further_studies(options: argparse.Namespace, folders: dict[int, Path],
@@ -131,14 +153,17 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 
 def _command(options: argparse.Namespace) -> str:
-    parts = ["clie blind --imperfect" if options.imperfect else "clie blind",
-             f"--trials {options.trials}", "--seed " + " ".join(map(str, options.seed))]
+    count = (f"--catalogue {options.catalogue}" if options.catalogue
+             else f"--trials {options.trials}")
+    parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
+             "--seed " + " ".join(map(str, options.seed))]
     parts += [f"--{name}" for name in ("baselines", "ablations") if getattr(options, name)]
     parts += [f"--leave-out {options.leave_out}"] if options.leave_out else []
     parts += [f"--subset {options.subset}"] if options.subset else []
     parts += [f"--{name} {getattr(options, name)}" for name in ("controllers", "spatial")
               if getattr(options, name)]
-    parts += [f"--engines {options.engines.name}"] if options.engines else []
+    parts += [f"--{name} {getattr(options, name).name}" for name in ("engines", "classes")
+              if getattr(options, name)]
     return " ".join(parts)
 
 
@@ -149,6 +174,12 @@ def _parser() -> argparse.ArgumentParser:
                         help="instead, standard robots whose logs or robot file are damaged as "
                              "loggers and exporters do, beside the same robots undamaged; goes "
                              "with --trials, --seed and --jobs")
+    parser.add_argument("--catalogue", type=_count, metavar="N",
+                        help="instead, every name of the catalogue N times for each seed, with "
+                             "effects that it does not hold and robots that have none")
+    parser.add_argument("--classes", type=Path, metavar="FILE",
+                        help="JSON object that gives names that no log tells apart one class; by "
+                             "default every name is a class of its own")
     parser.add_argument("--trials", type=_count, default=20, help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1],
                         help="of the trials; several make one study")

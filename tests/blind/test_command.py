@@ -68,6 +68,21 @@ def test_methods_are_compared_on_the_same_trials(free_study, tmp_path, monkeypat
     assert "other methods reach" in (tmp_path / "scoreboard.html").read_text()
 
 
+def test_the_whole_catalogue_is_made_by_laps_and_scored_by_name(free_study, tmp_path):
+    from clie_blocks.analysis.blind.population.catalogue import LAP
+
+    classes = tmp_path / "classes.json"
+    classes.write_text('{"dahl": "presliding"}')
+    main(["--catalogue", "1", "--seed", "4", "--classes", str(classes), "-o", str(tmp_path)])
+    board = json.loads((tmp_path / "scoreboard.json").read_text())
+    assert board["trials"] == LAP
+    assert board["command"] == "clie blind --catalogue 1 --seed 4 --classes classes.json"
+    assert board["by_name"]["none"]["right"]["hits"] == LAP
+    assert {row["key"] for row in board["targets"]} <= {"false_alarm", "set_coverage",
+                                                        "set_size", "ece"}
+    assert "Every name" in (tmp_path / "scoreboard.html").read_text()
+
+
 def test_misdescribed_robots_are_sealed_and_reported(free_study, tmp_path, monkeypatch, capsys):
     command = ["--trials", "2", "--seed", "4", "--controllers", "3", "--spatial", "2",
                "-o", str(tmp_path)]

@@ -5,10 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.chance import LaneRandom
 from clie_blocks.analysis.blind.engine.controller import SampledController, SampledEncoder
-from clie_blocks.analysis.blind.engine.drive import Disturbances, Drive, LaneRandom
+from clie_blocks.analysis.blind.engine.disturbances import Disturbances
+from clie_blocks.analysis.blind.engine.drive import Drive
 from clie_blocks.analysis.blind.engine.experiments import Experiment
-from clie_blocks.analysis.blind.engine.robot import NEUTRAL, DrawnRobot
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import NEUTRAL, Parameters
+from clie_blocks.analysis.blind.engine.robot import DrawnRobot
+from clie_blocks.analysis.blind.engine.variable_gear import VariableGear
 from clie_blocks.analysis.blind.engine.world import build_model
 
 if TYPE_CHECKING:
@@ -18,7 +23,7 @@ SPEED_LIMIT = 100.0  # rad/s, beyond which a copy has diverged
 DIVERGED = 1e3  # rad: the position that is reported for such a copy
 
 
-def run(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]],
+def run(robot: DrawnRobot, lanes: Sequence[Parameters],
         experiments: Sequence[Experiment], noises: Sequence[np.ndarray],
         seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
     """Run experiments on copies of a robot, in parallel.
@@ -49,20 +54,20 @@ def run(robot: DrawnRobot, lanes: Sequence[dict[str, np.ndarray]],
     data = mujoco.MjData(model)
     p = {key: np.array([lane[key] for lane in lanes]) for key in NEUTRAL}
     plant = _Plant(model, data, robot, p, len(lanes))
-    plant.start(np.array([experiment.start for experiment in experiments]))
+    plant.start(np.array([experiment.start for experiment in experiments]) - p["zero"])
     count = max(len(experiment.q_d) for experiment in experiments)
     q_d = _stack([experiment.q_d for experiment in experiments], count)
     pe = _stack([experiment.pe for experiment in experiments], count)
     noise = _stack(noises, count)
     duration = np.array([len(one.q_d) for one in experiments])[:, None] * robot.period
-    encoder, controller = SampledEncoder(robot, p), SampledController(robot, p)
-    drive = Drive(robot, p, LaneRandom((seed, 1), experiments, robot.n))
-    plant.oppose_with(Disturbances(robot, p, duration, LaneRandom((seed, 2), experiments, robot.n),
-                                   plant.h))
+    chance = [LaneRandom((seed, stream), experiments, robot.n) for stream in (1, 2, 3)]
+    encoder = SampledEncoder(robot, p, duration, chance[2])
+    controller, drive = SampledController(robot, p), Drive(robot, p, chance[0])
+    plant.attach(drive, Disturbances(robot, p, duration, chance[1], plant.h))
     measured, commands = np.empty(q_d.shape), np.empty(q_d.shape)
     for i in range(count):
         t = i * robot.period
-        measured[i] = encoder(plant.q(), noise[i])
+        measured[i] = encoder(t, plant.q(), noise[i])
         commands[i] = controller(q_d[i], measured[i], pe[i])
         plant.move(t, drive(t, commands[i]))
     measured[:, plant.diverged] = DIVERGED
@@ -79,11 +84,12 @@ def _stack(parts: Sequence[np.ndarray], count: int) -> np.ndarray:
 class _Plant:
     """The engine, seen as arrays of shape (lanes, n)."""
 
+    drive: Drive
     disturbances: Disturbances
-    initial: np.ndarray  # angles at rest [rad]
+    initial: np.ndarray  # angles at rest of all joints of the engine [rad]
 
     def __init__(self, model: "mujoco.MjModel", data: "mujoco.MjData", robot: DrawnRobot,
-                 p: dict[str, np.ndarray], lanes: int) -> None:
+                 p: Parameters, lanes: int) -> None:
         import mujoco
 
         self.engine, self.step, self.model, self.data = mujoco, mujoco.mj_step, model, data
@@ -97,13 +103,17 @@ class _Plant:
         twists = [order.get(f"b{lane}_{k}") for lane, k in pairs]
         self.twisted = np.array([twist is not None for twist in twists])
         self.twist = np.array([twist for twist in twists if twist is not None], int)
+        self.lane = np.array([int(name[1:].partition("_")[0]) for name in names])
+        self.hanging = np.array([name[0] == "p" for name in names])
         self.delayed = p["late"] > 0
+        self.gear = VariableGear(model, robot, p, self.motor)
         self.diverged = np.zeros(lanes, bool)
 
     def start(self, angles: np.ndarray) -> None:
-        """Put every copy at rest at its start angle."""
-        self.initial = angles
+        """Put every copy at rest at its start angle; a pendulum at its tip hangs down."""
         self.data.qpos[self.motor] = angles.ravel()
+        self.data.qpos[self.hanging] = -np.pi / 2 - angles.sum(axis=1)[self.lane[self.hanging]]
+        self.initial = self.data.qpos.copy()
         self.data.sensordata[:] = angles[self.delayed]
         for j in range(self.model.nsensor):
             count = int(self.model.sensor_history[j, 0])
@@ -111,9 +121,9 @@ class _Plant:
                 self.model, self.data, j, -self.h * np.arange(count, 0, -1.0),
                 np.full((count, 1), angles[self.delayed][j]), 0.0)
 
-    def oppose_with(self, disturbances: Disturbances) -> None:
-        """Set what opposes the motion."""
-        self.disturbances = disturbances
+    def attach(self, drive: Drive, disturbances: Disturbances) -> None:
+        """Set the drives, and what opposes the motion."""
+        self.drive, self.disturbances = drive, disturbances
         self.data.qfrc_applied[self.motor] = -(self.ratio * disturbances.constant).ravel()
 
     def q(self) -> np.ndarray:
@@ -129,34 +139,41 @@ class _Plant:
     def move(self, t: float, u: np.ndarray) -> None:
         """Advance by one sample of the controller under held commands [N m]."""
         self.data.ctrl[:] = u.ravel()
-        if self.disturbances.varies:
+        if self.disturbances.varies or self.drive.turning or self.gear.varies:
             for s in range(self.substeps):
-                self._oppose(t + s * self.h)
+                self._act(t + s * self.h, u)
                 self.step(self.model, self.data)
         else:
             self.step(self.model, self.data, self.substeps)
         if not np.abs(self.data.qvel).max() < SPEED_LIMIT:  # one copy must not spoil the others
             self._hold_diverged()
 
-    def _oppose(self, t: float) -> None:
+    def _act(self, t: float, u: np.ndarray) -> None:
+        """Set all torques as they are at the beginning of a step of the engine."""
         data, disturbances = self.data, self.disturbances
         q, dq = (x[self.motor].reshape(self.shape) for x in (data.qpos, data.qvel))
-        if disturbances.torques:
-            torque = disturbances.torque(t, q, dq)
-            data.qfrc_applied[self.motor] = -(self.ratio * torque).ravel()
+        now = Moment(t, q, dq, u)
+        if self.drive.turning:
+            now = now._replace(u=self.drive.torque(now))
+            data.ctrl[:] = now.u.ravel()
+        turning = self.gear.turn(q, dq) if self.gear.varies else 0.0
+        if disturbances.torques or self.gear.varies:
+            opposing = self.ratio * disturbances.torque(now) + turning
+            data.qfrc_applied[self.motor] = -opposing.ravel()
         if disturbances.rubs:
             load = (data.qfrc_bias - data.qfrc_gravcomp)[self.motor].reshape(self.shape)
-            level = disturbances.level(t, q, dq, load)
+            level = disturbances.level(now, load)
             self.model.dof_frictionloss[self.motor] = (self.ratio * level).ravel()
 
     def _hold_diverged(self) -> None:
         """Hold the copies that have diverged at their start."""
-        dq = self.data.qvel[self.motor].reshape(self.shape)
-        diverged = ~(np.abs(dq) < SPEED_LIMIT).all(axis=1)
-        self.data.qvel[self.motor.reshape(self.shape)[diverged]] = 0.0
-        self.data.qpos[self.motor.reshape(self.shape)[diverged]] = self.initial[diverged]
-        twist = self.twist[np.repeat(diverged, self.shape[1])[self.twisted]]
-        self.data.qvel[twist] = self.data.qpos[twist] = 0.0
+        fast = ~(np.abs(self.data.qvel) < SPEED_LIMIT)
+        fast[self.twist] = False  # a light gear may ring; its motor and link tell
+        diverged = np.zeros(self.shape[0], bool)
+        diverged[self.lane[fast]] = True
+        held = diverged[self.lane]
+        self.data.qvel[held] = 0.0
+        self.data.qpos[held] = self.initial[held]
         self.data.qacc_warmstart[:] = 0.0
         self.data.act[:] = np.nan_to_num(self.data.act, posinf=0.0, neginf=0.0)
         self.diverged |= diverged

@@ -2,11 +2,14 @@
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.chance import LaneRandom
+from clie_blocks.analysis.blind.engine.delay_line import DelayLine
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 
 class SampledEncoder:
-    """What the encoder reports: eccentric, noisy, rounded to its own step and to the log's.
+    """What the encoder reports: off zero, eccentric, noisy, rounded to its own step and the log's.
 
     Parameters
     ----------
@@ -14,18 +17,34 @@ class SampledEncoder:
         As stated.
     p : dict of ndarray, shape (lanes, n)
         True parameters.
+    duration : ndarray, shape (lanes, 1)
+        Length of each experiment [s].
+    random : LaneRandom
+        Source of chance.
 
     """
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray]) -> None:
+    LOSSES = 6  # times that counts are lost in an experiment
+
+    def __init__(self, robot: DrawnRobot, p: Parameters, duration: np.ndarray,
+                 random: LaneRandom) -> None:
         self.shaft, self.phase, self.resolution = robot.shaft, p["phase"], robot.resolution
         self.step = np.maximum(robot.resolution, p["step"])
         self.coarse = bool(np.any(self.step > robot.resolution))
         self.eccentric = p["eccentric"] if p["eccentric"].any() else None
+        self.zero = p["zero"] if p["zero"].any() else None
+        self.lost = p["lost_counts"] if p["lost_counts"].any() else None
+        if self.lost is not None:
+            self.losses = [(duration * random("random"), np.sign(random("standard_normal")))
+                           for _ in range(self.LOSSES)]
 
-    def __call__(self, q: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    def __call__(self, t: float, q: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Angle that the controller reads and the log keeps, shape (lanes, n) [rad]."""
         measured = q + noise
+        if self.zero is not None:
+            measured += self.zero
+        if self.lost is not None:
+            measured += self.lost * sum(sign * (t > at) for at, sign in self.losses)
         if self.eccentric is not None:
             measured += self.eccentric * np.sin(self.shaft * q + self.phase)
         if self.coarse:
@@ -65,6 +84,52 @@ def filter_coefficients(high: np.ndarray, low: np.ndarray, period: float,
                scale * first * second]
 
 
+class SampledFilter:
+    """Second-order filter, at rest before the first sample."""
+
+    def __init__(self, b: list[np.ndarray], a: list[np.ndarray]) -> None:
+        self.b, self.a = b, a
+        self.first: np.ndarray | float = 0.0
+        self.second: np.ndarray | float = 0.0
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Next value."""
+        b, a = self.b, self.a
+        y = b[0] * x + self.first
+        self.first = b[1] * x - a[1] * y + self.second
+        self.second = b[2] * x - a[2] * y
+        return y
+
+
+class SetPoint:
+    """What the law sees of the set-point: late, and no faster than its limiter lets it be.
+
+    Parameters
+    ----------
+    period : float
+        Sample time [s].
+    p : dict of ndarray, shape (lanes, n)
+        True parameters.
+
+    """
+
+    def __init__(self, period: float, p: Parameters) -> None:
+        self.most = period * p["slew"] if np.isfinite(p["slew"]).any() else None
+        self.delay = p["reference_delay"] if p["reference_delay"].any() else None
+        self.line = DelayLine(p["reference_delay"].max(), period)
+        self.now: np.ndarray | None = None
+
+    def __call__(self, q_d: np.ndarray) -> np.ndarray:
+        """Set-point of the law, shape (lanes, n) [rad]."""
+        if self.delay is not None:
+            self.line.append(q_d)
+            q_d = self.line.between(self.delay)
+        if self.most is not None:
+            before = q_d if self.now is None else self.now
+            q_d = self.now = before + np.clip(q_d - before, -self.most, self.most)
+        return q_d
+
+
 class SampledController:
     """PD law with the velocity filter G1, at rest before the first sample.
 
@@ -77,16 +142,26 @@ class SampledController:
 
     """
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray]) -> None:
+    def __init__(self, robot: DrawnRobot, p: Parameters) -> None:
         high, low = (p["corner"] * corner for corner in robot.corners)
-        self.b, self.a = filter_coefficients(high, low, robot.period, robot.discretisation)
-        self.kp, self.kd, self.step = robot.kp * p["kp_factor"], robot.kd, robot.command_step
+        coefficients = filter_coefficients(high, low, robot.period, robot.discretisation)
+        self.velocity, self.p = SampledFilter(*coefficients), p
+        self.kp, self.kd = robot.kp * p["kp_factor"], robot.kd * p["kd_factor"]
+        self.step = robot.command_step
         self.integral = robot.period * p["integral"] if p["integral"].any() else None
         self.behind = p["behind"] > 0 if p["behind"].any() else None
+        self.set_point = SetPoint(robot.period, p)
+        self.stale = p["stale"] if p["stale"].any() else None
+        self.line = DelayLine(p["stale"].max(), robot.period)
+        self.reference = SampledFilter(*coefficients) if p["reference_speed"].any() else None
+        self.lags = bool(p["estimate_lag"].any())
+        with np.errstate(divide="ignore"):
+            self.follow = 1 - np.exp(-robot.period / p["estimate_lag"])
+        self.compensates = p["compensated_weight"].any() or p["compensated_friction"].any()
         self.start: np.ndarray | None = None
+        self.first_q_d: np.ndarray | None = None
         self.previous: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-        self.first: np.ndarray | float = 0.0  # the two states of the velocity filter
-        self.second: np.ndarray | float = 0.0
+        self.lagging: np.ndarray | float = 0.0  # velocity behind its lag [rad/s]
         self.sum: np.ndarray | float = 0.0  # integral part [N m]
 
     def __call__(self, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray) -> np.ndarray:
@@ -96,17 +171,34 @@ class SampledController:
             before = self.previous or now
             q_d, q, pe = (np.where(self.behind, *pair) for pair in zip(before, now))
             self.previous = now
+        q_d = self.set_point(q_d)
+        if self.stale is not None:
+            self.line.append(q)
+            q = self.line.between(self.stale)
         if self.start is None:
-            self.start = q
-        u = self.kp * (q_d - q) - self.kd * self._velocity(q - self.start) + pe
+            self.start, self.first_q_d = q, q_d
+        speed = self._speed(q)
+        u = self.kp * (q_d - q) - self.kd * speed + pe
         if self.integral is not None:
             self.sum = self.sum + self.integral * (q_d - q)
             u += self.sum
+        if self.reference is not None:
+            wanted = self.reference(q_d - self.first_q_d)
+            u += self.p["reference_speed"] * self.kd * wanted
+        if self.compensates:
+            u += self._compensation(q, speed)
         return np.rint(u / self.step) * self.step
 
-    def _velocity(self, x: np.ndarray) -> np.ndarray:
-        b, a = self.b, self.a
-        velocity = b[0] * x + self.first
-        self.first = b[1] * x - a[1] * velocity + self.second
-        self.second = b[2] * x - a[2] * velocity
-        return velocity
+    def _speed(self, q: np.ndarray) -> np.ndarray:
+        """Speed that the law uses [rad/s]."""
+        speed = self.velocity(q - self.start)
+        if not self.lags:
+            return speed
+        self.lagging = self.lagging + self.follow * (speed - self.lagging)
+        return self.lagging
+
+    def _compensation(self, q: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """What the drive adds of its own: a weight at the joint's angle, friction by its speed."""
+        p = self.p
+        return (p["compensated_weight"] * np.cos(q)
+                + p["compensated_friction"] * np.tanh(speed / p["compensated_speed"]))

@@ -1,44 +1,22 @@
-"""What a drive does to a command, and what opposes a joint, where the engine has no such part.
+"""What a drive does to a command before it is a torque, where the engine has no such part.
 
 Each part is a small function of its own and is called only where a lane has it.  Arrays have
 shape (lanes, n).
 """
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.chance import LaneRandom, RandomSwitch
+from clie_blocks.analysis.blind.engine.delay_line import DelayLine
+from clie_blocks.analysis.blind.engine.moment import Moment
+from clie_blocks.analysis.blind.engine.parameters import Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
-from clie_blocks.analysis.blind.engine.world import DRY_FRICTION
-
-
-class LaneRandom:
-    """Random numbers for all lanes: the same on all copies that run the same experiment.
-
-    Parameters
-    ----------
-    seed : sequence of int
-        Of all of them.
-    experiments : sequence
-        Experiment of each lane.
-    n : int
-        Number of joints.
-
-    """
-
-    def __init__(self, seed: Sequence[int], experiments: Sequence[object], n: int) -> None:
-        order = list(dict.fromkeys(map(id, experiments)))
-        self.lane = [order.index(id(experiment)) for experiment in experiments]
-        self.n = n
-        self.sources = [np.random.default_rng([*seed, k]) for k in range(len(order))]
-
-    def __call__(self, kind: str) -> np.ndarray:
-        """Draw of a kind, a method of the generator, shape (lanes, n)."""
-        return np.stack([getattr(source, kind)(self.n) for source in self.sources])[self.lane]
 
 
 class Drive:
     """What becomes of a command before it reaches the motor.
+
+    Some parts act once on each command, others on the torque as the motor turns.
 
     Parameters
     ----------
@@ -52,19 +30,40 @@ class Drive:
     """
 
     BURST = 0.03  # s, mean length of a loss
+    CONTACT, OPEN = 0.5, 0.015  # s, mean times of a brush that loses its contact
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray], random: LaneRandom) -> None:
+    def __init__(self, robot: DrawnRobot, p: Parameters, random: LaneRandom) -> None:
         self.robot, self.p, self.random = robot, p, random
         self.kept: np.ndarray | float = 0.0
         self.until: np.ndarray | float = -1.0
-        parts = ("lost", self._lose_packets), ("dead", self._dead_zone), ("sag", self._sag_supply)
-        self.parts = [part for key, part in parts if np.any(p[key] > 0)]
+        self.last: np.ndarray | None = None
+        self.command: np.ndarray | float = 0.0
+        self.sent, self.line = 0.0, DelayLine(p["jitter"].max(), robot.period)
+        self.opens = RandomSwitch(random, self.CONTACT, self.OPEN, robot.period)
+        parts = {"lost": self._lose_packets, "dead": self._dead_zone, "sag": self._sag_supply,
+                 "hold": self._hold_packets, "quantum": self._quantise,
+                 "source_sag": self._sag_source, "brush": self._lift_brush}
+        turning = {"jitter": self._slip_clock, "phase_gain": self._commutate,
+                   "droop": self._fall_short}
+        self.parts = [part for key, part in parts.items() if np.any(p[key] > 0)]
+        if np.isfinite(p["torque_slew"]).any():
+            self.parts.append(self._slew)
+        self.turning = [part for key, part in turning.items() if np.any(p[key] > 0)]
 
     def __call__(self, t: float, u: np.ndarray) -> np.ndarray:
         """Command that reaches the motor [N m]."""
         for part in self.parts:
             u = part(t, u)
+        self.command, self.sent = u, t
+        if self._slip_clock in self.turning:
+            self.line.append(u)
         return u
+
+    def torque(self, now: Moment) -> np.ndarray:
+        """Torque of the motor between two commands [N m]; ``now.u`` is the command."""
+        for part in self.turning:
+            now = now._replace(u=part(now))
+        return now.u
 
     def _lose_packets(self, t: float, u: np.ndarray) -> np.ndarray:
         fresh = self.random("random") < self.p["lost"] * self.robot.period / self.BURST
@@ -80,80 +79,52 @@ class Drive:
     def _sag_supply(self, t: float, u: np.ndarray) -> np.ndarray:
         return u * (1 - self.p["sag"] * np.sum(np.abs(u) / self.robot.kp, axis=-1, keepdims=True))
 
+    def _sag_source(self, t: float, u: np.ndarray) -> np.ndarray:
+        """Voltage of one source behind a resistance, which the currents of all motors load."""
+        load = np.sum(np.abs(u), axis=-1, keepdims=True) / self.robot.kp.mean()
+        return u * np.maximum(1 - self.p["source_sag"] * load, 0.0)
 
-class Disturbances:
-    """Torques that oppose the motion and the level of dry friction, motor side [N m].
+    def _hold_packets(self, t: float, u: np.ndarray) -> np.ndarray:
+        """Other traffic takes the bus at equal intervals; the drive keeps its last command."""
+        interval = self.p["hold_interval"]
+        since = (t + interval * self.p["phase"] / (2 * np.pi)) % interval
+        first = self.last is None
+        self.last = u if first else np.where(since < self.p["hold"], self.last, u)
+        return self.last
 
-    Parameters
-    ----------
-    robot : DrawnRobot
-        As stated.
-    p : dict of ndarray, shape (lanes, n)
-        True parameters.
-    duration : ndarray, shape (lanes, 1)
-        Length of each experiment [s].
-    random : LaneRandom
-        Source of chance.
-    h : float
-        Step of the engine [s].
+    def _quantise(self, t: float, u: np.ndarray) -> np.ndarray:
+        quantum = self.p["quantum"]
+        return np.where(quantum > 0, np.rint(u / np.where(quantum > 0, quantum, 1)) * quantum, u)
 
-    """
+    def _slew(self, t: float, u: np.ndarray) -> np.ndarray:
+        """Torque that changes by so much per second at most."""
+        most = self.p["torque_slew"] * self.robot.period
+        self.last = u if self.last is None else self.last + np.clip(u - self.last, -most, most)
+        return self.last
 
-    def __init__(self, robot: DrawnRobot, p: dict[str, np.ndarray], duration: np.ndarray,
-                 random: LaneRandom, h: float) -> None:
-        self.p, self.ratio, self.fault, self.h = p, robot.ratio, p["fault_share"] * duration, h
-        self.random = random
-        self.noise: np.ndarray | float = 0.0
-        self.constant = p["offset"] + p["bias"]
-        parts: tuple[tuple[str, Callable[[float, np.ndarray, np.ndarray], np.ndarray]], ...] = (
-            ("tone", self._tone), ("fault_torque", self._step), ("fault_drag", self._step_drag),
-            ("warm_drag", self._warm_up), ("wavy_drag", self._wavy_drag),
-            ("wandering", self._wander), ("stop_stiffness", self._stop),
-            ("random", self._random_torque))
-        self.torques = [part for key, part in parts if np.any(p[key])]
-        self.rubs = any(np.any(p[key] > 0) for key in DRY_FRICTION)
+    def _lift_brush(self, t: float, u: np.ndarray) -> np.ndarray:
+        return u * (1 - self.p["brush"] * self.opens())
 
-    @property
-    def varies(self) -> bool:
-        """Whether there is more than a constant torque."""
-        return bool(self.torques) or self.rubs
+    def _slip_clock(self, now: Moment) -> np.ndarray:
+        """Drive with a clock of its own: its commands are older the further the two have slipped.
 
-    def torque(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        """Sum of all but dry friction [N m, motor side]."""
-        return sum((part(t, q, dq) for part in self.torques), self.constant)
-
-    def level(self, t: float, q: np.ndarray, dq: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """Dry friction [N m, motor side]: Stribeck, load, pose, warming, fault."""
+        The age grows to ``jitter`` and falls back, ``beat`` times a second.
+        """
         p = self.p
-        level = p["level"] * (1 + (p["static"] - 1) * np.exp(-(dq / p["stribeck"]) ** 2))
-        level = level + p["slope"] * np.abs(load) / self.ratio
-        level = level + p["wavy_level"] * np.maximum(np.sin(p["waves"] * q + p["phase"]), 0.0)
-        level = level + p["warm_level"] * (1 - np.exp(-t / p["warm_time"]))
-        return level + p["fault_level"] * (t > self.fault)
+        age = p["jitter"] * ((p["beat"] * now.t + p["phase"] / (2 * np.pi)) % 1.0)
+        return np.where(p["jitter"] > 0, self.line.held(age, now.t - self.sent), now.u)
 
-    def _tone(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["tone"] * np.sin(2 * np.pi * self.p["tone_hz"] * t + self.p["phase"])
+    def _commutate(self, now: Moment) -> np.ndarray:
+        """Two windings, of which one gets less current: its sensor reads ``1 + phase_gain``.
 
-    def _step(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["fault_torque"] * (t > self.fault)
+        The drive was calibrated as it is, so that its mean torque over a turn is the command.
+        """
+        angle = self.p["pole_pairs"] * self.robot.ratio * now.q + self.p["phase"]
+        sine, less = np.sin(angle) ** 2, 1 / (1 + self.p["phase_gain"])
+        return now.u * (sine * less + 1 - sine) / ((less + 1) / 2)
 
-    def _step_drag(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["fault_drag"] * (t > self.fault) * dq
-
-    def _warm_up(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["warm_drag"] * (1 - np.exp(-t / self.p["warm_time"])) * dq
-
-    def _wavy_drag(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["wavy_drag"] * np.sin(self.p["waves"] * q + self.p["phase"]) * dq
-
-    def _wander(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["wandering"] * np.sin(1.9 * t + 2 * np.sin(0.7 * t)) * (q - self.p["rest"])
-
-    def _stop(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        return self.p["stop_stiffness"] * np.maximum(q - self.p["stop"], 0.0)
-
-    def _random_torque(self, t: float, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        rate = 2 * np.pi * 1.0  # corner of 1 Hz
-        kick = np.sqrt(2 * rate * self.h) * self.random("standard_normal")
-        self.noise = self.noise * (1 - rate * self.h) + kick
-        return self.p["random"] * self.noise
+    def _fall_short(self, now: Moment) -> np.ndarray:
+        """Voltage that the turning motor uses up: less torque the faster it goes."""
+        fall = self.p["droop"] * now.dq
+        least, most = (self.p["peak"] * np.clip(1 + sign * fall, 0, 1) for sign in (1, -1))
+        return np.clip(now.u, -least, most)

@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.parameters import healthy_parameters
+
 G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
 DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
@@ -13,29 +15,6 @@ SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
     "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6), "spatial": (3,)}
 LINKS_UNSTATED = ("axes", "spatial")  # links not stated: the datasheet of the drive includes them
-
-NEUTRAL = {
-    # joint
-    "rotor": 0.0, "drag": 0.0, "offset": 0.0,
-    # friction at the motor
-    "level": 0.0, "static": 1.0, "stribeck": 1.0, "bias": 0.0, "quadratic": 0.0, "slope": 0.0,
-    "bristle": 0.0, "bristle_range": 1.0, "wavy_level": 0.0, "wavy_drag": 0.0, "waves": 1.0,
-    "warm_drag": 0.0, "warm_level": 0.0, "warm_time": 1.0,
-    # load
-    "links": 1.0, "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
-    "stop_stiffness": 0.0, "hard_stop": np.inf, "wall": 0.0, "wandering": 0.0,
-    # transmission
-    "twist_stiffness": 0.0, "twist_damping": 0.0, "half_gap": 0.0,
-    # drive
-    "limit": np.inf, "dead": 0.0, "lag": 0.0, "delay": 0.0, "gain": 1.0, "ripple": 0.0,
-    "poles": 1.0, "phase": 0.0, "lost": 0.0, "heating": 0.0, "heating_time": 1.0,
-    "sag": 0.0,
-    # sensor and controller
-    "step": 0.0, "late": 0.0, "eccentric": 0.0, "corner": 1.0, "integral": 0.0, "kp_factor": 1.0,
-    "behind": 0.0,
-    # time
-    "tone": 0.0, "tone_hz": 1.0, "fault_torque": 0.0, "fault_level": 0.0, "fault_drag": 0.0,
-    "fault_share": 0.5, "random": 0.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +87,6 @@ class DrawnRobot:
     def floor(self) -> np.ndarray:
         """RMS of noise and rounding of the measured position, shape (n,) [rad]."""
         return np.sqrt(self.sigma**2 + self.resolution**2 / 12)
-
-
-def healthy_parameters(n: int) -> dict[str, np.ndarray]:
-    """Parameters of a healthy robot, by name, each of shape (n,)."""
-    return {key: np.full(n, value) for key, value in NEUTRAL.items()}
 
 
 def link_inertia(kind: str, length: np.ndarray, mass: np.ndarray, com: np.ndarray,

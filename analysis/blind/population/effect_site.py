@@ -8,6 +8,7 @@ import numpy as np
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 from clie_blocks.analysis.blind.population.maker import Run
 
+SMOOTHED = 0.04  # s, over which a measured speed is averaged
 Change = Callable[[float], dict[str, np.ndarray]]  # size to changed parameters, each of shape (n,)
 
 
@@ -65,6 +66,21 @@ class Site:
     def farthest(self) -> np.ndarray:
         """Largest angle without the effect, shape (n,) [rad]."""
         return np.max([q.max(axis=0) for q, _ in self.runs], axis=0)
+
+    def steepest_envelope(self, peak: np.ndarray) -> np.ndarray:
+        """Droop at which ``peak (1 - droop |dq|)`` touches the command, shape (n,) [s/rad].
+
+        The speed is the mean over `SMOOTHED`, because the measured angle is noisy.
+        """
+        width = round(SMOOTHED / self.robot.period)
+        touched = np.full(self.robot.n, np.inf)
+        for q, u in self.runs:
+            speed = (q[width:] - q[:-width]) / (width * self.robot.period)
+            torque = u[width // 2:][:len(speed)]
+            drives = speed * torque > 0
+            droop = (1 - np.abs(torque) / peak) / np.where(drives, np.abs(speed), np.nan)
+            touched = np.fmin(touched, np.nanmin(np.where(drives, droop, np.inf), axis=0))
+        return touched
 
     def at(self, key: str, value: np.ndarray | float) -> dict[str, np.ndarray]:
         """Parameter ``key`` with a value at the affected joint, else as it was."""

@@ -1,6 +1,7 @@
-"""The hidden effects: what each changes in a robot's true parameters, as a function of its size.
+"""The hidden effects of the standard study: what each changes, as a function of its size.
 
-`EFFECTS` are in the vocabulary of the diagnosis, `OUTSIDERS` are not.  An effect is drawn once
+`EFFECTS` are those that the study calls known, `OUTSIDERS` are not.  Which they are, and their
+order, fixes what its seeds draw; `catalogue` holds all other names.  An effect is drawn once
 and then scaled: at size 1 the motion changes by some tenths of a milliradian to a few
 milliradians.
 """
@@ -11,19 +12,12 @@ from clie_blocks.analysis.blind.engine.robot import G
 from clie_blocks.analysis.blind.population.effect_site import (
     Change,
     Draw,
-    HiddenEffect,
     Site,
     proportional,
     with_unit,
 )
 from clie_blocks.analysis.blind.population.outsiders import OUTSIDERS
-
-
-def draw_effect(rng: np.random.Generator, name: str, site: Site) -> HiddenEffect:
-    """Draw an effect of `EFFECTS` or `OUTSIDERS` at the joint of a site."""
-    draw = {**EFFECTS, **OUTSIDERS}[name]
-    joints = () if name in WHOLE_ROBOT else (site.joint + 1,)
-    return HiddenEffect(name, joints, draw(rng, site))
+from clie_blocks.analysis.blind.population.vocabulary import Needs, Vocabulary
 
 
 def _coulomb(rng: np.random.Generator, site: Site) -> Change:
@@ -146,8 +140,9 @@ EFFECTS: dict[str, Draw] = {
     "periodic_disturbance": _tone, "step_fault": _fault}
 
 WHOLE_ROBOT = ("gravity", "payload", "coupling", "wall")
-# kinds of robot; whether it hangs in gravity; whether its nominal model contains its coupling
-NEEDS: dict[str, tuple[tuple[str, ...], bool | None, bool]] = {
+NEEDS: dict[str, Needs] = {
     "gravity": (("arm", "pendulum"), False, True), "payload": (("arm", "pendulum"), None, True),
     "coupling": (("arm",), False, False), "wall": (("arm", "pendulum"), None, True),
     "load_dependent_friction": (("arm", "pendulum"), True, True)}
+
+STANDARD_NAMES = Vocabulary(EFFECTS, OUTSIDERS, WHOLE_ROBOT, NEEDS)

@@ -1,11 +1,13 @@
 """Trials of the study: robots with hidden effects, none, or parameters outside tolerance."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.blind.engine.control_loop import run
 from clie_blocks.analysis.blind.engine.experiments import Experiment, draw_experiments
+from clie_blocks.analysis.blind.engine.exporter import logged_command
 from clie_blocks.analysis.blind.engine.robot import (
     DrawnRobot,
     draw_robot,
@@ -20,7 +22,7 @@ from clie_blocks.analysis.blind.population.effect_size import (
     relative_prediction_error,
     size_ratio,
 )
-from clie_blocks.analysis.blind.population.effects import EFFECTS, NEEDS, draw_effect
+from clie_blocks.analysis.blind.population.effects import EFFECTS, NEEDS, STANDARD_NAMES
 from clie_blocks.analysis.blind.population.maker import (
     Population,
     RejectedError,
@@ -29,6 +31,7 @@ from clie_blocks.analysis.blind.population.maker import (
     leaves_set_point,
 )
 from clie_blocks.analysis.blind.population.outsiders import OUTSIDERS
+from clie_blocks.analysis.blind.population.vocabulary import Vocabulary
 
 SEVERITY = {"mild": 1.5, "medium": 4.0, "strong": 10.0}
 FIRST, RUNGS, LADDERS = (1 / 8, 8.0), 5, 4  # sizes tried in parallel, and again elsewhere
@@ -37,11 +40,14 @@ OFF_TARGET = 0.25  # relative error of the ratio of a single effect that counts 
 STILL = 0.02  # rad: a joint that moves less has not been excited
 TRACE = 1.1  # relative to the noise floor: what is smaller has no size
 CLIPPED = 0.5  # share of the time at the limit of a drive that nobody would accept
-ABSORBED = {  # effects that a refit absorbs: sizes that its parameters show instead
-    "torque_gain_error": {"mild": 2.0, "medium": 4.0, "strong": 8.0}}
+ABSORBED = ("torque_gain_error", "back_emf", "ratio_error",  # a refit absorbs them,
+            "channel_skew", "sensor_gain")  # and these the motion never shows
+ABSORBED_SIZE = {"mild": 2.0, "medium": 4.0, "strong": 8.0}
 KINDS = (("single",) * 27 + ("pair",) * 5 + ("triple",) * 2 + ("none",) * 4
          + ("parametric",) * 4 + ("unknown",) * 8)
 COUNT = {"pair": 2, "triple": 3}
+Truth = dict[str, np.ndarray]
+Wrong = Callable[[np.random.Generator, DrawnRobot, Truth], Truth]
 ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
 
 
@@ -51,7 +57,8 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
 
 def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str, ...],
                severity: str | None, robot_kind: str | None = None,
-               noise_factor: float = 1.0) -> Trial:
+               noise_factor: float = 1.0, vocabulary: Vocabulary = STANDARD_NAMES,
+               wrong: Wrong | None = None) -> Trial:
     """Draw a robot, give it effects, and log it.
 
     Parameters
@@ -70,6 +77,11 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         Kind of the robot; by default drawn, among those that the effects need.
     noise_factor : float, optional
         Noise of its encoders over what it is drawn with; all else stays the same.
+    vocabulary : Vocabulary, optional
+        What is made under each name.
+    wrong : callable, optional
+        ``wrong(rng, robot, truth)`` are the true parameters of a parametric trial; by default
+        inertia and damping of one joint are beyond their tolerance.
 
     Raises
     ------
@@ -77,16 +89,17 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         If no laboratory would have logged that.
 
     """
-    needs = next((NEEDS[name] for name in names if name in NEEDS), None)
+    needs = next((vocabulary.needs[name] for name in names if name in vocabulary.needs), None)
     robot = draw_robot(rng, robot_kind) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
     truth, experiments = draw_truth(rng, robot), draw_experiments(rng, robot)
     if kind == "parametric":
-        truth = _beyond_tolerance(rng, robot, truth)
+        truth = (wrong or _beyond_tolerance)(rng, robot, truth)
     noises = [robot.sigma * rng.standard_normal(one.q_d.shape) for one in experiments]
     ref = reference(robot, truth, experiments, noises)
-    hidden = [draw_effect(rng, name, Site(robot, truth, ref.runs[:len(FITTED)],
-                                          int(rng.integers(robot.n)))) for name in names]
+    hidden = [vocabulary.draw(rng, name, Site(
+        robot, truth, ref.runs[:len(FITTED)], vocabulary.joint(rng, name, robot.n)))
+        for name in names]
     _check_healthy(experiments, ref.runs, hidden)
     sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, severity, index)
              for one in hidden] if severity else []
@@ -103,7 +116,8 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     if noise_factor != 1.0:
         runs = run(robot, [affected] * len(experiments), experiments,
                    [noise_factor * noise for noise in noises], seed=index)
-    return Trial(restate_links(robot, affected), experiments, runs, label)
+    logs = [(q, logged_command(u, robot.period, affected)) for q, u in runs]
+    return Trial(restate_links(robot, affected), experiments, logs, label)
 
 
 def _check_healthy(experiments: list[Experiment], runs: list[Run],
@@ -144,18 +158,19 @@ def plan(seed: int, index: int) -> tuple[str, tuple[str, ...], str | None]:
     kind = str(kinds[position])
     turn = lap * KINDS.count(kind) + int(np.sum(kinds[:position] == kind))
     if kind == "single":
-        return kind, (str(single[turn % len(single)]),), _severity(turn, len(single), 0)
+        return kind, (str(single[turn % len(single)]),), size_in_turn(turn + turn // len(single))
     if kind == "unknown":
-        return kind, (str(outside[turn % len(outside)]),), _severity(turn, len(outside), 1)
+        return (kind, (str(outside[turn % len(outside)]),),
+                size_in_turn(turn + turn // len(outside), 1))
     if kind in COUNT:
         return kind, _several(np.random.default_rng([seed, 1, turn]), COUNT[kind]), "medium"
     return kind, (), None
 
 
-def _severity(turn: int, lap: int, least: int) -> str:
-    """Sizes in turn, shifted from lap to lap so that every effect meets all of them."""
+def size_in_turn(turn: int, least: int = 0) -> str:
+    """Sizes in turn, from the least that is asked for."""
     sizes = list(SEVERITY)[least:]
-    return sizes[(turn + turn // lap) % len(sizes)]
+    return sizes[turn % len(sizes)]
 
 
 def _several(rng: np.random.Generator, count: int) -> tuple[str, ...]:
@@ -167,8 +182,7 @@ def _several(rng: np.random.Generator, count: int) -> tuple[str, ...]:
             return names
 
 
-def _beyond_tolerance(rng: np.random.Generator, robot: DrawnRobot,
-                      truth: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _beyond_tolerance(rng: np.random.Generator, robot: DrawnRobot, truth: Truth) -> Truth:
     """True parameters beyond the datasheet's tolerance at one joint."""
     k, changed = int(rng.integers(robot.n)), {key: truth[key].copy() for key in ("rotor", "drag")}
     changed["rotor"][k] *= 1 + rng.uniform(0.04, 0.15)
@@ -181,7 +195,7 @@ def _size_for_ratio(robot: DrawnRobot, truth: dict[str, np.ndarray],
                     hidden: HiddenEffect, severity: str, seed: int) -> tuple[float, bool]:
     """Size at which an effect has the wanted ratio to the noise floor, and whether it has."""
     if hidden.name in ABSORBED:
-        return ABSORBED[hidden.name][severity], False
+        return ABSORBED_SIZE[severity], False
     wanted = np.log(SEVERITY[severity] ** 2 - 1) / 2
     best = (-np.inf, 1.0)
     low, high = FIRST

@@ -14,12 +14,36 @@ from clie_blocks.analysis.blind.report.wording import (
     short_rate,
     value_with_interval,
 )
-from clie_blocks.analysis.report.document import Picture, Section, Table
+from clie_blocks.analysis.report.document import (
+    BAD,
+    GOOD,
+    UNSURE,
+    Picture,
+    Section,
+    Table,
+)
 
 
 def further_sections(board: dict[str, Any]) -> tuple[Section, ...]:
     """Sections of those further studies that a scoreboard holds."""
     return tuple(section(board) for key, section in SECTIONS.items() if board.get(key))
+
+
+def _by_name(board: dict[str, Any]) -> Section:
+    rows, marks = [], []
+    for name, row in board["by_name"].items():
+        share = row["right"]
+        rows.append((name, row["class"], row["kind"], f"{share['hits']}/{share['of']}",
+                     f"{row['set_size']:.1f}", ", ".join(
+                         f"{said} {count}" for said, count in row["wrong"].items())))
+        marks.append(GOOD if share["hits"] == share["of"] else
+                     BAD if share["hits"] < share["of"] / 2 else UNSURE)
+    return Section("Every name", (
+        "Names that no log tells apart are one class, and any of them is right where another is "
+        "true. The right answer is the class of an effect, \"parametric\" for a parameter of the "
+        "datasheet and \"unknown\" for what the catalogue does not hold.",), tables=(Table(
+            ("name", "class", "kind", "right", "mean set", "wrong answers"), tuple(rows),
+            marks=tuple(marks)),))
 
 
 def _left_out(board: dict[str, Any]) -> Section:
@@ -134,5 +158,6 @@ def _method_table(rows: list[dict[str, Any]], head: tuple[str, ...],
 
 
 SECTIONS: dict[str, Callable[[dict[str, Any]], Section]] = {
+    "by_name": _by_name,
     "left_out": _left_out, "controllers": _controllers, "spatial": _spatial,
     "engines": _engines, "compared": _comparison}

@@ -14,6 +14,7 @@ HEADLINES = {
     "unknown_detected": "effect outside the library reported as unknown",
     "unknown_called_none": "effect outside the library missed",
     "false_unknown": "known effect or none reported as unknown",
+    "newcomer_named": "effect of the standard study called by another study's name",
     "pair_recall": "effects of pairs found",
     "pair_all_in_top_2": "both effects of a pair ranked first",
     "pair_top_1_is_one": "effect ranked first is one of the pair",

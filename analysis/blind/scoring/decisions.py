@@ -4,12 +4,22 @@ from typing import Any
 
 FAMILIES = {
     "friction": ("coulomb", "stribeck", "asymmetric_coulomb", "quadratic_drag",
-                 "load_dependent_friction", "presliding", "friction_drift"),
-    "load": ("gravity", "payload", "coupling", "spring"),
-    "transmission": ("joint_elasticity", "backlash"),
-    "timing": ("actuator_lag", "time_delay", "velocity_filter_mismatch"),
-    "actuator": ("actuator_saturation", "dead_zone", "torque_ripple", "torque_gain_error"),
-    "sensor": ("encoder_quantization", "encoder_eccentricity"),
+                 "load_dependent_friction", "presliding", "friction_drift", "dahl",
+                 "maxwell_slip", "position_dependent_friction", "rest_time_breakaway",
+                 "directional_efficiency"),
+    "load": ("gravity", "payload", "coupling", "spring", "base_tilt", "counterbalance",
+             "soft_stop", "fluid_drag"),
+    "transmission": ("joint_elasticity", "backlash", "stiffening_elasticity",
+                     "torsional_hysteresis", "kinematic_error", "gear_mesh_ripple",
+                     "coupled_joints", "ratio_error"),
+    "timing": ("actuator_lag", "time_delay", "velocity_filter_mismatch", "setpoint_delay",
+               "in_loop_delay", "tick_jitter", "packet_hold"),
+    "actuator": ("actuator_saturation", "dead_zone", "torque_ripple", "torque_gain_error",
+                 "torque_speed_limit", "commutation_ripple", "back_emf", "supply_sag",
+                 "motor_heating", "torque_quantization", "setpoint_slew"),
+    "controller": ("gain_error", "control_law_form", "hidden_integral", "hidden_compensation"),
+    "sensor": ("encoder_quantization", "encoder_eccentricity", "encoder_offset",
+               "velocity_estimate_lag", "channel_skew", "sensor_gain"),
     "external": ("periodic_disturbance",), "step_fault": ("step_fault",)}
 FAMILY = {name: family for family, names in FAMILIES.items() for name in names}
 NO_EFFECTS = ("none", "unknown", "parametric")  # answers that are no effects
@@ -89,7 +99,12 @@ def leads(label: dict[str, Any], answer: Answer) -> bool:
 
 
 def joints_right(label: dict[str, Any], answer: Answer) -> bool:
-    """Whether the joints of the effect decided for are among those that have it."""
+    """Whether the joints of the effect decided for are among those that have it.
+
+    The words that name no effect name no joint either.
+    """
+    if answer.decision in NO_EFFECTS:
+        return True
     true = {joint for one in label["effects"] if one["effect"] == answer.decision
             for joint in one["joints"]}
     named = answer.joints.get(answer.decision, set())

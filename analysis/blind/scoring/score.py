@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.blind.population.effects import EFFECTS
+from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes, label_as_classes
 from clie_blocks.analysis.blind.scoring.decisions import (
     FAMILY,
     IN_LIBRARY,
+    NO_EFFECTS,
     SEVERAL,
     Answer,
     is_right,
@@ -26,7 +29,8 @@ Label = dict[str, Any]
 Row = tuple[Label, Answer]
 
 
-def score(diagnoses: dict[str, dict[str, Any]], labels: dict[str, Label]) -> dict[str, Any]:
+def score(diagnoses: dict[str, dict[str, Any]], labels: dict[str, Label],
+          class_of: ClassOf = str) -> dict[str, Any]:
     """Score a study.
 
     Parameters
@@ -35,6 +39,9 @@ def score(diagnoses: dict[str, dict[str, Any]], labels: dict[str, Label]) -> dic
         JSON objects of the diagnosis, by trial.
     labels : dict
         Opened labels, by trial.
+    class_of : callable, optional
+        Class of a name: names that no log tells apart have one, and any of them is right where
+        another is true.  By default every name is a class of its own.
 
     Returns
     -------
@@ -42,7 +49,9 @@ def score(diagnoses: dict[str, dict[str, Any]], labels: dict[str, Label]) -> dic
         Rates with Wilson 95 % intervals, confusions, calibration, gap reduction, time.
 
     """
-    trials = [(name, label, Answer(diagnoses[name])) for name, label in sorted(labels.items())]
+    trials = [(name, label_as_classes(label, class_of),
+               Answer(as_classes(diagnoses[name], class_of)))
+              for name, label in sorted(labels.items())]
 
     def of(*kinds: str) -> list[Row]:
         return [(label, answer) for _, label, answer in trials if label["kind"] in kinds]
@@ -51,7 +60,8 @@ def score(diagnoses: dict[str, dict[str, Any]], labels: dict[str, Label]) -> dic
         "trials": len(trials), "kinds": dict(Counter(label["kind"] for label in labels.values())),
         "failed": [name for name, _, answer in trials if answer.failed],
         "all_decisions": rate(is_right(*row) for row in of(*DECIDED)),
-        **_singles(of("single")), **_alarms(of), **_several(of("pair"), "pair", 2),
+        **_singles(of("single")), **_alarms(of),
+        "newcomer_named": _newcomers(of("single"), class_of), **_several(of("pair"), "pair", 2),
         **_several(of("triple"), "triple", 3),
         "set_coverage": rate(_set_covers(*row) for row in of(*DECIDED)),
         "set_coverage_all": rate(_set_covers(*row) for row in of(*DECIDED, *SEVERAL)),
@@ -74,15 +84,29 @@ def _singles(single: list[Row]) -> dict[str, Any]:
         "top_1_medium_strong": rate(is_right(*row) for row in larger),
         "top_1_mild": rate(is_right(*row) for row in mild),
         "top_3": rate(label["labels"][0] in answer.order[:3] for label, answer in single),
-        "family": rate(FAMILY.get(answer.decision) == FAMILY[label["labels"][0]]
-                       for label, answer in single),
-        "joint": rate(joints_right(*row) for row in right if row[0]["effects"][0]["joints"]),
+        "family": rate(_family_right(*row) for row in single),
+        "joint": rate(joints_right(*row) for row in right
+                      if row[0]["effects"][0]["joints"] and row[1].decision not in NO_EFFECTS),
         "effect_and_joint": rate(is_right(*row) and joints_right(*row) for row in single),
         "by_size": _rates_by(single, lambda label: [label["severity"]]),
         "by_robot": _rates_by(single, lambda label: [label["robot"]]),
         "by_gear": _rates_by(single, _gear_class),
         "by_excitation": _rates_by(single, lambda label: label["excitations"][:2]),
-        "by_effect": _rates_by(single, lambda label: label["labels"])}
+        "by_effect": _rates_by(single, lambda label: label["names"])}
+
+
+def _family_right(label: Label, answer: Answer) -> bool:
+    family = FAMILY.get(answer.decision)
+    return is_right(label, answer) or family is not None and family in {
+        FAMILY.get(name) for name in label["names"]}
+
+
+def _newcomers(single: list[Row], class_of: ClassOf) -> dict[str, Any]:
+    """Return how often an effect of the standard study is called by a name that is not in it."""
+    first = {class_of(name) for name in EFFECTS}
+    return rate(not is_right(label, answer) and not answer.failed
+                and answer.decision not in {*first, *NO_EFFECTS}
+                for label, answer in single if label["names"][0] in EFFECTS)
 
 
 def _alarms(of: Callable[..., list[Row]]) -> dict[str, Any]:

@@ -7,7 +7,8 @@ import pytest
 from scipy.signal import cont2discrete, lfilter
 
 from clie_blocks.analysis.blind.engine.controller import SampledController, filter_coefficients
-from clie_blocks.analysis.blind.engine.robot import draw_robot, healthy_parameters
+from clie_blocks.analysis.blind.engine.parameters import healthy_parameters
+from clie_blocks.analysis.blind.engine.robot import draw_robot
 
 
 def _velocity_filter(robot):

@@ -1,0 +1,81 @@
+"""The study of the whole catalogue: what it holds, and that its trials are what they say."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.blind.engine import experiments
+from clie_blocks.analysis.blind.population import standard
+from clie_blocks.analysis.blind.population.catalogue import (
+    CATALOGUE,
+    HEALTHY,
+    LAP,
+    PARAMETERS,
+    WHOLE_CATALOGUE,
+    plan,
+)
+from clie_blocks.analysis.blind.population.maker import make_trial
+
+PLANS_OF_PUBLISHED_SEEDS = "68e2cb17b2bdaf44"
+
+
+def test_a_lap_holds_every_name_once_and_robots_without_any():
+    for lap in range(2):
+        plans = [plan(7, index) for index in range(lap * LAP, (lap + 1) * LAP)]
+        named = {kind: sorted(name for k, name, _ in plans if k == kind)
+                 for kind in ("single", "parametric", "unknown")}
+        assert named == {"single": sorted(CATALOGUE.effects), "parametric": sorted(PARAMETERS),
+                         "unknown": sorted(CATALOGUE.outsiders)}
+        assert sum(kind == "none" for kind, _, _ in plans) == HEALTHY
+
+
+def test_a_name_meets_every_size_in_three_laps_and_in_three_seeds():
+    for runs in ([(7, lap) for lap in range(3)], [(seed, 0) for seed in (7, 8, 9)]):
+        sizes = {}
+        for seed, lap in runs:
+            for index in range(lap * LAP, (lap + 1) * LAP):
+                kind, name, size = plan(seed, index)
+                if kind == "single":
+                    sizes.setdefault(name, set()).add(size)
+        assert all(found == set(standard.SEVERITY) for found in sizes.values())
+
+
+def test_the_plans_of_published_seeds_stay_what_they_were():
+    plans = [standard.plan(seed, index) for seed in range(81, 86) for index in range(100)]
+    digest = hashlib.sha256(repr(plans).encode()).hexdigest()
+    assert digest.startswith(PLANS_OF_PUBLISHED_SEEDS)
+
+
+def trial_of(name, monkeypatch, seed=2101):
+    monkeypatch.setattr(experiments, "DURATIONS", (3.0,))
+    return make_trial(WHOLE_CATALOGUE, seed, next(
+        index for index in range(LAP) if plan(seed, index)[1] == name))
+
+
+def test_a_parametric_trial_says_which_parameter_and_has_no_effect(monkeypatch):
+    label = trial_of("viscous", monkeypatch).label
+    assert label["kind"] == "parametric" and label["labels"] == ["viscous"]
+    assert label["effects"] == [] and label["ratio"] == pytest.approx(1.0)
+
+
+def test_a_log_with_a_skew_disagrees_with_its_own_law_at_one_joint(monkeypatch):
+    made = trial_of("channel_skew", monkeypatch)
+    (joint,) = made.label["effects"][0]["joints"]
+    robot, (q, u) = made.robot, made.runs[0]
+    law = made.experiments[0].pe + robot.kp * (made.experiments[0].q_d - q)
+    rows = np.ceil(made.label["effects"][0]["numbers"]["skew"][joint - 1] / robot.period)
+    errors = [[np.std(u[20:, k] - np.roll(law[:, k], shift)[20:]) for k in range(robot.n)]
+              for shift in (0, int(rows))]
+    assert rows >= 1 and made.label["rescaled"] == ["channel_skew"]
+    assert errors[1][joint - 1] < errors[0][joint - 1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*CATALOGUE.effects, *CATALOGUE.outsiders])
+def test_every_name_reaches_its_size_on_a_robot_that_one_would_log(name, monkeypatch):
+    made = trial_of(name, monkeypatch)
+    assert all(np.isfinite(values).all() for run in made.runs for values in run)
+    assert made.label["labels"] == [name]
+    if name not in standard.ABSORBED:
+        assert made.label["ratio"] == pytest.approx(made.label["target_ratio"], rel=0.3)

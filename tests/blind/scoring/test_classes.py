@@ -1,0 +1,85 @@
+"""Names that no log tells apart: one class, right for any of its members."""
+
+import json
+
+import pytest
+
+from clie_blocks.analysis.blind.protocol.targets import CATALOGUE_TARGETS, compare_with_targets
+from clie_blocks.analysis.blind.scoring.by_name import score_by_name
+from clie_blocks.analysis.blind.scoring.classes import as_classes, read_classes
+from clie_blocks.analysis.blind.scoring.score import score
+from clie_blocks.errors import RecordError
+
+CLASSES = {"dahl": "presliding", "back_emf": "parametric"}
+
+
+def class_of(name):
+    return CLASSES.get(name, name)
+
+
+@pytest.fixture
+def dahl(plain_study):
+    label = plain_study.label("single") | {
+        "labels": ["dahl"], "effects": [{"effect": "dahl", "joints": [1]}]}
+    return {"one": label}
+
+
+def test_a_member_of_the_class_is_right(plain_study, dahl):
+    answers = {"one": plain_study.answer("presliding")}
+    names, classes = score(answers, dahl), score(answers, dahl, class_of)
+    assert names["top_1"]["rate"] == 0 and names["family"]["rate"] == 1
+    assert classes["top_1"]["rate"] == classes["joint"]["rate"] == 1
+    assert classes["by_effect"]["dahl"]["hits"] == 1
+    assert classes["confusion"] == {"presliding": {"presliding": 1}}
+
+
+def test_the_90_percent_set_is_counted_in_classes(plain_study, dahl):
+    both = plain_study.answer("presliding", "dahl", "coulomb")
+    assert score({"one": both}, dahl)["set_size"]["value"] == 3
+    assert score({"one": both}, dahl, class_of)["set_size"]["value"] == 2
+    merged = as_classes(both, class_of)
+    assert merged["effects"][0]["probability"] == pytest.approx(1.8)
+    assert as_classes({"error": "too short"}, class_of) == {"error": "too short"}
+
+
+def test_an_effect_that_only_parameters_show_is_right_as_parametric(plain_study):
+    label = plain_study.label("single") | {
+        "labels": ["back_emf"], "effects": [{"effect": "back_emf", "joints": [2]}]}
+    board = score({"one": plain_study.answer("parametric")}, {"one": label}, class_of)
+    assert board["top_1"]["rate"] == board["top_3"]["rate"] == 1 and board["joint"]["of"] == 0
+
+
+def test_a_known_effect_called_by_a_new_name_is_counted(plain_study):
+    labels = {kind: plain_study.label("single") for kind in ("new", "old", "right")}
+    answers = {"new": plain_study.answer("dahl"), "old": plain_study.answer("stribeck"),
+               "right": plain_study.answer("coulomb")}
+    assert score(answers, labels)["newcomer_named"]["hits"] == 1
+    assert score(answers, labels, class_of)["newcomer_named"]["hits"] == 0  # presliding is old
+
+
+def test_every_name_has_a_row_with_what_it_was_taken_for(plain_study, dahl):
+    labels = dahl | {"two": dahl["one"], "out": plain_study.label("unknown")}
+    answers = {"one": plain_study.answer("presliding"), "two": plain_study.answer("coulomb"),
+               "out": plain_study.answer("spring")}
+    rows = score_by_name(answers, labels, class_of)
+    assert list(rows) == ["dahl", "soft_stop"]
+    assert rows["dahl"]["class"] == "presliding" and rows["dahl"]["right"]["hits"] == 1
+    assert rows["dahl"]["wrong"] == {"coulomb": 1}
+    assert rows["soft_stop"]["class"] == "unknown" and rows["soft_stop"]["right"]["hits"] == 0
+
+
+def test_targets_of_the_catalogue_are_compared_over_classes(plain_study, dahl):
+    board = score({"one": plain_study.answer("presliding")}, dahl, class_of)
+    rows = {row["key"]: row for row in compare_with_targets(board, CATALOGUE_TARGETS)}
+    assert rows["top_1"]["reached"] == "yes" and rows["top_1"]["target"] == 0.90
+
+
+def test_classes_are_read_from_a_file_or_every_name_is_its_own(tmp_path):
+    file = tmp_path / "classes.json"
+    file.write_text(json.dumps(CLASSES))
+    assert read_classes(file)("dahl") == "presliding"
+    assert read_classes(None)("dahl") == read_classes(file)("dahl").replace("presliding", "dahl")
+    for text, message in (("{", "cannot be read"), ('["dahl"]', "one JSON object")):
+        file.write_text(text)
+        with pytest.raises(RecordError, match=message):
+            read_classes(file)
