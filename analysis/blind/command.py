@@ -71,11 +71,10 @@ def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
         compare_with_targets,
     )
     from clie_blocks.analysis.blind.scoring.by_name import score_by_name
-    from clie_blocks.analysis.blind.scoring.classes import read_classes
     from clie_blocks.analysis.blind.scoring.score import score
+    from clie_blocks.analysis.gap.causes.vocabulary import class_of
 
     trials, population = _trials(options)
-    class_of = read_classes(options.classes)
     folders = study.seed_folders(options.output, options.seed)
     for seed, folder in folders.items():
         study.make_trials(folder, trials, seed, options.jobs, population)
@@ -162,8 +161,7 @@ def _command(options: argparse.Namespace) -> str:
     parts += [f"--subset {options.subset}"] if options.subset else []
     parts += [f"--{name} {getattr(options, name)}" for name in ("controllers", "spatial")
               if getattr(options, name)]
-    parts += [f"--{name} {getattr(options, name).name}" for name in ("engines", "classes")
-              if getattr(options, name)]
+    parts += [f"--engines {options.engines.name}"] if options.engines else []
     return " ".join(parts)
 
 
@@ -177,9 +175,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--catalogue", type=_count, metavar="N",
                         help="instead, every name of the catalogue N times for each seed, with "
                              "effects that it does not hold and robots that have none")
-    parser.add_argument("--classes", type=Path, metavar="FILE",
-                        help="JSON object that gives names that no log tells apart one class; by "
-                             "default every name is a class of its own")
     parser.add_argument("--trials", type=_count, default=20, help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1],
                         help="of the trials; several make one study")

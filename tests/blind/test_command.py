@@ -71,12 +71,10 @@ def test_methods_are_compared_on_the_same_trials(free_study, tmp_path, monkeypat
 def test_the_whole_catalogue_is_made_by_laps_and_scored_by_name(free_study, tmp_path):
     from clie_blocks.analysis.blind.population.catalogue import LAP
 
-    classes = tmp_path / "classes.json"
-    classes.write_text('{"dahl": "presliding"}')
-    main(["--catalogue", "1", "--seed", "4", "--classes", str(classes), "-o", str(tmp_path)])
+    main(["--catalogue", "1", "--seed", "4", "-o", str(tmp_path)])
     board = json.loads((tmp_path / "scoreboard.json").read_text())
     assert board["trials"] == LAP
-    assert board["command"] == "clie blind --catalogue 1 --seed 4 --classes classes.json"
+    assert board["command"] == "clie blind --catalogue 1 --seed 4"
     assert board["by_name"]["none"]["right"]["hits"] == LAP
     assert {row["key"] for row in board["targets"]} <= {"false_alarm", "set_coverage",
                                                         "set_size", "ece"}

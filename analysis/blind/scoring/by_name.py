@@ -37,5 +37,5 @@ def _row(rows: list[tuple[dict[str, Any], Answer]]) -> dict[str, Any]:
     wrong = Counter(answer.decision for label, answer in rows if not is_right(label, answer))
     return {"class": first["labels"][0] if first["kind"] == "single" else first["kind"],
             "kind": first["kind"], "right": rate(is_right(*row) for row in rows),
-            "set_size": float(np.mean([len(answer.set_90) for _, answer in rows])),
+            "set_size": float(np.mean([answer.set_size for _, answer in rows])),
             "wrong": dict(wrong.most_common())}

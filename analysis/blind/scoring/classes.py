@@ -1,35 +1,11 @@
 """Names that no log tells apart count as one class: any of them is right where another is true."""
 
-import json
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from clie_blocks.analysis.blind.scoring.decisions import NO_EFFECTS
-from clie_blocks.errors import RecordError
 
 ClassOf = Callable[[str], str]
-
-
-def read_classes(path: Path | None) -> ClassOf:
-    """Return the class of a name as a JSON file gives it; a name that is not in it is its own.
-
-    Raises
-    ------
-    RecordError
-        If the file holds no object from names to classes.
-
-    """
-    if path is None:
-        return str
-    try:
-        classes = json.loads(path.read_text())
-    except (OSError, json.JSONDecodeError) as error:
-        raise RecordError(f"{path} cannot be read as classes: {error}") from None
-    if not isinstance(classes, dict) or not all(isinstance(x, str) for x in classes.values()):
-        raise RecordError(f"{path} must hold one JSON object from names to classes, such as "
-                          '{"back_emf": "viscous", "viscous": "viscous"}')
-    return lambda name: classes.get(name, name)
 
 
 def as_classes(diagnosis: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
@@ -38,7 +14,8 @@ def as_classes(diagnosis: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
     for row in diagnosis.get("effects", []):
         name = _class(row["effect"], class_of)
         before = merged.get(name)
-        merged[name] = {**row, "effect": name} if before is None else {
+        alike = {*map(class_of, row.get("alike", ()))} - {name}
+        merged[name] = {**row, "effect": name, "alike": sorted(alike)} if before is None else {
             **before, "probability": before["probability"] + row["probability"]}
     named = [_class(name, class_of) for name in diagnosis.get("set_90", [])]
     held = {"effects": [*merged.values()], "set_90": [*dict.fromkeys(named)]}

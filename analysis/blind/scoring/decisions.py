@@ -74,6 +74,11 @@ class Answer:
         return first[:count]
 
     @property
+    def set_size(self) -> int:
+        """Answers in the 90 % set: names that the logs do not tell apart are one."""
+        return len({min(self.names(name)) for name in self.set_90})
+
+    @property
     def order(self) -> list[str]:
         """Names in the order in which they are put forward: the decision, then the effects."""
         return [self.decision, *(name for name in self.known if name != self.decision)]
@@ -105,7 +110,7 @@ def joints_right(label: dict[str, Any], answer: Answer) -> bool:
     """
     if answer.decision in NO_EFFECTS:
         return True
-    true = {joint for one in label["effects"] if one["effect"] == answer.decision
+    true = {joint for one in label["effects"] if one["effect"] in answer.names(answer.decision)
             for joint in one["joints"]}
     named = answer.joints.get(answer.decision, set())
     return not true or (bool(named) and named <= true)

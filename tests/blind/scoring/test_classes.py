@@ -1,14 +1,11 @@
 """Names that no log tells apart: one class, right for any of its members."""
 
-import json
-
 import pytest
 
 from clie_blocks.analysis.blind.protocol.targets import CATALOGUE_TARGETS, compare_with_targets
 from clie_blocks.analysis.blind.scoring.by_name import score_by_name
-from clie_blocks.analysis.blind.scoring.classes import as_classes, read_classes
+from clie_blocks.analysis.blind.scoring.classes import as_classes
 from clie_blocks.analysis.blind.scoring.score import score
-from clie_blocks.errors import RecordError
 
 CLASSES = {"dahl": "presliding", "back_emf": "parametric"}
 
@@ -74,12 +71,12 @@ def test_targets_of_the_catalogue_are_compared_over_classes(plain_study, dahl):
     assert rows["top_1"]["reached"] == "yes" and rows["top_1"]["target"] == 0.90
 
 
-def test_classes_are_read_from_a_file_or_every_name_is_its_own(tmp_path):
-    file = tmp_path / "classes.json"
-    file.write_text(json.dumps(CLASSES))
-    assert read_classes(file)("dahl") == "presliding"
-    assert read_classes(None)("dahl") == read_classes(file)("dahl").replace("presliding", "dahl")
-    for text, message in (("{", "cannot be read"), ('["dahl"]', "one JSON object")):
-        file.write_text(text)
-        with pytest.raises(RecordError, match=message):
-            read_classes(file)
+def test_names_that_the_logs_do_not_tell_apart_are_one_answer(plain_study):
+    label = plain_study.label("single") | {
+        "labels": ["gravity"], "effects": [{"effect": "gravity", "joints": [1]}]}
+    said = plain_study.answer("spring", "gravity")
+    for row in said["effects"]:
+        row["alike"] = [{"spring": "gravity", "gravity": "spring"}[row["effect"]]]
+    board = score({"one": said}, {"one": label})
+    assert board["top_1"]["rate"] == board["joint"]["rate"] == 1
+    assert board["set_size"]["value"] == 1
