@@ -159,7 +159,7 @@ def test_an_encoder_error_enters_at_a_port_of_its_own():
 @pytest.mark.slow
 @pytest.mark.parametrize("name, key, value", [
     ("actuator_saturation", "limit", 0.5), ("dead_zone", "width", 0.06),
-    ("actuator_lag", "time", 0.012), ("time_delay", "time", 6e-3),
+    ("actuator_lag", "lag", 0.012), ("time_delay", "delay", 6e-3),
     ("presliding", "reach", 0.02), ("torque_gain_error", "error", 0.15)])
 def test_a_drive_and_bristles_act_in_a_loop_cut_at_the_motor(name, key, value):
     diagnosis = diagnose(Problem.from_loop(cut_loop(), [driven(name, k) for k in range(2)]))
