@@ -86,6 +86,7 @@ def test_an_effect_that_a_loop_does_not_have_is_named(name):
     assert any("out of reach" in decision for decision in answer(diagnosis)["decisions"])
 
 
+@pytest.mark.slow
 def test_one_record_and_a_diagram_of_the_package_do():
     plant = decoupled_joints([DAMPING / INERTIA], [1 / INERTIA], [0.0], name="plant")
     diagnosis = diagnose(Problem.from_loop(joint_loop(plant, [KP], [KD]), logged("spring", 0)))
