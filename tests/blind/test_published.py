@@ -117,5 +117,9 @@ def test_the_readme_shows_the_targets_of_imperfect_logs(imperfect_board):
     wrong = board["wrong_name_on_twins"]["hits"], board["wrong_name"]["hits"]
     assert "intact files {} names of the same robots are wrong, with damaged ones {}".format(
         *wrong) in readme
-    alarms = [row for row in board["rows"] if row["alarm"]]
-    assert len(alarms) == 3 and {row["said"] for row in alarms} == {"torque_gain_error"}
+    far_off = [row for row in board["rows"] if row["wrong"]
+               and row["damage"] in ("wrong_gear_ratio", "wrong_com")]
+    assert len(far_off) == 3 and [row for row in board["rows"] if row["alarm"]] == [
+        row for row in far_off if row["alarm"]]
+    right = board["twin_right"]["hits"], board["right"]["hits"]
+    assert "for {}\nand {} of the 168".format(*right) in readme

@@ -37,6 +37,7 @@ def test_a_dask_cluster_diagnoses(folder):
     assert all(set(told) >= DONE for told in found.values())
 
 
+@pytest.mark.slow
 def test_a_killed_run_continues(folder, tmp_path):
     kept = tmp_path / "kept.parts"
     command = [

@@ -29,6 +29,7 @@ def trial(benchmark, tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_diagnosis_apart_finds_the_fault_and_its_stages_add_up(benchmark, trial):
     found = benchmark.apart(trial)
     assert "coulomb" in found["answer"]

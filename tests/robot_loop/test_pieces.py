@@ -80,7 +80,11 @@ def sampled(effect, period):
     return times + period / 2, np.array(rows)
 
 
-@pytest.mark.parametrize("name", FORMS)
+QUICK = ("coulomb", "spring", "back_emf", "encoder_eccentricity", "actuator_lag")  # one of a kind
+
+
+@pytest.mark.parametrize("name", [
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in FORMS])
 def test_pieces_follow_the_block_as_the_period_shrinks(name):
     effect = LIBRARY[name]
     times, exact = continuous(effect)

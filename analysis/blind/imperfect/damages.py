@@ -114,7 +114,7 @@ _ALL = (
     Damage("dead_position", "one position does not change", DESCRIPTION, in_log.hold("q"),
            r"\bdead|moves by only|does not (move|change)|stands? still|stuck|constant|hangs?\b"),
     Damage("dead_command", "one command does not change", DESCRIPTION, in_log.hold("u"),
-           r"\bdead|does not (move|change)|stuck|constant|always|zero"),
+           r"\bdead|does not (move|change)|never changes|stuck|constant|always|zero"),
     Damage("wrong_kp", "the file states Kp of one joint 25 % off", DESCRIPTION,
            in_file.misstate("controller", "Kp", 1.25), r"\bKp\b", ("controller.Kp",),
            (CONTROLLER,)),

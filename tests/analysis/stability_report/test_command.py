@@ -57,6 +57,7 @@ def test_verdict_of_the_papers_gains_is_good(analysed):
     assert mood == "good" and advice == () and "1.238" in sentence
 
 
+@pytest.mark.slow
 def test_unsafe_gains_exit_with_1_and_say_what_to_change(reused, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(render, "drawings", lambda document: {})
     monkeypatch.setattr(render, "html", lambda document, drawn: "")

@@ -85,6 +85,7 @@ def test_a_short_log_is_judged_by_a_model_that_saw_the_other_one_only(case):
     assert np.mean(unseen[0]) == pytest.approx(alone, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_block_is_judged_by_a_model_that_did_not_see_it(alone):
     _, residuals, nominal = alone
     (unseen,) = unseen_errors(nominal.hypothesis, residuals, [0])

@@ -64,6 +64,7 @@ def test_a_run_that_leaves_the_set_as_it_is_is_not_recommended(undecided):
     assert next_experiment(residuals, fits["coulomb"], twins) is None
 
 
+@pytest.mark.slow
 def test_set_points_are_a_table_of_what_was_simulated(undecided, case, tmp_path):
     *_, advice = undecided
     made = case("none")

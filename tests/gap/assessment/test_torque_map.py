@@ -83,6 +83,7 @@ def test_the_answer_holds_the_table(wavy):
         assert {len(row) for row in curve.values()} == {len(curve["at"])}
 
 
+@pytest.mark.slow
 def test_nothing_left_needs_no_table():
     model, bench = model_of()
     assert torque_map(model, bench) is None

@@ -27,6 +27,7 @@ def test_the_modelling_error_is_what_made_the_prediction_error():
     assert found == pytest.approx(torque, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_theorem_2_gives_a_smaller_radius_to_a_better_model():
     made = draw_cases(1, 6, ["coulomb"], ["single"], duration=12.0)[0]
     problem = Problem.from_logs(made.robot, made.records[:1])

@@ -55,6 +55,7 @@ def logged(name, k):
     return Record(time=TIME, q=states[:, :2] + noise, u=u, qd=q_d, pe=pe, source=f"log-{k + 1}")
 
 
+@pytest.mark.slow
 def test_the_loop_is_replayed_down_to_the_noise():
     log = logged("none", 0)
     problem = Problem.from_loop(arm_loop(), [log])

@@ -133,6 +133,7 @@ def test_other_parameters_of_the_joint_are_parametric(pendulum):
     np.testing.assert_allclose(inertia - simulated, added, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_the_command_reads_both_logs(pendulum, tmp_path, capsys):
     logs = {"robot": pendulum.logs(level=1.6 * pendulum.dry),
             "simulator": pendulum.logs(noisy=False, level=pendulum.dry)}

@@ -154,8 +154,8 @@ def test_so101_has_a_delay_first_then_a_coarse_encoder_and_dry_friction(shared):
     assert diagnosis.verdict == "effect" and names[0] == "time_delay" == stored["set_90"][0]
     assert delay["probability"] > 0.9 and delay["joint"] == [1]
     assert delay["parameters"]["dead_time"]["value"][0] == pytest.approx(0.06, abs=1e-3)
-    (low,), (high,) = delay["parameters"]["time"]["interval"]
-    assert 0.015 < low < delay["parameters"]["time"]["value"][0] < high < 0.03
+    (low,), (high,) = delay["parameters"]["delay"]["interval"]
+    assert 0.015 < low < delay["parameters"]["delay"]["value"][0] < high < 0.03
     error = {name: rms[0] for name, rms in diagnosis.findings[0].left.items()}
     assert error["both"] < 0.5 * min(error[name] for name in ("lag", "setpoint_delay", "coulomb"))
     assert step["parameters"]["step"]["value"][0] == pytest.approx(1.534e-3, rel=0.01)
@@ -212,7 +212,7 @@ def test_dfki_drives_have_a_delay_and_the_joints_dry_friction(shared):
     lag = rows["actuator_lag"]
     assert stored["effects"][0] == lag and lag["joint"] == [2]  # most of joint 1 is something else
     assert 0.5 < lag["probability"] < 0.8 and "torque_gain_error" not in rows
-    low, high = lag["parameters"]["time"]["interval"]
+    low, high = lag["parameters"]["lag"]["interval"]
     assert 0.025 < low[0] < high[0] < 0.045
 
 

@@ -86,6 +86,7 @@ def test_an_effect_that_a_loop_does_not_have_is_named(name):
     assert any("out of reach" in decision for decision in answer(diagnosis)["decisions"])
 
 
+@pytest.mark.slow
 def test_one_record_and_a_diagram_of_the_package_do():
     plant = decoupled_joints([DAMPING / INERTIA], [1 / INERTIA], [0.0], name="plant")
     diagnosis = diagnose(Problem.from_loop(joint_loop(plant, [KP], [KD]), logged("spring", 0)))
@@ -159,7 +160,7 @@ def test_an_encoder_error_enters_at_a_port_of_its_own():
 @pytest.mark.slow
 @pytest.mark.parametrize("name, key, value", [
     ("actuator_saturation", "limit", 0.5), ("dead_zone", "width", 0.06),
-    ("actuator_lag", "time", 0.012), ("time_delay", "time", 6e-3),
+    ("actuator_lag", "lag", 0.012), ("time_delay", "delay", 6e-3),
     ("presliding", "reach", 0.02), ("torque_gain_error", "error", 0.15)])
 def test_a_drive_and_bristles_act_in_a_loop_cut_at_the_motor(name, key, value):
     diagnosis = diagnose(Problem.from_loop(cut_loop(), [driven(name, k) for k in range(2)]))

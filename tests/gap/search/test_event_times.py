@@ -33,6 +33,7 @@ def displaced(right, k, change):
     return key, at.with_values({**at.values, key: moments})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [{0: NEVER}, {1: SET_IN + 0.4}, {0: SET_IN - 0.3, 2: NEVER}])
 def test_an_onset_that_was_missed_is_found_again(diagnosed, change):
     residuals, right, k = diagnosed

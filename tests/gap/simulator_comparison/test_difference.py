@@ -48,6 +48,7 @@ def compare(machine, of_robot):
     return diagnose(Problem.from_logs(robot, logs(**of_robot)).beside(logs(noise=0.5)))
 
 
+@pytest.mark.slow
 def test_a_simulator_with_all_effects_of_the_robot_leaves_no_gap(machine):
     diagnosis = compare(machine, {})
     assert diagnosis.verdict == "none"

@@ -6,6 +6,7 @@ from clie_blocks.analysis.blind.comparison.baselines import BASELINES
 from clie_blocks.analysis.blind.scoring.decisions import Answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(BASELINES))
 def test_every_baseline_finds_plain_dry_friction(own_robot, name):
     problem, causes = own_robot("coulomb")
@@ -16,6 +17,7 @@ def test_every_baseline_finds_plain_dry_friction(own_robot, name):
     assert diagnosis["gap_after"] < 0.5 * diagnosis["gap_before"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["friction menu, closed loop", "simulator parameter fit"])
 def test_a_healthy_robot_has_no_friction_by_simulation(own_robot, name):
     problem, _ = own_robot("none")
