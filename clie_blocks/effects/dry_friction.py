@@ -6,17 +6,12 @@ robot, as an impulse that can stop a joint but never reverse it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from clie_blocks.effects.blocks import Dynamic, Static, filled_in
 from clie_blocks.effects.smoothing import direction
-
-
-def no_friction(*signals: np.ndarray) -> tuple[float, float]:
-    """Limits of a joint without dry friction [N m]."""
-    return 0.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -37,7 +32,7 @@ class DryFriction(Static):
 
     """
 
-    limits: Callable = no_friction
+    limits: Callable = field(kw_only=True)
     rest: Callable | None = None
 
 
@@ -72,8 +67,8 @@ class AgeingFriction(Dynamic):
 
     """
 
-    limits: Callable = no_friction
-    step: Callable = no_friction
+    limits: Callable = field(kw_only=True)
+    step: Callable = field(kw_only=True)
 
 
 def ageing_friction(limits: Callable, rate: Callable, step: Callable, inputs: tuple[str, ...],

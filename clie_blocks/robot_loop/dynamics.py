@@ -117,10 +117,7 @@ class State:
 def measured_position(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
                       ) -> tuple[np.ndarray, Memory]:
     """Position as the controller sees it [rad], and the memory of its pieces one sample later."""
-    q, after = s.q, {}
-    for name, piece in _at(pieces, "sensor"):
-        q, after[name] = piece.act(dataclasses.replace(s, q=q), memory[name], p[name])
-    return q, after
+    return _passed_on("q", s, memory, _at(pieces, "sensor"), p)
 
 
 def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence[np.ndarray],
@@ -137,10 +134,17 @@ def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence
 def delivered_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
                      ) -> tuple[np.ndarray, Memory]:
     """Torque that leaves the drive, and the memory of its pieces one sample later."""
-    u, after = s.u, {}
-    for name, piece in _at(pieces, "drive"):
-        u, after[name] = piece.act(dataclasses.replace(s, u=u), memory[name], p[name])
-    return u, after
+    return _passed_on("u", s, memory, _at(pieces, "drive"), p)
+
+
+def _passed_on(signal: str, s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
+               ) -> tuple[np.ndarray, Memory]:
+    """A signal after some pieces, each of which reads what those before it made of it."""
+    after: Memory = {}
+    for name, piece in pieces:
+        value, after[name] = piece.act(s, memory[name], p[name])
+        s = dataclasses.replace(s, **{signal: value})
+    return getattr(s, signal), after
 
 
 def opposing_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,

@@ -1,5 +1,6 @@
 """The sampled robot against its continuous diagram, closed forms, and another engine."""
 
+import control as ct
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -109,3 +110,15 @@ def test_wrong_numbers_and_effects_without_a_form_are_refused():
     with pytest.raises(DiagramError, match="hidden_integral: it enters at the controller"):
         robot_loop([1.0], [0.1], [5.0], [1.0], 1e-3,
                    effects=[LIBRARY["hidden_integral"](ki=1.0)])
+
+
+def test_it_is_linearised_like_any_block():
+    spring = LIBRARY["spring"](stiffness=1.5, hardening=0.0)
+    block = robot_loop([2.0], [0.3], [40.0], [8.0], 1e-2, effects=[spring])
+    linear = ct.linearize(block, np.zeros(block.nstates), np.zeros(block.ninputs))
+    t = 1e-2 * np.arange(300)
+    u = np.stack([np.sin(3.0 * t), np.full(t.size, 0.5), np.zeros(t.size)])
+    whole, small = (ct.input_output_response(one, t, u).outputs for one in (block, linear))
+    size = np.max(np.abs(whole), axis=1, keepdims=True)
+    np.testing.assert_allclose(small / size, whole / size, atol=1e-6)
+    assert np.all(size > 0.5)
