@@ -38,5 +38,5 @@ POSITION_DEPENDENT_FRICTION = Effect(
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none", "simscape": "none"},
     wrong="One sine; measured maps have several. " + CREEP,
-    passive=True, symmetry="odd", stiff=True, curve=("q", 3.2),
+    passive=True, symmetry="none", stiff=True, curve=("q", 3.2),
 )

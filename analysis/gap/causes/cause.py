@@ -109,6 +109,8 @@ class Cause:
         Name of the simpler cause that it is when some parameters are zero, and these.
     even : tuple of str
         Name of the simpler cause that it is when two parameters are equal, and these.
+    at_first_joint : str
+        Name of the simpler cause that it is when it acts at the first joint only.
     held : dict of str to float
         Parameters of its effect that keep a value of their own.
     of_effect : callable or None
@@ -126,6 +128,7 @@ class Cause:
     needs_links: bool = False
     without: tuple[str, ...] = ()
     even: tuple[str, ...] = ()
+    at_first_joint: str = ""
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
     of_effect: Callable[[Problem, Values], dict[str, np.ndarray]] | None = None
 

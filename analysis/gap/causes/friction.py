@@ -38,7 +38,8 @@ QUADRATIC_DRAG = cause_of(
 FLUID_DRAG = cause_of(
     LIBRARY["fluid_drag"], ("drag",),
     lambda scene: [Probe({"drag": scene.small_torque() * scene.problem.gear_ratio
-                          / scene.speed**2}, ("drag",))])
+                          / scene.speed**2}, ("drag",))],
+    at_first_joint="quadratic_drag")
 
 
 def _load_probes(scene: Scene) -> list[Probe]:

@@ -72,6 +72,8 @@ def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
         whether a log begins in motion.
 
     """
+    if not late:
+        return problem
     law, at, rows = problem.stated_law, list(late), list(late.values())
 
     def replayed(log: Log) -> Log:
@@ -84,4 +86,4 @@ def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
         u[0, at] = of_law[0, at]
         return dataclasses.replace(moving, u=u)
 
-    return problem.with_logs(replayed) if late else problem
+    return problem.with_logs(replayed)

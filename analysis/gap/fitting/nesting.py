@@ -22,7 +22,9 @@ def repeats_simulator(fit: Fit, method: Method) -> bool:
 
 
 def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
-    """Name of the cause, or of the simpler one that it is where a parameter is next to zero."""
+    """Name of the cause, or of the simpler one that it is there or with a parameter near zero."""
+    if member.cause.at_first_joint and member.joints == (0,):
+        return member.cause.at_first_joint
     if not member.cause.without:
         return member.cause.name
     simpler, *parameters = member.cause.without

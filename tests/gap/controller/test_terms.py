@@ -82,4 +82,5 @@ def test_what_a_drive_does_cannot_show_in_a_measured_torque(healthy):
     lost = {cause.name for cause in CAUSES
             if healthy.law.reaches(cause) and not measured.reaches(cause)}
     assert lost == {"dead_zone", "actuator_saturation", "actuator_lag", "time_delay",
-                    "torque_gain_error"}
+                    "torque_gain_error", "torque_speed_limit", "supply_sag", "motor_heating",
+                    "commutation_ripple"}
