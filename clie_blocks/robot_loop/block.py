@@ -36,7 +36,10 @@ PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
 @dataclasses.dataclass(frozen=True)
 class Structure:
-    """What of a robot decides the program: everything but its parameters."""
+    """What of a robot decides the program: everything but its parameters.
+
+    An encoder on the motor sees the motor where motor and link move apart.
+    """
 
     n: int
     period: float
@@ -44,6 +47,7 @@ class Structure:
     has_gravity: bool
     has_coupling: bool
     clipped: bool
+    encoder_on_motor: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -144,7 +148,7 @@ class LoopBlock:
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, chain = self._unpack(x, params)
-        now = self._now(t, memory, p, chain)
+        now = self._at_encoder(self._now(t, memory, p, chain), memory)
         q, _ = measured_position(now, memory, self.pieces, p)
         command, _ = self._command(now, q, u, memory, p)
         return np.concatenate((q, command, memory["sum"][0]))
@@ -153,6 +157,13 @@ class LoopBlock:
         """Motion at a sample, before there is a command."""
         (q,), (dq,) = memory["q"], memory["dq"]
         return State(q, dq, np.zeros(self.shape.n), t, self.shape.period, chain, p["ratio"])
+
+    def _at_encoder(self, now: State, memory: Memory) -> State:
+        """Motion of the shaft that carries the encoder."""
+        if not (self.shape.encoder_on_motor and self.moves_apart):
+            return now
+        (q_motor,), (dq_motor,) = memory["q_motor"], memory["dq_motor"]
+        return dataclasses.replace(now, q=q_motor, dq=dq_motor)
 
     def _command(self, now: State, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
                  ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
@@ -168,8 +179,9 @@ class LoopBlock:
         """State one period later: measure, command, hold, move."""
         memory, p, chain = self._unpack(x, params)
         now = self._now(t, memory, p, chain)
-        q, of_sensor = measured_position(now, memory, self.pieces, p)
-        command, of_law = self._command(now, q, u, memory, p)
+        seen = self._at_encoder(now, memory)
+        q, of_sensor = measured_position(seen, memory, self.pieces, p)
+        command, of_law = self._command(seen, q, u, memory, p)
         torque, of_drive = delivered_torque(
             dataclasses.replace(now, u=command), memory, self.pieces, p)
         move = move_apart if self.moves_apart else move_as_one

@@ -25,7 +25,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
                period: float, *, load: ArrayLike = 0.0, start: ArrayLike = 0.0,
                saturation: ArrayLike = UNLIMITED, gear_ratio: ArrayLike = 1.0,
                velocity_filter: tuple[ArrayLike, ArrayLike] | None = None,
-               links: PlanarChain | None = None, effects: Iterable[Setting] = (),
+               links: PlanarChain | None = None, encoder_on_motor: bool = False,
+               effects: Iterable[Setting] = (),
                name: str = "robot") -> NonlinearIOSystem:
     """Sampled loop ``inertia ddq + damping dq + load = kp (q_d - q) - kd v + pe`` with effects.
 
@@ -55,6 +56,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         default the difference of two samples.
     links : PlanarChain, optional
         Links that weigh or push each other.
+    encoder_on_motor : bool
+        The encoder sits on the motor, before a soft or loose gear; by default behind it.
     effects : list of Setting
         Effects with their parameters.
     name : str
@@ -90,7 +93,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     values |= {f"{label}.{key}": value * np.ones(n) for label, setting in chosen.items()
                for key, value in setting.vectors(n).items()}
     shape = Structure(n, period, chain.known, chain.has_gravity, chain.has_coupling,
-                      clipped=bool(np.any(values["saturation"] < UNLIMITED)))
+                      bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor)
     pieces = [(label, piece) for label, setting in chosen.items()
               for piece in pieces_of(setting.effect, [p.name for p in setting.effect.parameters])]
     names = {label: tuple(p.name for p in setting.effect.parameters)

@@ -103,6 +103,7 @@ class _Plant:
         twists = [order.get(f"b{lane}_{k}") for lane, k in pairs]
         self.twisted = np.array([twist is not None for twist in twists])
         self.twist = np.array([twist for twist in twists if twist is not None], int)
+        self.sees_links = not robot.encoder_on_motor
         self.lane = np.array([int(name[1:].partition("_")[0]) for name in names])
         self.hanging = np.array([name[0] == "p" for name in names])
         self.delayed = p["late"] > 0
@@ -127,9 +128,9 @@ class _Plant:
         self.data.qfrc_applied[self.motor] = -(self.ratio * disturbances.constant).ravel()
 
     def q(self) -> np.ndarray:
-        """Joint angles behind the gears [rad]."""
+        """Joint angles at the encoders [rad], behind the gears or on the motors."""
         q = self.data.qpos[self.motor]
-        if len(self.twist):
+        if len(self.twist) and self.sees_links:
             q[self.twisted] += self.data.qpos[self.twist]
         q = q.reshape(self.shape)
         if self.delayed.any():

@@ -88,8 +88,7 @@ class Drive:
         """Other traffic takes the bus at equal intervals; the drive keeps its last command."""
         interval = self.p["hold_interval"]
         since = (t + interval * self.p["phase"] / (2 * np.pi)) % interval
-        first = self.last is None
-        self.last = u if first else np.where(since < self.p["hold"], self.last, u)
+        self.last = u if self.last is None else np.where(since < self.p["hold"], self.last, u)
         return self.last
 
     def _quantise(self, t: float, u: np.ndarray) -> np.ndarray:

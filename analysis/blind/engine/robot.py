@@ -48,6 +48,8 @@ class DrawnRobot:
         Rounding of the command [N m] and of the position [rad]; sensor noise [rad].
     shaft : float
         Turns of the encoder's shaft per joint turn.
+    encoder_on_motor : bool
+        The encoder sees the motor, before a soft or loose gear.
 
     """
 
@@ -72,6 +74,7 @@ class DrawnRobot:
     resolution: np.ndarray
     sigma: np.ndarray
     shaft: float
+    encoder_on_motor: bool = False
 
     @property
     def n(self) -> int:

@@ -33,7 +33,8 @@ CATALOGUE = Vocabulary(
            "coupled_joints": _CHAIN, "wall": _CHAIN, "neighbour_spring": _CHAIN,
            "magnetic_detent": _CHAIN, "sloshing_payload": _CARRYING,
            "bending_link": _LEVEL_CHAIN, "soft_mount": _LEVEL_CHAIN},
-    first_joint=dict.fromkeys(("coupled_joints", "neighbour_spring", "magnetic_detent"), 1))
+    first_joint=dict.fromkeys(("coupled_joints", "neighbour_spring", "magnetic_detent"), 1),
+    motor_encoders=1 / 3, joint_encoders=("kinematic_error", "ratio_error", "coupled_joints"))
 
 Truth = dict[str, np.ndarray]
 Parameter = tuple[str, Callable[[np.random.Generator, DrawnRobot], tuple[float, float]]]

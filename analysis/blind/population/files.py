@@ -46,6 +46,7 @@ def robot_text(robot: DrawnRobot, experiments: Sequence[Experiment]) -> str:
         kp=_list(robot.kp), kd=_list(robot.kd), high=robot.corners[0], low=robot.corners[1],
         discretisation=robot.discretisation,
         period=robot.period, step=_list(robot.command_step), shaft=robot.shaft,
+        mounting="motor side" if robot.encoder_on_motor else "joint side",
         resolution=f"{robot.resolution[0]:.10g}"))
     parts += [_EXPERIMENT.format(
         j=j + 1, excitation=one.excitation, start=_list(one.start), pose=_list(robot.pose),
@@ -93,7 +94,7 @@ hold = "zero-order"        # the command acts from its own sample instant on
 command_resolution_nm = {step}
 
 [encoder]
-mounting = "joint side"
+mounting = "{mounting}"
 shaft_ratio = {shaft}
 resolution_rad = {resolution}
 """

@@ -92,6 +92,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     needs = next((vocabulary.needs[name] for name in names if name in vocabulary.needs), None)
     robot = draw_robot(rng, robot_kind) if needs is None else draw_robot(
         rng, str(rng.choice(needs[0])), *needs[1:])
+    robot = vocabulary.mount_encoder(rng, robot, names)
     truth, experiments = draw_truth(rng, robot), draw_experiments(rng, robot)
     if kind == "parametric":
         truth = (wrong or _beyond_tolerance)(rng, robot, truth)

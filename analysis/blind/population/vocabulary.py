@@ -1,16 +1,17 @@
 """The names of a study: what is made under each, and what kind of robot can have it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import dataclasses
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 from clie_blocks.analysis.blind.population.effect_site import Draw, HiddenEffect, Site
 
 Needs = tuple[tuple[str, ...], bool | None, bool]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Vocabulary:
     """Names of a study.
 
@@ -27,6 +28,10 @@ class Vocabulary:
         its coupling.
     first_joint : mapping
         By name: first joint that can have it, counted from 0.
+    motor_encoders : float
+        Share of the robots whose encoders sit on their motors.
+    joint_encoders : tuple of str
+        Names that only an encoder behind the gear can show.
 
     """
 
@@ -34,11 +39,21 @@ class Vocabulary:
     outsiders: Mapping[str, Draw]
     whole_robot: tuple[str, ...]
     needs: Mapping[str, Needs]
-    first_joint: Mapping[str, int] = field(default_factory=dict)
+    first_joint: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    motor_encoders: float = 0.0
+    joint_encoders: tuple[str, ...] = ()
 
     def joint(self, rng: np.random.Generator, name: str, n: int) -> int:
         """Draw the joint of an effect, counted from 0."""
         return int(rng.integers(self.first_joint.get(name, 0), n))
+
+    def mount_encoder(self, rng: np.random.Generator, robot: DrawnRobot, names: Collection[str],
+                      ) -> DrawnRobot:
+        """Robot with its encoders on the motors, if chance and its effects let them be there."""
+        if not self.motor_encoders or set(names) & set(self.joint_encoders):
+            return robot
+        on_motor = bool(rng.random() < self.motor_encoders)
+        return dataclasses.replace(robot, encoder_on_motor=on_motor)
 
     def draw(self, rng: np.random.Generator, name: str, site: Site) -> HiddenEffect:
         """Draw an effect at the joint of a site."""

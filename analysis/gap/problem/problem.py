@@ -219,6 +219,11 @@ class Problem:
         return self.law.period
 
     @property
+    def encoder_on_motor(self) -> bool:
+        """Whether the encoder sits before the gear, where it sees the motor and not the link."""
+        return self.robot is not None and self.robot.encoder.mounting == "motor side"
+
+    @property
     def stated_law(self) -> StatedLaw:
         """The law that a robot file states, for stages that replay or change it."""
         if not isinstance(self.law, StatedLaw):

@@ -32,7 +32,8 @@ def structure(problem: Problem) -> Structure:
     """Return the structure of a problem."""
     chain, law = problem.chain, problem.law
     return Structure(problem.n, problem.period, chain.known, chain.has_gravity,
-                     chain.has_coupling, bool(np.isfinite(law.saturation).all()))
+                     chain.has_coupling, bool(np.isfinite(law.saturation).all()),
+                     problem.encoder_on_motor)
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:

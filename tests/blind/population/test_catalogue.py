@@ -1,11 +1,15 @@
 """The study of the whole catalogue: what it holds, and that its trials are what they say."""
 
+import dataclasses
 import hashlib
 
 import numpy as np
 import pytest
 
 from clie_blocks.analysis.blind.engine import experiments
+from clie_blocks.analysis.blind.engine.control_loop import run
+from clie_blocks.analysis.blind.engine.parameters import healthy_parameters
+from clie_blocks.analysis.blind.engine.robot import draw_robot
 from clie_blocks.analysis.blind.population import standard
 from clie_blocks.analysis.blind.population.catalogue import (
     CATALOGUE,
@@ -15,6 +19,7 @@ from clie_blocks.analysis.blind.population.catalogue import (
     WHOLE_CATALOGUE,
     plan,
 )
+from clie_blocks.analysis.blind.population.files import robot_text
 from clie_blocks.analysis.blind.population.maker import make_trial
 
 PLANS_OF_PUBLISHED_SEEDS = "68e2cb17b2bdaf44"
@@ -79,3 +84,22 @@ def test_every_name_reaches_its_size_on_a_robot_that_one_would_log(name, monkeyp
     assert made.label["labels"] == [name]
     if name not in standard.ABSORBED:
         assert made.label["ratio"] == pytest.approx(made.label["target_ratio"], rel=0.3)
+
+
+def test_encoders_on_motors_see_a_soft_gear_from_its_other_side(monkeypatch, tmp_path):
+    """The same robot with its encoders behind the gear logs another motion; the file says which."""
+    monkeypatch.setattr(experiments, "DURATIONS", (3.0,))
+    logs = {}
+    for share, side in ((0.0, "joint side"), (1.0, "motor side")):
+        names = dataclasses.replace(CATALOGUE, motor_encoders=share)
+        robot = names.mount_encoder(np.random.default_rng(1), draw_robot(
+            np.random.default_rng(2), "pendulum"), ("joint_elasticity",))
+        assert f'mounting = "{side}"' in robot_text(robot, [])
+        truth = {**healthy_parameters(1), "rotor": robot.rotor, "drag": robot.drag,
+                 "twist_stiffness": np.array([400.0]), "twist_damping": np.array([0.5])}
+        rng = np.random.default_rng(3)
+        wanted = experiments.draw_experiments(rng, robot)[:1]
+        (logs[side], _), = run(robot, [truth], wanted, [0 * wanted[0].q_d], seed=1)
+    assert 1e-5 < np.abs(logs["joint side"] - logs["motor side"]).max() < 0.1
+    kept = CATALOGUE.mount_encoder(np.random.default_rng(1), robot, ("kinematic_error",))
+    assert kept is robot
