@@ -19,8 +19,10 @@ from clie_blocks.analysis.blind.population.catalogue import (
     WHOLE_CATALOGUE,
     plan,
 )
-from clie_blocks.analysis.blind.population.files import robot_text
+from clie_blocks.analysis.blind.population.files import robot_text, write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.records import read_record, read_robot
 
 PLANS_OF_PUBLISHED_SEEDS = "68e2cb17b2bdaf44"
 
@@ -64,17 +66,19 @@ def test_a_parametric_trial_says_which_parameter_and_has_no_effect(monkeypatch):
     assert label["effects"] == [] and label["ratio"] == pytest.approx(1.0)
 
 
-def test_a_log_with_a_skew_disagrees_with_its_own_law_at_one_joint(monkeypatch):
+def test_a_log_with_a_skew_shows_the_command_of_earlier_rows_at_one_joint(monkeypatch, tmp_path):
     made = trial_of("channel_skew", monkeypatch)
-    (joint,) = made.label["effects"][0]["joints"]
-    robot, (q, u) = made.robot, made.runs[0]
-    speed = np.gradient(q, robot.period, axis=0)
-    law = made.experiments[0].pe + robot.kp * (made.experiments[0].q_d - q) - robot.kd * speed
-    rows = np.ceil(made.label["effects"][0]["numbers"]["skew"][joint - 1] / robot.period)
-    errors = [[np.std(u[20:, k] - np.roll(law[:, k], shift)[20:]) for k in range(robot.n)]
-              for shift in (0, int(rows))]
-    assert rows >= 1 and made.label["rescaled"] == ["channel_skew"]
-    assert errors[1][joint - 1] < errors[0][joint - 1]
+    write_trial(made, tmp_path)
+    robot = read_robot(tmp_path / "robot.toml")
+    problem = Problem.from_logs(robot, [read_record(tmp_path / "log-1.csv.gz", robot)],
+                                trust_logs=True)
+    (joint,), (log,) = made.label["effects"][0]["joints"], problem.fit
+    late = np.ceil(np.divide(made.label["effects"][0]["numbers"]["skew"], problem.period) - 1e-9)
+    command = problem.stated_law.replay(log.q, log.q_d, log.pe)
+    for k, rows in enumerate(late.astype(int)):
+        assert (rows >= 1) == (k == joint - 1)
+        difference = log.u[200:, k] - np.roll(command[:, k], rows)[200:]
+        assert np.abs(difference).max() < 2 * made.robot.command_step[k]
 
 
 @pytest.mark.slow
