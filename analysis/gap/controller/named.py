@@ -142,8 +142,8 @@ def _explanation(candidate: Candidate, joint: ReplayedJoint, piece: ReplayedJoin
         return None
     best = min((refined(candidate, start, part) for _, start in tried[:FITS]),
                key=lambda found: found.left)
-    if best.left > LAX * joint.limit or _is_idle(best):
-        return None
+    if best.left > LAX * joint.limit or (candidate.whole and _is_idle(best)):
+        return None  # what is idle in a piece of a log may still show in all of it
     found = best if candidate.whole else refined(candidate, best.values, joint)
     return None if found.left > joint.limit or _is_idle(found) else found
 

@@ -21,6 +21,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
          "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
          "constant": "N m"}
+NAMES = {"reference velocity": "control_law_form", "integral part": "hidden_integral"}
 MOST_TERMS = 2  # beyond gains: more explain a command by their number
 RATES = ("filtered", "direct", "difference")  # ways to form the velocity of the reference
 SAME_GAIN = 0.02  # of Kd: a gain on the reference velocity that is Kd
@@ -51,6 +52,19 @@ class Terms:
         """Whether the gain Kd acts on the error of the velocity, and not on the velocity."""
         gain = self.coefficients.get("reference velocity", 0.0)
         return abs(gain - self.kd) < SAME_GAIN * self.kd
+
+    @property
+    def effect(self) -> str | None:
+        """Effect of the catalogue that a single term is; None for what the catalogue lacks."""
+        term, *others = self.coefficients
+        is_named = not others and (self.kd > 0.0 or term != "reference velocity")
+        return NAMES.get(term) if is_named else None
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of that effect."""
+        gain = next(iter(self.coefficients.values()))
+        return {"share": gain / self.kd} if self.effect == "control_law_form" else {"ki": gain}
 
     def describe(self, name: str) -> str:
         """The terms as a sentence."""

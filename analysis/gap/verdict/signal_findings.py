@@ -16,6 +16,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.controller.named import NamedJoint
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.controller.terms import Terms
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
@@ -35,6 +36,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE
 from clie_blocks.analysis.statistical_measures import NORMAL_95
+from clie_blocks.effects import LIBRARY
 
 _HYPOTHESES = {"setpoint_delay": ("time_delay",), "coulomb": ("coulomb",),
                "both": ("coulomb", "time_delay")}
@@ -130,7 +132,19 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
                       {"step": _entry(check.step[coarse], "rad")}))
     established = (finding for finding in findings
                    if finding.joints and finding.effect not in left_out)
-    return (*established, *_named_findings(check.named, method, left_out))
+    return (*established, *_named_findings(check.named, method, left_out),
+            *_findings_of_terms(check.terms, method, left_out))
+
+
+def _findings_of_terms(terms: Sequence[Terms], method: VerdictMethod,
+                       left_out: Collection[str]) -> Iterator[SignalFinding]:
+    """Effects that are a term of the law, with the joints whose commands hold it."""
+    for name in sorted({one.effect for one in terms if one.effect} - set(left_out)):
+        same = [one for one in terms if one.effect == name]
+        units = {p.name: p.unit for p in LIBRARY[name].parameters}
+        yield SignalFinding(name, tuple(one.joint for one in same), method.certain, {
+            key: _entry(np.array([one.parameters[key] for one in same]), units[key])
+            for key in same[0].parameters})
 
 
 def _named_findings(named: Sequence[NamedJoint], method: VerdictMethod,
