@@ -9,9 +9,12 @@ from clie_blocks.labels import PerJoint
 
 
 def mesh_torque(q: np.ndarray, u: np.ndarray, sine: PerJoint, cosine: PerJoint,
-                order: PerJoint) -> np.ndarray:
-    """Opposing torque of the mesh [N m]: ``|u| (sine sin(order q) + cosine cos(order q))``."""
-    return np.abs(u) * (sine * np.sin(order * q) + cosine * np.cos(order * q))
+                order: PerJoint, preload: PerJoint) -> np.ndarray:
+    """Opposing torque of the mesh [N m].
+
+    It is ``(preload + |u|) (sine sin(order q) + cosine cos(order q))``.
+    """
+    return (preload + np.abs(u)) * (sine * np.sin(order * q) + cosine * np.cos(order * q))
 
 
 GEAR_MESH_RIPPLE = Effect(
@@ -22,8 +25,10 @@ GEAR_MESH_RIPPLE = Effect(
         Parameter("cosine", "1", -1.0, 1.0, 0.0, 0.0, "amplitude of the cosine over the torque"),
         Parameter("order", "1", 0.1, 1e6, 100.0, None,
                   "periods per turn of the joint: teeth times turns of the wheel"),
+        Parameter("preload", "N m", 0.0, 1e3, 0.0, None,
+                  "torque with which the teeth press on each other without a load"),
     ),
-    equation="tau = |u| (sine sin(order q) + cosine cos(order q))",
+    equation="tau = (preload + |u|) (sine sin(order q) + cosine cos(order q))",
     reference="D. R. Houser, G. W. Blankenship, SAE 891869, 1989; J. D. Smith, Gear Noise and "
               "Vibration, chapter 1",
     signature="A wave over position that grows with the load.",
@@ -34,7 +39,6 @@ GEAR_MESH_RIPPLE = Effect(
     },
     simulators={"mujoco": "none", "isaac": "none", "gazebo": "none",
                 "simscape": "Simple Gear with meshing stiffness"},
-    wrong="The motor's torque stands for the load of the teeth; one harmonic. What ripples "
-          "without a load is torque_ripple.",
+    wrong="The motor's torque stands for the load of the teeth; one harmonic.",
     symmetry="none", curve=("q", 0.2),
 )

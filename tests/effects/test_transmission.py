@@ -214,10 +214,11 @@ def test_loads_of_the_link_see_the_link_and_those_of_the_motor_the_motor():
     assert rate["joint_elasticity_motor_speed[0]"] == pytest.approx(-0.5 * 2.0 / MOTOR)
 
 
-def test_mesh_ripple_grows_with_the_torque():
-    torque = LIBRARY["gear_mesh_ripple"].build.kernel
-    np.testing.assert_allclose(
-        torque(0.0, np.array([0.0, 5.0, -5.0]), sine=0.3, cosine=0.02, order=1.0), [0.0, 0.1, 0.1])
+@pytest.mark.parametrize("preload", [0.0, 2.0])
+def test_mesh_ripple_grows_with_the_torque_from_that_of_its_preload(preload):
+    torque = LIBRARY["gear_mesh_ripple"].build.kernel(
+        0.0, np.array([0.0, 5.0, -5.0]), sine=0.3, cosine=0.02, order=1.0, preload=preload)
+    np.testing.assert_allclose(torque, 0.02 * (preload + np.array([0.0, 5.0, 5.0])))
 
 
 def test_a_motor_must_leave_inertia_to_the_link():

@@ -35,13 +35,34 @@ TORQUE_GAIN_ERROR = cause_of(
     within={"error": (-0.6, 1.5)})
 
 
-def _ripple_probes(scene: Scene, size: np.ndarray) -> list[Probe]:
+def _of_motor(scene: Scene) -> list[np.ndarray]:
+    """Harmonics of the motor's turn; `search.ripple_spectrum` finds all other orders."""
+    return [multiple * scene.problem.gear_ratio for multiple in (1, 2, 3, 4, 5, 6, 8)]
+
+
+def _ripple_probes(scene: Scene, orders: list[np.ndarray], **values: np.ndarray) -> list[Probe]:
+    """Sine and cosine of some orders."""
+    return [Probe({**values, "order": order}, ("sine", "cosine"), {"order": 1.0 / scene.travel})
+            for order in orders]
+
+
+def _cogging_probes(scene: Scene) -> list[Probe]:
     """Orders from half a wave over the travel up, and the motor's harmonics."""
-    ratio = scene.problem.gear_ratio
-    orders = waves_over_travel(scene)
-    orders += [multiple * ratio for multiple in (1, 2, 3, 4, 5, 6, 8)]
-    return [Probe({"sine": size, "cosine": size, "order": order}, ("sine", "cosine"),
-                  {"order": 1.0 / scene.travel}) for order in orders]
+    size = scene.small_torque()
+    return _ripple_probes(scene, [*waves_over_travel(scene), *_of_motor(scene)],
+                          sine=size, cosine=size)
+
+
+def _commutation_probes(scene: Scene) -> list[Probe]:
+    share = 0.03 + 0 * scene.torque
+    return _ripple_probes(scene, _of_motor(scene), sine=share, cosine=share)
+
+
+def _mesh_probes(scene: Scene) -> list[Probe]:
+    """Teeth of the gear that carry the load, and half as much of their own."""
+    share = 0.03 + 0 * scene.torque
+    return _ripple_probes(scene, _of_motor(scene), sine=share, cosine=share,
+                          preload=PRELOAD * scene.torque)
 
 
 def counts_motor_turns(gear_ratio: float) -> bool:
@@ -53,15 +74,17 @@ def counts_motor_turns(gear_ratio: float) -> bool:
     return gear_ratio != 1.0
 
 
+_ORDERS = {"order": (2.0, 5000.0)}
+PRELOAD = 0.5  # of the RMS torque, from which a search for the teeth of a gear starts
 TORQUE_RIPPLE = cause_of(
     LIBRARY["torque_ripple"], ("sine", "cosine", "order"),
-    lambda scene: _ripple_probes(scene, scene.small_torque()), phase=("order",),
-    within={"order": (2.0, 5000.0)})
-COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE = (
-    cause_of(LIBRARY[name], ("sine", "cosine", "order"),
-             lambda scene: _ripple_probes(scene, 0.03 + 0 * scene.torque), phase=("order",),
-             within={"order": (2.0, 5000.0)})
-    for name in ("commutation_ripple", "gear_mesh_ripple"))
+    _cogging_probes, phase=("order",), within=_ORDERS)
+COMMUTATION_RIPPLE = cause_of(
+    LIBRARY["commutation_ripple"], ("sine", "cosine", "order"), _commutation_probes,
+    phase=("order",), within=_ORDERS)
+GEAR_MESH_RIPPLE = cause_of(
+    LIBRARY["gear_mesh_ripple"], ("sine", "cosine", "order", "preload"), _mesh_probes,
+    phase=("order",), within=_ORDERS)
 
 
 def _envelope_probes(scene: Scene) -> list[Probe]:

@@ -92,6 +92,9 @@ class SearchMethod:
     ripple_most_per_motor_turn: float = threshold(10.0, "waves per motor turn", "of a ripple")
     ripple_most_per_turn: float = threshold(
         48.0, "waves per joint turn", "of a ripple, for joints with little gear")
+    ripple_most_teeth: float = threshold(
+        300.0, "waves per joint turn",
+        "of a gear's teeth: a last wheel of 150 mm with a module of half a millimetre")
     ripple_most_behind_gear: float = threshold(
         1600.0, "waves per joint turn",
         "of a ripple where the motor's turns are not known: ten per motor turn behind a gear of "

@@ -122,8 +122,7 @@ def _member(joints: tuple[int, ...], uses: Mapping[int, Use]) -> Member:
 def _from_search(member: Member, drop: np.ndarray, price: float, logs: int, method: Method,
                  ) -> Candidate:
     """Candidate of a cause that was searched for, with its drop of chi^2 per joint."""
-    parameters = {"periodic_disturbance": 2 * logs + 1, "torque_ripple": 3}.get(
-        member.cause.name, logs + 1)
+    parameters = sum((logs if number.scope == "log" else 1) for number in member.cause.numbers)
     if member.cause.shared:
         return Candidate((member,), float(drop.sum() - parameters * price))
     score = drop - parameters * price

@@ -1,21 +1,31 @@
-"""Torque ripple of any order: the line spectrum, over the pose, of what a model leaves.
+"""Ripple of any order: the line spectrum, over the pose, of what a model leaves.
 
-What a torque exp(i N q) would explain is its product with the error sent back through the filters
-of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every order.
+The ripple of a motor is a torque, that of its commutation a share of the drive's torque, and that
+of a gear's teeth a share of their load.  What a torque exp(i N q), or such a share, would explain
+is its product with the error sent back through the filters of the loop.  Gathered by pose, that
+product is a spectrum in N: one transform tries every order.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
-from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE, counts_motor_turns
+from clie_blocks.analysis.gap.causes.drive import (
+    COMMUTATION_RIPPLE,
+    GEAR_MESH_RIPPLE,
+    PRELOAD,
+    TORQUE_RIPPLE,
+    counts_motor_turns,
+)
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.search import SearchMethod
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.events import Found, sinusoid_columns
+from clie_blocks.analysis.gap.search.events import Found, torque_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
 
 _SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
@@ -30,36 +40,55 @@ class _Ripple(NamedTuple):
     cosine: float
 
 
+class _Kind(NamedTuple):
+    """A kind of ripple.
+
+    Its torque is a wave of the position times ``course(log, k)`` of joint k; `most` are the waves
+    per joint turn that are sought whatever the gear ratio; `others` are further parameters.
+    """
+
+    cause: Cause
+    course: Callable[[Log, int], np.ndarray]
+    most: float = 0.0
+    others: Mapping[str, np.ndarray] = MappingProxyType({})
+
+
 def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
                       causes: Sequence[Cause]) -> Found:
-    """Return the strongest order of each joint, and what it would explain.
-
-    Empty where the torque ripple is not among the causes.
-    """
-    if TORQUE_RIPPLE not in causes:
-        return []
-    n = residuals.problem.n
-    by_joint = [_strongest_ripple(residuals, fit, errors, k) for k in range(n)]
-    drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
-    size = np.hypot(sine, cosine) + 1e-12
-    values = {"sine": sine, "cosine": cosine, "order": order}
-    travel = np.ptp(np.concatenate([log.q for log in residuals.problem.fit]), axis=0)
-    sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9)}
-    return [(Member(TORQUE_RIPPLE, tuple(range(n)), values, sizes), drop)]
+    """Return the strongest order of each joint for each kind of ripple, and what it explains."""
+    problem, found = residuals.problem, Found()
+    preload = PRELOAD * np.sqrt(np.mean(
+        np.concatenate([log.u for log in problem.fit]) ** 2, axis=0))
+    kinds = (
+        _Kind(TORQUE_RIPPLE, lambda log, k: np.ones(len(log))),
+        _Kind(COMMUTATION_RIPPLE, lambda log, k: -log.u[:, k]),
+        _Kind(GEAR_MESH_RIPPLE, lambda log, k: preload[k] + np.abs(log.u[:, k]),
+              residuals.method.search.ripple_most_teeth, {"preload": preload}))
+    travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
+    for kind in kinds:
+        if kind.cause not in causes:
+            continue
+        by_joint = [_strongest_ripple(residuals, fit, errors, k, kind) for k in range(problem.n)]
+        drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
+        size = np.hypot(sine, cosine) + 1e-12
+        values = {"sine": sine, "cosine": cosine, "order": order, **kind.others}
+        sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9), **kind.others}
+        found.append((Member(kind.cause, tuple(range(problem.n)), values, sizes), drop))
+    return found
 
 
 def _strongest_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
-                      ) -> _Ripple:
-    orders = _strongest_orders(residuals, fit, errors, k)
-    return max((_fitted_ripple(residuals, fit, errors, k, order) for order in orders),
+                      kind: _Kind) -> _Ripple:
+    orders = _strongest_orders(residuals, fit, errors, k, kind)
+    return max((_fitted_ripple(residuals, fit, errors, k, order, kind) for order in orders),
                key=lambda ripple: ripple.drop)
 
 
 def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
-                      ) -> list[float]:
+                      kind: _Kind) -> list[float]:
     """Orders of the strongest lines of joint k."""
     problem, method = residuals.problem, residuals.method.search
-    top = highest_order(problem.gear_ratio[k], method)
+    top = max(highest_order(problem.gear_ratio[k], method), kind.most)
     width = np.pi / (2.0 * top)  # of a class of pose
     start = min(log.q[:, k].min() for log in problem.fit)
     travel = max(log.q[:, k].max() for log in problem.fit) - start
@@ -68,10 +97,11 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     orders = 2 * np.pi * np.arange(padded // 2) / (padded * width)
     product, power = np.zeros(padded // 2, complex), np.zeros(padded // 2)
     for j, log in enumerate(problem.fit):
-        back = _sent_back(residuals, fit, errors[j][k], j, k)
+        torque = kind.course(log, k)
+        back = torque * _sent_back(residuals, fit, errors[j][k], j, k)
         pose_class = ((log.q[:, k] - start) / width).astype(int)
         product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
-        power = power + _response_power(residuals, fit, j, k, orders)
+        power = power + _response_power(residuals, fit, j, k, orders, torque)
     score = np.abs(product) ** 2 / (power + 1e-3 * np.max(power))
     lowest = 2 * np.pi * method.ripple_least_waves / (travel + width)
     score[(orders < lowest) | (orders > top)] = 0.0
@@ -124,12 +154,12 @@ def _sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k:
 
 
 def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: np.ndarray,
-                    ) -> np.ndarray:
-    """Squared size of the whitened response in log j to exp(i N q) for each order N."""
+                    torque: np.ndarray) -> np.ndarray:
+    """Squared size of the whitened response in log j to torque exp(i N q) for each order N."""
     problem, values = residuals.problem, fit.hypothesis.values
     log, rows = problem.logs[j], residuals.rows(j)
     speeds = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
-    count, edges = np.histogram(speeds, _SPEEDS)
+    count, edges = np.histogram(speeds, _SPEEDS, weights=torque**2)
     speed = (edges[1:] + edges[:-1]) / 2
     frequency = np.geomspace(1e-3, np.pi / problem.period, 2000)
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
@@ -143,12 +173,13 @@ def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: 
 
 
 def _fitted_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,
-                   order: float) -> _Ripple:
+                   order: float, kind: _Kind) -> _Ripple:
     """Sine and cosine of one order at joint k by least squares over the fit logs."""
     gram, right = np.zeros((2, 2)), np.zeros(2)
     for j, log in enumerate(residuals.problem.fit):
         phase = order * (log.q[:, k] - log.dither[:, k])
-        columns = sinusoid_columns(residuals, fit, j, k, phase)
+        waves = kind.course(log, k)[:, None] * np.stack([np.sin(phase), np.cos(phase)], 1)
+        columns = torque_columns(residuals, fit, j, k, waves)
         gram, right = gram + columns.T @ columns, right + columns.T @ errors[j][k]
     sine, cosine = theta = np.linalg.lstsq(gram, right, rcond=None)[0]
     return _Ripple(float(right @ theta), order, sine, cosine)
