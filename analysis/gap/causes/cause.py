@@ -197,6 +197,8 @@ class Scene:
         Largest absolute command [N m].
     inertia : ndarray, shape (n,)
         Fitted inertia [kg m^2].
+    u, dq : ndarray, shape (N, n)
+        Command [N m] and velocity [rad/s] of the nominal motion, all logs in turn.
 
     """
 
@@ -206,6 +208,8 @@ class Scene:
     travel: np.ndarray
     peak_torque: np.ndarray
     inertia: np.ndarray
+    u: np.ndarray
+    dq: np.ndarray
 
     @property
     def top_speed(self) -> np.ndarray:

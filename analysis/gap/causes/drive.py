@@ -88,10 +88,16 @@ GEAR_MESH_RIPPLE = cause_of(
 
 
 def _envelope_probes(scene: Scene) -> list[Probe]:
-    """Torques at standstill and no-load speeds beyond the largest ones that were met."""
-    return [Probe({"peak": peak * scene.peak_torque, "droop": 1.0 / (fastest * scene.top_speed)},
-                  sizes={"peak": 0.1 * scene.peak_torque, "droop": 0.1 / scene.top_speed})
-            for peak in (0.9, 1.2, 1.6, 2.5) for fastest in (1.1, 1.4, 2.0, 4.0)]
+    """Envelopes of some no-load speeds, each as high as a share of the motion would still meet."""
+    drives = scene.u * scene.dq > 0
+    probes = []
+    for fastest in (1.02, 1.2, 1.5, 2.0, 4.0):
+        droop = 1.0 / (fastest * np.abs(scene.dq).max(axis=0))
+        standstill = np.where(drives, np.abs(scene.u) / (1.0 - droop * np.abs(scene.dq)), 0.0)
+        probes += [Probe({"peak": np.quantile(standstill, 1.0 - share, axis=0), "droop": droop},
+                         sizes={"peak": 0.1 * scene.peak_torque, "droop": 0.1 / scene.top_speed})
+                   for share in (2e-3, 1e-2, 5e-2, 0.15)]
+    return probes
 
 
 TORQUE_SPEED_LIMIT = cause_of(

@@ -110,10 +110,11 @@ def scene(problem: Problem, hypothesis: JointModel, motion: Sequence[State]) -> 
     u = np.concatenate([log.u for log in problem.fit])
     q = np.concatenate([log.q for log in problem.fit])
     speeds = np.concatenate([state.dq for state in motion])
+    commands = np.concatenate([state.u for state in motion])
     return Scene(problem, torque=np.sqrt((u**2).mean(axis=0)),
                  speed=np.sqrt((speeds**2).mean(axis=0)), travel=np.ptp(q, axis=0) + 1e-9,
                  peak_torque=np.abs(u).max(axis=0) + 1e-12,
-                 inertia=hypothesis.values["inertia"])
+                 inertia=hypothesis.values["inertia"], u=commands, dq=speeds)
 
 
 def screen_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause] = CAUSES,
