@@ -10,10 +10,10 @@ from clie_blocks.labels import PerJoint
 
 
 def position_dependent_limits(q: np.ndarray, dq: np.ndarray, level: PerJoint, sine: PerJoint,
-                              cosine: PerJoint, cycles: PerJoint,
+                              cosine: PerJoint, order: PerJoint,
                               ) -> tuple[np.ndarray, np.ndarray]:
-    """Largest friction torque [N m]: ``level + sine sin(cycles q) + cosine cos(cycles q)``."""
-    limit = np.maximum(level + sine * np.sin(cycles * q) + cosine * np.cos(cycles * q), 0.0)
+    """Largest friction torque [N m]: ``level + sine sin(order q) + cosine cos(order q)``."""
+    limit = np.maximum(level + sine * np.sin(order * q) + cosine * np.cos(order * q), 0.0)
     return limit, limit
 
 
@@ -24,10 +24,10 @@ POSITION_DEPENDENT_FRICTION = Effect(
         Parameter("level", "N m", 0.0, 100.0, 0.05, 0.0, "mean friction torque"),
         Parameter("sine", "N m", -100.0, 100.0, 0.01, 0.0, "amplitude of the sine"),
         Parameter("cosine", "N m", -100.0, 100.0, 0.0, 0.0, "amplitude of the cosine"),
-        Parameter("cycles", "1", 0.1, 1e4, 8.0, None, "periods per turn of the joint"),
+        Parameter("order", "1", 0.1, 1e4, 8.0, None, "periods per turn of the joint"),
         WIDTH,
     ),
-    equation="tau = max(level + sine sin(cycles q) + cosine cos(cycles q), 0) tanh(dq / width)",
+    equation="tau = max(level + sine sin(order q) + cosine cos(order q), 0) tanh(dq / width)",
     reference="B. Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991",
     signature="A friction that repeats with the position and changes sign with the direction.",
     confused_with={

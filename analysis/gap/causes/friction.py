@@ -85,14 +85,14 @@ DAHL, MAXWELL_SLIP = (
 
 def _position_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
-    return [Probe({"level": size, "sine": size, "cosine": size, "cycles": order},
-                  ("level", "sine", "cosine"), {"cycles": 1.0 / scene.travel})
+    return [Probe({"level": size, "sine": size, "cosine": size, "order": order},
+                  ("level", "sine", "cosine"), {"order": 1.0 / scene.travel})
             for order in waves_over_travel(scene)]
 
 
 POSITION_DEPENDENT_FRICTION = cause_of(
-    LIBRARY["position_dependent_friction"], ("level", "sine", "cosine", "cycles"),
-    _position_probes, phase=("cycles",), within={"cycles": (2.0, 5000.0)},
+    LIBRARY["position_dependent_friction"], ("level", "sine", "cosine", "order"),
+    _position_probes, phase=("order",), within={"order": (2.0, 5000.0)},
     without=("coulomb", "sine", "cosine"))
 
 

@@ -1,13 +1,13 @@
 """Ripple of any order: the line spectrum, over the pose, of what a model leaves.
 
 The ripple of a motor is a torque, that of its commutation a share of the drive's torque, and that
-of a gear's teeth a share of their load.  What a torque exp(i N q), or such a share, would explain
-is its product with the error sent back through the filters of the loop.  Gathered by pose, that
-product is a spectrum in N: one transform tries every order.
+of a gear's teeth a share of their load; an uneven friction turns with the motion.  What a torque
+exp(i N q), or such a share, would explain is its product with the error sent back through the
+filters of the loop.  Gathered by pose, that product is a spectrum in N: one transform tries every
+order.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,10 +20,10 @@ from clie_blocks.analysis.gap.causes.drive import (
     TORQUE_RIPPLE,
     counts_motor_turns,
 )
+from clie_blocks.analysis.gap.causes.friction import POSITION_DEPENDENT_FRICTION
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.search import SearchMethod
-from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import Found, torque_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
@@ -43,27 +43,33 @@ class _Ripple(NamedTuple):
 class _Kind(NamedTuple):
     """A kind of ripple.
 
-    Its torque is a wave of the position times ``course(log, k)`` of joint k; `most` are the waves
-    per joint turn that are sought whatever the gear ratio; `others` are further parameters.
+    Its torque is a wave of the position times ``course(j, k)`` in log j at joint k; `most` are the
+    waves per joint turn that are sought whatever the gear ratio; ``others(size)`` are the further
+    parameters of a wave of some size.
     """
 
     cause: Cause
-    course: Callable[[Log, int], np.ndarray]
+    course: Callable[[int, int], np.ndarray]
     most: float = 0.0
-    others: Mapping[str, np.ndarray] = MappingProxyType({})
+    others: Callable[[np.ndarray], dict[str, np.ndarray]] = lambda size: {}
 
 
 def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
                       causes: Sequence[Cause]) -> Found:
     """Return the strongest order of each joint for each kind of ripple, and what it explains."""
     problem, found = residuals.problem, Found()
+    logs = problem.fit
+    forward = [np.sign(np.gradient(log.q - fit.hypothesis.error(j), axis=0))
+               for j, log in enumerate(logs)]
     preload = PRELOAD * np.sqrt(np.mean(
         np.concatenate([log.u for log in problem.fit]) ** 2, axis=0))
     kinds = (
-        _Kind(TORQUE_RIPPLE, lambda log, k: np.ones(len(log))),
-        _Kind(COMMUTATION_RIPPLE, lambda log, k: -log.u[:, k]),
-        _Kind(GEAR_MESH_RIPPLE, lambda log, k: preload[k] + np.abs(log.u[:, k]),
-              residuals.method.search.ripple_most_teeth, {"preload": preload}))
+        _Kind(TORQUE_RIPPLE, lambda j, k: np.ones(len(logs[j]))),
+        _Kind(COMMUTATION_RIPPLE, lambda j, k: -logs[j].u[:, k]),
+        _Kind(GEAR_MESH_RIPPLE, lambda j, k: preload[k] + np.abs(logs[j].u[:, k]),
+              residuals.method.search.ripple_most_teeth, lambda size: {"preload": preload}),
+        _Kind(POSITION_DEPENDENT_FRICTION, lambda j, k: forward[j][:, k],
+              others=lambda size: {"level": size}))
     travel = np.ptp(np.concatenate([log.q for log in problem.fit]), axis=0)
     for kind in kinds:
         if kind.cause not in causes:
@@ -71,8 +77,9 @@ def ripple_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
         by_joint = [_strongest_ripple(residuals, fit, errors, k, kind) for k in range(problem.n)]
         drop, order, sine, cosine = (np.array(column) for column in zip(*by_joint))
         size = np.hypot(sine, cosine) + 1e-12
-        values = {"sine": sine, "cosine": cosine, "order": order, **kind.others}
-        sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9), **kind.others}
+        others = kind.others(size)
+        values = {"sine": sine, "cosine": cosine, "order": order, **others}
+        sizes = {"sine": size, "cosine": size, "order": 1.0 / (travel + 1e-9), **others}
         found.append((Member(kind.cause, tuple(range(problem.n)), values, sizes), drop))
     return found
 
@@ -97,7 +104,7 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     orders = 2 * np.pi * np.arange(padded // 2) / (padded * width)
     product, power = np.zeros(padded // 2, complex), np.zeros(padded // 2)
     for j, log in enumerate(problem.fit):
-        torque = kind.course(log, k)
+        torque = kind.course(j, k)
         back = torque * _sent_back(residuals, fit, errors[j][k], j, k)
         pose_class = ((log.q[:, k] - start) / width).astype(int)
         product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
@@ -178,7 +185,7 @@ def _fitted_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndar
     gram, right = np.zeros((2, 2)), np.zeros(2)
     for j, log in enumerate(residuals.problem.fit):
         phase = order * (log.q[:, k] - log.dither[:, k])
-        waves = kind.course(log, k)[:, None] * np.stack([np.sin(phase), np.cos(phase)], 1)
+        waves = kind.course(j, k)[:, None] * np.stack([np.sin(phase), np.cos(phase)], 1)
         columns = torque_columns(residuals, fit, j, k, waves)
         gram, right = gram + columns.T @ columns, right + columns.T @ errors[j][k]
     sine, cosine = theta = np.linalg.lstsq(gram, right, rcond=None)[0]
