@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
+from clie_blocks.analysis.gap.search.racing import training_excess
 
 # Effects that a wrong number passes for: they act through the same terms of the model.
 _ALIKE = frozenset({"torque_gain_error", "payload", "gravity", "spring"})
@@ -27,14 +28,22 @@ def wrong_numbers(problem: Problem) -> list[Member]:
 def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: float) -> Fit:
     """Return the fit of some members that starts at the stated joint model.
 
-    The refitted one has absorbed much of a wrong number, and leads astray from there.  What leaves
-    a hopeless excess after the first steps is not continued.
+    The refitted one has absorbed much of a wrong number, and leads astray from there.  So a fit
+    starts far away, and what it leaves after the first steps says little of where it ends: it is
+    continued unless its slopes, too, predict that a hopeless excess is left.
     """
     method = residuals.method.search
     begun = fit(build_hypothesis(residuals.problem, members), residuals, method.first_steps)
-    if begun.excess > hopeless:
+    if predicted_end(begun, residuals) > hopeless:
         return begun
     return fit(begun.hypothesis, residuals, method.finalist_steps)
+
+
+def predicted_end(begun: Fit, residuals: ResidualModel) -> float:
+    """Excess that the slopes of an unfinished fit predict for its end."""
+    gain = predicted_gain(begun.hypothesis, jacobian(begun.hypothesis, residuals),
+                          residuals.method.fitting)
+    return training_excess(begun, gain)
 
 
 def number_beside(extended: Fit, number: Member, residuals: ResidualModel) -> Candidate:
