@@ -25,7 +25,7 @@ __all__ = ["Fit", "damped_step", "fit", "predicted_gain", "standard_deviations"]
 
 UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
-_BOUND_ROUNDS = 4  # of finding which bounds of the datasheet a step ends beyond
+_BOUND_ROUNDS = 4  # of finding the bounds, also of the datasheet, that a step ends at or beyond
 
 
 def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None) -> Fit:
@@ -164,11 +164,12 @@ def _limited(parameter: FreeParameter, value: float, change: float, method: Fitt
 
 def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
                  method: FittingMethod, damping: float, inner_weight: float = 0.0) -> np.ndarray:
-    """Best change of each used parameter, over its size, with the bounds of the datasheet.
+    """Best change of each used parameter, over its size, within its bounds and the datasheet's.
 
-    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
-    costs `inner_weight` times its squared distance from the stated value, in tolerances, and from
-    the bound on that cost grows no faster.
+    A parameter that would leave its bounds ends there, and the others take the step that is best
+    beside it.  What a datasheet allows costs nothing, so its bound counts where the step ends
+    beyond it; or it costs `inner_weight` times its squared distance from the stated value, in
+    tolerances, and from the bound on that cost grows no faster.
     """
     gram, right = tangent.normal
     gram, right = gram[np.ix_(used, used)], right[used]
@@ -179,6 +180,10 @@ def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
                                 for parameter in parameters]).T
     softness = method.prior_softness
     side = np.sign(hypothesis.prior_violations(softness)[used])
+    least, most = np.array([((parameter.lower - now) / parameter.size,
+                             (parameter.upper - now) / parameter.size)
+                            for parameter, now in zip(parameters, value)]).T
+    change, free = np.zeros(len(used)), np.full(len(used), True)
     for _ in range(_BOUND_ROUNDS):
         weight = np.where(side == 0.0, np.sqrt(inner_weight), 1.0 / softness)
         slope = weight * size / allowed
@@ -187,12 +192,14 @@ def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
         normal = gram + np.diag(slope**2)
         scale = np.sqrt(np.diag(normal)) + 1e-12
         normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-        change = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
+        goal = -(right + slope * beyond) / scale - normal[:, ~free] @ (change * scale)[~free]
+        change[free] = np.linalg.solve(normal[np.ix_(free, free)], goal[free]) / scale[free]
         z = (value + change * size - centre) / allowed
         ended = np.sign(z) * (np.abs(z) > 1.0)
-        if (ended == side).all():
+        within = (least <= change) & (change <= most)
+        if (ended == side).all() and within.all():
             break
-        side = ended
+        side, free, change = ended, free & within, np.clip(change, least, most)
     return change
 
 
