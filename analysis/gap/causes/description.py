@@ -36,6 +36,7 @@ GEAR_RATIO, MASS, COM, LENGTH, INERTIA, ZERO = (
     "zero_rad")
 SIZE = 0.1  # of a change that has a visible effect
 _LEAST, _MOST = -0.9, 10.0  # of a relative change
+_NO_ROTOR = 1e-9  # of the whole inertia
 
 _Change = Callable[[PlanarChain, np.ndarray], PlanarChain]
 
@@ -130,6 +131,17 @@ def is_number(cause: Cause) -> bool:
 def ratio_change(values: Values, n: int) -> np.ndarray:
     """Gear ratio over the stated one in a fitted model, shape (n,)."""
     return 1.0 + values.get(f"{_OF_MOTOR.block}.{CHANGE}", np.zeros(n))
+
+
+def ratio_of_same_inertia(problem: Problem, change: np.ndarray) -> np.ndarray:
+    """Change of each gear ratio with which a command meets the same inertia as with another one.
+
+    Motor side, the rotor counts by the ratio and the links by its inverse: a ratio below the one
+    at which they are equal has its like above.
+    """
+    links = problem.chain.diagonal / problem.gear_ratio
+    rotor = np.maximum(problem.nominal.inertia - links, _NO_ROTOR * problem.nominal.inertia)
+    return np.clip(links / (rotor * (1.0 + change)) - 1.0, _LEAST, _MOST)
 
 
 def corrected_chain(chain: PlanarChain, values: Values) -> PlanarChain:

@@ -4,7 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.description import CHANGE, SIZE, stated_numbers
+from clie_blocks.analysis.gap.causes.description import (
+    CHANGE,
+    GEAR_RATIO,
+    SIZE,
+    ratio_of_same_inertia,
+    stated_numbers,
+)
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
@@ -36,7 +42,28 @@ def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: f
     begun = fit(build_hypothesis(residuals.problem, members), residuals, method.first_steps)
     if predicted_end(begun, residuals) > hopeless:
         return begun
-    return fit(begun.hypothesis, residuals, method.finalist_steps)
+    found = fit(begun.hypothesis, residuals, method.finalist_steps)
+    return min((found, *_other_ratios(found, residuals)), key=lambda one: one.total)
+
+
+def _other_ratios(found: Fit, residuals: ResidualModel) -> Iterator[Fit]:
+    """Fit from the other ratio that gives the joint its inertia, where a gear ratio is not right.
+
+    The stated ratio may lie on the wrong side of both.
+    """
+    is_right = (found.excess < residuals.method.calibration.healthy
+                and found.penalty <= residuals.method.verdict.prior_violation)
+    geared = [member for member in found.hypothesis.members
+              if member.cause.variant == GEAR_RATIO]
+    if is_right or not geared or not residuals.problem.chain.known:
+        return
+    key = f"{geared[0].name}.{CHANGE}"
+    change = found.hypothesis.values[key]
+    k = int(np.argmax(np.abs(change)))
+    other = np.where(np.arange(len(change)) == k,
+                     ratio_of_same_inertia(residuals.problem, change), change)
+    yield fit(found.hypothesis.with_values({**found.hypothesis.values, key: other}), residuals,
+              residuals.method.search.finalist_steps)
 
 
 def predicted_end(begun: Fit, residuals: ResidualModel) -> float:

@@ -8,8 +8,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.description import PARAMETRIC, is_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.evidence import Table, contradictions
 from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
 
 
@@ -45,6 +47,50 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
             (name,) = gone
             alike.setdefault(name, [name]).extend(new)
     return tuple(tuple(names) for names in alike.values())
+
+
+def numbers_alike(ranking: Sequence[RankedCause], table: Table, residuals: ResidualModel,
+                  ) -> tuple[Fit, ...]:
+    """Return the fits that blame other numbers of the robot file, and move as the likeliest does.
+
+    All wrong numbers have one name, and its hypothesis holds the one that does best.  Where the
+    model of another one moves just so, beside the same effects, which of the two is wrong does not
+    follow from the logs.  Two wrong numbers are no rival of one: each must be wrong on its own.
+
+    Parameters
+    ----------
+    ranking : list of RankedCause
+        Hypotheses, most probable first.
+    table : Table
+        All evidence, with its fits.
+    residuals : ResidualModel
+        The logs, with their noise.
+
+    """
+    leading = next((ranked.fit for ranked in ranking
+                    if ranked.fit is not None and PARAMETRIC in ranked.names), None)
+    if leading is None:
+        return ()
+    method = residuals.method
+    kinds, most = {_numbers(leading)}, max(contradictions(leading, method.verdict), 1)
+    rivals: list[Fit] = []
+    for rival in sorted(table.misdescribed, key=lambda one: one.total):
+        if (_numbers(rival) not in kinds and _effects(rival) == _effects(leading)
+                and contradictions(rival, method.verdict) <= most
+                and motion_distance(leading, rival, residuals) <= method.calibration.floor):
+            kinds.add(_numbers(rival))
+            rivals.append(rival)
+    return tuple(rivals)
+
+
+def _numbers(fit: Fit) -> frozenset[str]:
+    return frozenset(member.cause.key for member in fit.hypothesis.members
+                     if is_number(member.cause))
+
+
+def _effects(fit: Fit) -> frozenset[str]:
+    return frozenset(member.cause.name for member in fit.hypothesis.members
+                     if not is_number(member.cause))
 
 
 def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
