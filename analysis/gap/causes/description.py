@@ -133,15 +133,20 @@ def ratio_change(values: Values, n: int) -> np.ndarray:
     return 1.0 + values.get(f"{_OF_MOTOR.block}.{CHANGE}", np.zeros(n))
 
 
-def ratio_of_same_inertia(problem: Problem, change: np.ndarray) -> np.ndarray:
-    """Change of each gear ratio with which a command meets the same inertia as with another one.
+def ratios_of_inertia(problem: Problem, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of each gear ratio with which a command meets an inertia, the nearer one first.
 
-    Motor side, the rotor counts by the ratio and the links by its inverse: a ratio below the one
-    at which they are equal has its like above.
+    Motor side, the rotor counts by the ratio and the links by its inverse.  So there are two such
+    ratios, one to either side of that at which rotor and links are equal; where none gives as
+    little inertia, that one is returned.
     """
     links = problem.chain.diagonal / problem.gear_ratio
     rotor = np.maximum(problem.nominal.inertia - links, _NO_ROTOR * problem.nominal.inertia)
-    return np.clip(links / (rotor * (1.0 + change)) - 1.0, _LEAST, _MOST)
+    middle = inertia / (2.0 * rotor)
+    apart = np.sqrt(np.maximum(middle**2 - links / rotor, 0.0))
+    lower, upper = (np.clip(middle + side * apart - 1.0, _LEAST, _MOST) for side in (-1.0, 1.0))
+    upper_is_near = np.abs(upper) <= np.abs(lower)
+    return np.where(upper_is_near, upper, lower), np.where(upper_is_near, lower, upper)
 
 
 def corrected_chain(chain: PlanarChain, values: Values) -> PlanarChain:

@@ -8,11 +8,11 @@ from clie_blocks.analysis.gap.causes.description import (
     CHANGE,
     GEAR_RATIO,
     SIZE,
-    ratio_of_same_inertia,
+    ratios_of_inertia,
     stated_numbers,
 )
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_gain
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -31,7 +31,7 @@ def wrong_numbers(problem: Problem) -> list[Member]:
             for cause, joints in stated_numbers(problem)]
 
 
-def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: float) -> Fit:
+def fit_numbers(members: Sequence[Member], residuals: ResidualModel, nominal: Fit) -> Fit:
     """Return the fit of some members that starts at the stated joint model.
 
     The refitted one has absorbed much of a wrong number, and leads astray from there.  So a fit
@@ -39,31 +39,35 @@ def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: f
     continued unless its slopes, too, predict that a hopeless excess is left.
     """
     method = residuals.method.search
-    begun = fit(build_hypothesis(residuals.problem, members), residuals, method.first_steps)
-    if predicted_end(begun, residuals) > hopeless:
+    stated = build_hypothesis(residuals.problem, members)
+    begun = min((fit(start, residuals, method.first_steps)
+                 for start in (stated, *_other_ratios(stated, nominal))), key=_cost)
+    if predicted_end(begun, residuals) > method.hopeless_share * nominal.excess:
         return begun
-    found = fit(begun.hypothesis, residuals, method.finalist_steps)
-    return min((found, *_other_ratios(found, residuals)), key=lambda one: one.total)
+    return fit(begun.hypothesis, residuals, method.finalist_steps)
 
 
-def _other_ratios(found: Fit, residuals: ResidualModel) -> Iterator[Fit]:
-    """Fit from the other ratio that gives the joint its inertia, where a gear ratio is not right.
+def _other_ratios(stated: Hypothesis, nominal: Fit) -> Iterator[Hypothesis]:
+    """Starts at the gear ratios with which the stated drive has the inertia of the refitted model.
 
-    The stated ratio may lie on the wrong side of both.
+    A command meets the product of inertia and ratio, so that a fit that has the one wrong and the
+    other right creeps along a bent valley.
     """
-    is_right = (found.excess < residuals.method.calibration.healthy
-                and found.penalty <= residuals.method.verdict.prior_violation)
-    geared = [member for member in found.hypothesis.members
-              if member.cause.variant == GEAR_RATIO]
-    if is_right or not geared or not residuals.problem.chain.known:
-        return
-    key = f"{geared[0].name}.{CHANGE}"
-    change = found.hypothesis.values[key]
-    k = int(np.argmax(np.abs(change)))
-    other = np.where(np.arange(len(change)) == k,
-                     ratio_of_same_inertia(residuals.problem, change), change)
-    yield fit(found.hypothesis.with_values({**found.hypothesis.values, key: other}), residuals,
-              residuals.method.search.finalist_steps)
+    problem, fitted = stated.problem, nominal.hypothesis.values
+    geared = [member for member in stated.members if member.cause.variant == GEAR_RATIO]
+    is_off = (np.abs(fitted["inertia"] - problem.nominal.inertia)
+              > problem.nominal.inertia_tolerance)
+    for member in geared if is_off.any() else ():
+        key = f"{member.name}.{CHANGE}"
+        at = is_off & np.isin(np.arange(problem.n), member.joints)
+        for change in ratios_of_inertia(problem, fitted["inertia"]):
+            change = np.where(at, change, 0.0)
+            yield stated.with_values({**stated.values, key: change,
+                                      "load": fitted["load"] / (1.0 + change)})
+
+
+def _cost(fit: Fit) -> float:
+    return fit.cost
 
 
 def predicted_end(begun: Fit, residuals: ResidualModel) -> float:
