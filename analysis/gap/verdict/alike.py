@@ -104,10 +104,11 @@ def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
 
 
 def _likely(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:
-    """Hypotheses that it takes to hold nine tenths of the probability."""
-    held = 0.0
-    for ranked in ranking:
-        if held >= SET_PROBABILITY:
-            return
-        yield ranked
-        held += ranked.probability
+    """Hypotheses of which the leading one does not hold nine tenths of what the two have.
+
+    How many others there are does not matter: these may be alike as well.
+    """
+    leading = ranking[0].probability
+    for ranked in ranking[1:]:
+        if leading < SET_PROBABILITY * (leading + ranked.probability):
+            yield ranked

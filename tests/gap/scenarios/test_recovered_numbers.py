@@ -84,7 +84,7 @@ def test_the_fit_of_a_number_reaches_the_truth(records_of, name, field, joint, t
     if field == "com":  # in lengths of the link
         change *= problem.chain.length[joint] / problem.chain.com[joint]
     assert 1.0 + change == pytest.approx(true_over_stated, rel=0.03)
-    assert found.excess < 0.6 and found.penalty < METHOD.verdict.prior_violation
+    assert found.excess < 1.0 and found.penalty < METHOD.verdict.prior_violation
 
 
 def with_weak_drive(records, share):
@@ -116,14 +116,15 @@ def test_a_torque_constant_that_is_off_is_found(records_of, name, share):
 
 @pytest.mark.parametrize("name", ["pendulum in a plane", "axes without links"])
 @pytest.mark.parametrize("true_over_stated", [0.75, 1.25])
-def test_a_gear_ratio_and_a_drive_that_move_alike_are_both_listed(records_of, name,
-                                                                  true_over_stated):
+def test_a_gear_ratio_is_named_beside_all_that_moves_alike(records_of, name, true_over_stated):
     problem = misstated(records_of(name), "gear_ratio", 0, true_over_stated)
     answer = diagnose(problem, seconds=NO_LIMIT).to_dict()
-    assert answer["verdict"] in ("parametric", "not_identifiable")
-    assert "parametric" in answer["set_90"]
+    leading = answer["effects"][0]
+    assert answer["verdict"] == "not_identifiable"
+    assert "parametric" in (leading["effect"], *leading["alike"])
     ratio, = (row for row in answer["description"] if row["key"] == "motor.gear_ratio")
     low, high = ratio["interval"]
     assert low < true_over_stated * ratio["stated"] < high
-    assert {row["key"] for row in answer["description"]
-            if row["alternative"] != ratio["alternative"]} >= {"motor.inertia_kgm2"}
+    if name == "axes without links":  # an inertia and a friction in one ratio are a gear ratio
+        assert {row["key"] for row in answer["description"]
+                if row["alternative"] != ratio["alternative"]} >= {"motor.inertia_kgm2"}
