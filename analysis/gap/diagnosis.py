@@ -30,7 +30,7 @@ from clie_blocks.analysis.gap.simulator_comparison.difference import (
     against_simulator,
     causes_missing_in,
 )
-from clie_blocks.analysis.gap.verdict.alike import names_alike
+from clie_blocks.analysis.gap.verdict.alike import names_alike, numbers_alike
 from clie_blocks.analysis.gap.verdict.posterior import (
     COMMANDS_UNCLEAR,
     LIKELY,
@@ -212,6 +212,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     is_another_law = controller.unknown_part or bool(controller.named and not established)
     ranking, model = _ranking(second or first, is_another_law, method, stages)
     alike = names_alike(ranking, (second or first).residuals)
+    numbers = _refined_numbers(ranking, second or first, stages)
     if second:
         ranking, model = to_stated_loop(ranking, model, first.residuals.problem)
     nominal = _stated_nominal(first, controller, problem, method, stages)
@@ -229,7 +230,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
         where=stages.localise(first.residuals, first.nominal, controller),
         next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
-        alike=alike, advice=advice(first.residuals.problem, ranking), findings=findings,
+        alike=alike, numbers_alike=numbers, findings=findings,
+        advice=advice(first.residuals.problem, ranking),
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
         excluded=excluded, seconds=time.monotonic() - start)
 
@@ -262,6 +264,15 @@ def _ranking(explanation: Explanation, is_another_law: bool, method: Method,
                                    residuals)
     return [dataclasses.replace(ranked, fit=model) if ranked.fit is leading else ranked
             for ranked in ranking], model
+
+
+def _refined_numbers(ranking: Sequence[RankedCause], explanation: Explanation, stages: Stages,
+                     ) -> tuple[Fit, ...]:
+    """Models with other numbers of the file that move alike, refined as the leading one is."""
+    nominal, residuals = explanation.nominal, explanation.residuals
+    return tuple(stages.refine_to_prior(stages.prune_joints(rival, residuals, nominal.excess),
+                                        residuals)
+                 for rival in numbers_alike(ranking, explanation.evidence, residuals))
 
 
 def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explanation,

@@ -48,6 +48,9 @@ class Result:
         Where the gap lies, see `localise`.
     alike : tuple of tuple of str
         Names that the logs do not tell apart, see `names_alike`.
+    numbers_alike : tuple of Fit
+        Models with other numbers of the robot file in the place of the leading one's, which the
+        logs do not tell from it, see `numbers_alike`.
     next_experiment : NextExperiment or None
         The run that would tell the remaining causes apart.
     advice : tuple of str
@@ -80,6 +83,7 @@ class Result:
     where: dict[str, Any]
     next_experiment: NextExperiment | None
     alike: tuple[tuple[str, ...], ...] = ()
+    numbers_alike: tuple[Fit, ...] = ()
     advice: tuple[str, ...] = ()
     findings: tuple[SignalFinding, ...] = ()
     reason: str = ""

@@ -25,7 +25,7 @@ __all__ = ["Fit", "damped_step", "fit", "predicted_gain", "standard_deviations"]
 
 UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
-_BOUND_ROUNDS = 4  # of finding which bounds of the datasheet a step ends beyond
+_BOUND_ROUNDS = 8  # of finding the limits and tolerances that a step ends at or beyond
 
 
 def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None) -> Fit:
@@ -145,30 +145,34 @@ def damped_step(hypothesis: Hypothesis, tangent: Tangent, method: FittingMethod,
     """
     parameters = hypothesis.free_parameters
     used = [i for i, parameter in enumerate(parameters) if keys is None or parameter.key in keys]
-    change = _best_change(hypothesis, tangent, used, method, damping, inner_weight)
+    limits = [_limits(parameters[i], hypothesis.get(parameters[i]), method) for i in used]
+    change = _best_change(hypothesis, tangent, used, limits, method, damping, inner_weight)
     return hypothesis.with_values(hypothesis.moved(
-        [(parameters[i], _limited(parameters[i], hypothesis.get(parameters[i]), share, method))
-         for i, share in zip(used, change)]))
+        [(parameters[i], float(np.clip(
+            hypothesis.get(parameters[i]) + share * parameters[i].size, *limit)))
+         for i, share, limit in zip(used, change, limits)]))
 
 
-def _limited(parameter: FreeParameter, value: float, change: float, method: FittingMethod,
-             ) -> float:
-    """Value after a change, which is in sizes, inside the reach of a step and the bounds."""
+def _limits(parameter: FreeParameter, value: float, method: FittingMethod,
+            ) -> tuple[float, float]:
+    """Least and largest value after a step: its reach, inside the bounds."""
     reach = method.step_reach * max(abs(value), parameter.size)
-    proposed = value + np.clip(change * parameter.size, -reach, reach)
+    least, most = value - reach, value + reach
     if parameter.is_scale and value > 0.0:
-        proposed = np.clip(proposed, value / method.scale_step_factor,
-                           method.scale_step_factor * value)
-    return float(np.clip(proposed, parameter.lower, parameter.upper))
+        least = max(least, value / method.scale_step_factor)
+        most = min(most, method.scale_step_factor * value)
+    return max(least, parameter.lower), min(most, parameter.upper)
 
 
 def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
-                 method: FittingMethod, damping: float, inner_weight: float = 0.0) -> np.ndarray:
-    """Best change of each used parameter, over its size, with the bounds of the datasheet.
+                 limits: Sequence[tuple[float, float]], method: FittingMethod, damping: float,
+                 inner_weight: float = 0.0) -> np.ndarray:
+    """Best change of each used parameter, over its size, within limits and the datasheet.
 
-    What a datasheet allows costs nothing, so a bound counts where the step ends beyond it; or it
-    costs `inner_weight` times its squared distance from the stated value, in tolerances, and from
-    the bound on that cost grows no faster.
+    A parameter that would pass its limits ends there, and the others take the step that is best
+    beside it.  What a datasheet allows costs nothing, so its bound counts where the step ends
+    beyond it; or it costs `inner_weight` times its squared distance from the stated value, in
+    tolerances, and from the bound on that cost grows no faster.
     """
     gram, right = tangent.normal
     gram, right = gram[np.ix_(used, used)], right[used]
@@ -179,6 +183,8 @@ def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
                                 for parameter in parameters]).T
     softness = method.prior_softness
     side = np.sign(hypothesis.prior_violations(softness)[used])
+    least, most = (np.array(limits).T - value) / size
+    change, free = np.zeros(len(used)), np.full(len(used), True)
     for _ in range(_BOUND_ROUNDS):
         weight = np.where(side == 0.0, np.sqrt(inner_weight), 1.0 / softness)
         slope = weight * size / allowed
@@ -187,19 +193,22 @@ def _best_change(hypothesis: Hypothesis, tangent: Tangent, used: Sequence[int],
         normal = gram + np.diag(slope**2)
         scale = np.sqrt(np.diag(normal)) + 1e-12
         normal = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-        change = -np.linalg.solve(normal, (right + slope * beyond) / scale) / scale
+        goal = -(right + slope * beyond) / scale - normal[:, ~free] @ (change * scale)[~free]
+        change[free] = np.linalg.solve(normal[np.ix_(free, free)], goal[free]) / scale[free]
         z = (value + change * size - centre) / allowed
         ended = np.sign(z) * (np.abs(z) > 1.0)
-        if (ended == side).all():
+        within = (least <= change) & (change <= most)
+        if (ended == side).all() and within.all():
             break
-        side = ended
+        side, free, change = ended, free & within, np.clip(change, least, most)
     return change
 
 
 def predicted_gain(hypothesis: Hypothesis, tangent: Tangent, method: FittingMethod) -> float:
-    """Gain that the slopes of a hypothesis predict, were its parameters free to take any step."""
+    """Gain that the slopes of a hypothesis predict, were a step of any reach within the bounds."""
     parameters = hypothesis.free_parameters
-    change = _best_change(hypothesis, tangent, range(len(parameters)), method,
+    bounds = [(parameter.lower, parameter.upper) for parameter in parameters]
+    change = _best_change(hypothesis, tangent, range(len(parameters)), bounds, method,
                           method.least_damping)
     gram, right = tangent.normal
     before, after = tangent.prior_violation, [

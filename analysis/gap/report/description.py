@@ -31,15 +31,19 @@ def wrong_numbers(result: Result) -> list[dict[str, Any]]:
     """Numbers of the robot file that are likely wrong, one entry per joint.
 
     Those of the most probable hypothesis that contradicts the file; its probability is that of
-    all such hypotheses together.
+    all such hypotheses together.  Where the logs do not tell other numbers from these, they follow
+    as further alternatives: the entries of one alternative hold together.
     """
-    likely = [(ranked.fit, ranked.probability) for ranked in result.ranking
+    likely = [(ranked.fit, ranked.names, ranked.probability) for ranked in result.ranking
               if ranked.fit is not None and _contradicts_file(ranked, ranked.fit, result.method)]
-    probability = sum(share for _, share in likely)
+    probability = sum(share for *_, share in likely)
     if not likely or probability < LEAST or result.problem.simulated:
         return []
+    leading, names, _ = likely[0]
+    alternatives = [leading, *(result.numbers_alike if PARAMETRIC in names else ())]
     return [{**entry, "effects": list(effects_of_number(entry["key"])),
-             "probability": probability} for entry in _of_hypothesis(likely[0][0], result)]
+             "probability": probability, "alternative": place}
+            for place, fit in enumerate(alternatives, 1) for entry in _of_hypothesis(fit, result)]
 
 
 def _contradicts_file(ranked: RankedCause, fit: Fit, method: Method) -> bool:

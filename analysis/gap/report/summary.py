@@ -131,8 +131,12 @@ def verdict_sentence(answer: Answer) -> str:
 def _numbers(answer: Answer) -> str:
     """Numbers that are off, in words: 'links.mass_kg of joint 2 is 0.62 kg, stated 0.5'."""
     joints = joint_names(answer)
-    return join_words(_wrong_number(row, joints[row["joint"] - 1])
-                      for row in answer.get("description", ()))
+    alternatives: dict[int, list[str]] = {}
+    for row in answer.get("description", ()):
+        alternatives.setdefault(row.get("alternative", 1), []).append(
+            _wrong_number(row, joints[row["joint"] - 1]))
+    said = ", or ".join(join_words(numbers) for numbers in alternatives.values())
+    return said + (" (these logs do not tell them apart)" if len(alternatives) > 1 else "")
 
 
 def _wrong_number(row: Row, joint: str) -> str:

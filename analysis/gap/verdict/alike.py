@@ -8,8 +8,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.description import PARAMETRIC, is_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.verdict.evidence import Table, contradictions
 from clie_blocks.analysis.gap.verdict.posterior import NONE, SET_PROBABILITY, RankedCause
 
 
@@ -47,6 +49,50 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
     return tuple(tuple(names) for names in alike.values())
 
 
+def numbers_alike(ranking: Sequence[RankedCause], table: Table, residuals: ResidualModel,
+                  ) -> tuple[Fit, ...]:
+    """Return the fits that blame other numbers of the robot file, and move as the likeliest does.
+
+    All wrong numbers have one name, and its hypothesis holds the one that does best.  Where the
+    model of another one moves just so, beside the same effects, which of the two is wrong does not
+    follow from the logs.  Two wrong numbers are no rival of one: each must be wrong on its own.
+
+    Parameters
+    ----------
+    ranking : list of RankedCause
+        Hypotheses, most probable first.
+    table : Table
+        All evidence, with its fits.
+    residuals : ResidualModel
+        The logs, with their noise.
+
+    """
+    leading = next((ranked.fit for ranked in ranking
+                    if ranked.fit is not None and PARAMETRIC in ranked.names), None)
+    if leading is None:
+        return ()
+    method = residuals.method
+    kinds, most = {_numbers(leading)}, max(contradictions(leading, method.verdict), 1)
+    rivals: list[Fit] = []
+    for rival in sorted(table.misdescribed, key=lambda one: one.total):
+        if (_numbers(rival) not in kinds and _effects(rival) == _effects(leading)
+                and contradictions(rival, method.verdict) <= most
+                and motion_distance(leading, rival, residuals) <= method.calibration.floor):
+            kinds.add(_numbers(rival))
+            rivals.append(rival)
+    return tuple(rivals)
+
+
+def _numbers(fit: Fit) -> frozenset[str]:
+    return frozenset(member.cause.key for member in fit.hypothesis.members
+                     if is_number(member.cause))
+
+
+def _effects(fit: Fit) -> frozenset[str]:
+    return frozenset(member.cause.name for member in fit.hypothesis.members
+                     if not is_number(member.cause))
+
+
 def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
     """Mean squared whitened difference of two models' motions, in the units of an excess."""
     squares = 0.0
@@ -58,10 +104,11 @@ def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
 
 
 def _likely(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:
-    """Hypotheses that it takes to hold nine tenths of the probability."""
-    held = 0.0
-    for ranked in ranking:
-        if held >= SET_PROBABILITY:
-            return
-        yield ranked
-        held += ranked.probability
+    """Hypotheses of which the leading one does not hold nine tenths of what the two have.
+
+    How many others there are does not matter: these may be alike as well.
+    """
+    leading = ranking[0].probability
+    for ranked in ranking[1:]:
+        if leading < SET_PROBABILITY * (leading + ranked.probability):
+            yield ranked

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_names
@@ -76,6 +77,9 @@ class Table:
         The best variant of each set of causes, separately for each confounder.
     nominal : Fit or None
         The refitted nominal model, if it is at hand.
+    misdescribed : tuple of Fit
+        Fits that contradict the robot file, if they are at hand: of the rows of one set of names
+        each holds another number of it.
 
     """
 
@@ -85,6 +89,7 @@ class Table:
     free: tuple[float, ...]
     rows: list[Row]
     nominal: Fit | None = None
+    misdescribed: tuple[Fit, ...] = ()
 
 
 def to_json(table: Table) -> dict[str, Any]:
@@ -131,8 +136,9 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
             for (names, confounded), fit in best.items()
             if (simpler_names(fit, residuals.method), confounded) not in best
             and not repeats_simulator(fit, residuals.method)]
+    misdescribed = tuple(fit for fit in (nominal, *fits) if contradictions(fit, method))
     return Table(nominal_excess, float(nominal.penalty / samples_per_joint),
-                 prior_violations(nominal, method), (), rows, nominal)
+                 prior_violations(nominal, method), (), rows, nominal, misdescribed)
 
 
 def is_contradicted(nominal: Fit, residuals: ResidualModel) -> bool:
@@ -171,6 +177,12 @@ def prior_violations(fit: Fit, method: VerdictMethod) -> int:
     if fit.penalty <= method.prior_violation:
         return 0
     return int(np.sum(fit.prior_violation != 0.0))
+
+
+def contradictions(fit: Fit, method: VerdictMethod) -> int:
+    """Kinds of numbers of the robot file that a fit contradicts; those of the drives are one."""
+    numbers = sum(is_number(member.cause) for member in fit.hypothesis.members)
+    return numbers + bool(prior_violations(fit, method))
 
 
 def _far_behind(least: float, nominal_excess: float, method: Method) -> float:

@@ -57,6 +57,24 @@ def test_a_cause_that_is_alike_with_a_wrong_number_is_no_finding_of_either():
         "their tolerance (99 %; these logs do not tell them apart).")
 
 
+def test_numbers_that_the_logs_do_not_tell_apart_are_alternatives():
+    def off(key, identified, stated, alternative, joint=1):
+        return {"key": key, "joint": joint, "identified": identified, "stated": stated,
+                "unit": "1", "note": "", "probability": 0.9, "alternative": alternative}
+
+    rows = [off("links.mass_kg", 2.0, 1.0, 1), off("links.mass_kg", 3.0, 2.0, 1, joint=2),
+            off("motor.gear_ratio", 8.0, 10.0, 2)]
+    found = answer_of("parametric", row("parametric", 0.9, None), description=rows, value=None,
+                      joints=("shoulder", "elbow"))
+    assert headline(found) == (
+        "The numbers of robot.toml are off: links.mass_kg of shoulder is 2, stated 1 and "
+        "links.mass_kg of elbow is 3, stated 2, or motor.gear_ratio of shoulder is 8, stated 10 "
+        "(these logs do not tell them apart).")
+    alone = {**found, "description": rows[:1]}
+    assert headline(alone) == (
+        "The numbers of robot.toml are off: links.mass_kg of shoulder is 2, stated 1.")
+
+
 def test_joints_without_a_name_are_numbered():
     found = answer_of("effect", row("coulomb", 0.93, [1, 2]))
     assert "coulomb at joint 1 and joint 2 (93 %)" in headline(found)

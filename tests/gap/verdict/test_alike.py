@@ -44,6 +44,17 @@ def test_a_rival_that_is_hardly_likely_stands_for_nothing(problem, coulomb):
     assert alike(problem, make_ranked("coulomb", 0.95, fit=coulomb), even) == ()
 
 
+def test_a_third_name_that_is_alike_takes_no_place_from_the_others(problem, coulomb):
+    def ranked(name, probability):
+        fit = make_fit(problem, make_member(friction.ASYMMETRIC_COULOMB, problem, forward=0.3,
+                                            backward=0.3))
+        return make_ranked(name, probability, fit=fit)
+
+    leading = make_ranked("coulomb", 0.63, fit=coulomb)
+    assert alike(problem, leading, ranked("stribeck", 0.28), ranked("presliding", 0.09)) == (
+        ("coulomb", "stribeck", "presliding"),)
+
+
 def test_the_distance_is_a_squared_error_in_units_of_the_noise(problem, coulomb):
     uneven = dry(problem, forward=0.3, backward=0.25)
     far, near = (motion_distance(coulomb, uneven, make_residual_model(problem, sigma))
