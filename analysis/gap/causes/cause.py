@@ -140,6 +140,11 @@ class Cause:
         return self.key.replace(":", "_").replace(".", "_")
 
     @property
+    def moves_apart(self) -> bool:
+        """Whether motor and link move apart."""
+        return any(piece.port == "transmission" for piece in self.pieces)
+
+    @property
     def shared(self) -> bool:
         """Whether one set of values holds for all joints."""
         return any(number.scope == "robot" for number in self.numbers)

@@ -35,6 +35,24 @@ COUNTERBALANCE = cause_of(
     frees=("load",))
 
 
+def _stop_probes(scene: Scene) -> list[Probe]:
+    """Stops that shorten the travel at its upper end, at its lower end, and at both."""
+    size = scene.small_torque()
+    course = np.concatenate([log.q for log in scene.problem.fit])
+    first, last, never = course.min(axis=0), course.max(axis=0), 10.0 + 0 * size
+    return [Probe({"stiffness": size / (share * scene.travel), "damping": 0.0 * size,
+                   "lower": first + share * scene.travel if below else -never,
+                   "upper": last - share * scene.travel if above else never},
+                  ("stiffness",), {"lower": 0.02 * scene.travel, "upper": 0.02 * scene.travel,
+                                   "damping": 0.3 / scene.top_speed})
+            for share in (0.02, 0.05, 0.1, 0.17, 0.25, 0.35, 0.45)
+            for below, above in ((False, True), (True, False), (True, True))]
+
+
+SOFT_STOP = cause_of(
+    LIBRARY["soft_stop"], ("stiffness", "lower", "upper", "damping"), _stop_probes)
+
+
 def _tilted(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio
     turned = planar_chain.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio

@@ -215,10 +215,9 @@ def _pair_member(of_joints: Sequence[Use | None], pair_uses: Sequence[_PairUse])
 
 def _compatible(one: Member, two: Member) -> bool:
     """Whether two members are two: names differ, neither contains the other, one transmission."""
-    transmissions = {"joint_elasticity", "backlash"}
-    names = {one.cause.name, two.cause.name}
     nested = one.cause.name in two.cause.without or two.cause.name in one.cause.without
-    return len(names) == 2 and not nested and not names <= transmissions
+    return (one.cause.name != two.cause.name and not nested
+            and not (one.cause.moves_apart and two.cause.moves_apart))
 
 
 def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
@@ -235,10 +234,14 @@ def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]
 
 
 def _containing(member: Member, simpler: Member) -> Member:
-    """Member of a cause that contains a simpler one: with the level of both."""
-    level = member.values["level"] + simpler.values["level"]
+    """Member of a cause that contains a simpler one: as that was fitted, with the levels of both.
+    """
+    values = {**member.values, **{name: value for name, value in simpler.values.items()
+                                  if name in member.values}}
+    if "level" in simpler.values:
+        values["level"] = member.values["level"] + simpler.values["level"]
     return dataclasses.replace(member, joints=tuple(sorted({*member.joints, *simpler.joints})),
-                               values={**member.values, "level": level})
+                               values=values)
 
 
 def fitted_members(hypothesis: Hypothesis) -> tuple[Member, ...]:
