@@ -80,19 +80,16 @@ def _stiffening(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Val
     return stiffening_torque(twist, rate, **_soft_spring(p, link, motor)), z
 
 
-def _stiffening_probes(scene: Scene) -> list[Probe]:
-    """Gears that become twice as stiff within the torques that are met."""
-    every = 1.0 + 0 * scene.torque
-    return [Probe({"frequency": f * every, "damping_ratio": 0.05 * every, "stiffening": every,
-                   "knee": 0.5 * scene.torque, **built}, sizes={"knee": 0.3 * scene.torque})
-            for built in _constructions(scene) for f in (3.0, 6.0, 12.0)]
+def _no_probes(scene: Scene) -> list[Probe]:
+    """None: `search.elastic_gears` finds where they start, around an elastic gear."""
+    return []
 
 
 STIFFENING_ELASTICITY = Cause(
     "stiffening_elasticity", (Piece("transmission", _stiffening),),
     (*_SWING, Number("stiffening", "1", 0.0, 100.0), Number("knee", "N m", 1e-6, 1e4, neutral=None,
                                                          is_scale=True), *_CONSTRUCTION),
-    _stiffening_probes, without=("joint_elasticity", "stiffening"),
+    _no_probes, without=("joint_elasticity", "stiffening"),
     of_effect=_two_bodies("stiffening_elasticity", _soft_spring))
 
 
@@ -112,21 +109,11 @@ def _hysteretic(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Val
             [slip_step(z[0], rate, reach, h)])
 
 
-def _hysteresis_probes(scene: Scene) -> list[Probe]:
-    """Gears whose slipping part carries a third of the torque, and yields where the rest does."""
-    every = 1.0 + 0 * scene.torque
-    return [Probe({"frequency": f * every, "damping_ratio": 0.05 * every,
-                   "level": 0.3 * scene.torque, "reach": reach * every, **built},
-                  sizes={"level": 0.3 * scene.torque})
-            for built in _constructions(scene) for f in (3.0, 6.0, 12.0)
-            for reach in (0.003, 0.015)]
-
-
 TORSIONAL_HYSTERESIS = Cause(
     "torsional_hysteresis", (Piece("transmission", _hysteretic, states=1),),
     (*_SWING, Number("level", "N m", 0.0, 1e3),
      Number("reach", "rad", 1e-4, 0.5, neutral=None, is_scale=True), *_CONSTRUCTION),
-    _hysteresis_probes, without=("joint_elasticity", "level"),
+    _no_probes, without=("joint_elasticity", "level"),
     of_effect=_two_bodies("torsional_hysteresis", _slipping_spring))
 
 
