@@ -12,6 +12,11 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.drive_faults import (
+    hold_candidates,
+    jitter_candidates,
+    step_candidates,
+)
 from clie_blocks.analysis.gap.search.events import (
     fault_candidates,
     periodic_candidates,
@@ -61,7 +66,8 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
     candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
                   else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
     errors = whitened_errors(residuals, fit)
-    for search in (periodic_candidates, fault_candidates, ripple_candidates):
+    for search in (periodic_candidates, fault_candidates, ripple_candidates, jitter_candidates,
+                   hold_candidates, step_candidates):
         candidates += [_from_search(member, drop, price, len(residuals.problem.fit), method)
                        for member, drop in search(residuals, fit, errors, causes)]
     return sorted(candidates, key=lambda candidate: -candidate.score)
@@ -122,8 +128,7 @@ def _member(joints: tuple[int, ...], uses: Mapping[int, Use]) -> Member:
 def _from_search(member: Member, drop: np.ndarray, price: float, logs: int, method: Method,
                  ) -> Candidate:
     """Candidate of a cause that was searched for, with its drop of chi^2 per joint."""
-    parameters = {"periodic_disturbance": 2 * logs + 1, "torque_ripple": 3}.get(
-        member.cause.name, logs + 1)
+    parameters = sum((logs if number.scope == "log" else 1) for number in member.cause.numbers)
     if member.cause.shared:
         return Candidate((member,), float(drop.sum() - parameters * price))
     score = drop - parameters * price
