@@ -14,9 +14,11 @@ from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.drive import PACKET_HOLD, TICK_JITTER, TORQUE_QUANTIZATION
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, Values
+from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import Found, torque_columns
 from clie_blocks.analysis.gap.search.ripple_spectrum import sent_back
+from clie_blocks.analysis.gap.search.screening import unexplained
 from clie_blocks.measurement import quantized
 
 _CHORD = 4  # samples over which the slope of a command is taken
@@ -24,7 +26,7 @@ _BEATS = 0.2, 40.0  # Hz: slower ones do not come back in a log, faster ones the
 _LINES = 6  # of a spectrum that are looked at
 _AROUND = 101  # bins of a spectrum over which a line stands out
 _PADDED = 4  # times the length of a log, of its transform
-_HOLDS = 3, 5, 8, 13, 20, 32, 50, 80, 125  # samples
+_HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
 _FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
@@ -38,7 +40,11 @@ class Use(NamedTuple):
 
 
 class _Joint(NamedTuple):
-    """Errors of one joint, sent back to its torque, beside its commands; one per log."""
+    """Errors of one joint, sent back to its torque, beside its commands; one per log.
+
+    The basis spans what the parameters of the fit explain, of the fitted logs together, and the
+    target is the error without it.
+    """
 
     residuals: ResidualModel
     fit: Fit
@@ -46,6 +52,8 @@ class _Joint(NamedTuple):
     k: int
     u: list[np.ndarray]
     back: list[np.ndarray]
+    basis: np.ndarray
+    target: np.ndarray
 
     @property
     def fitted(self) -> range:
@@ -63,11 +71,10 @@ class _Joint(NamedTuple):
 
     def drop(self, torques: Sequence[np.ndarray]) -> float:
         """Drop of chi^2 by torques (N,) that the drive adds, one per fitted log."""
-        total = 0.0
-        for j, torque in zip(self.fitted, torques):
-            column = self.columns(j, torque[:, None])[:, 0]
-            total += float(2 * column @ self.errors[j] - column @ column)
-        return total
+        column = np.concatenate([self.columns(j, torque[:, None])[:, 0]
+                                 for j, torque in zip(self.fitted, torques)])
+        column = unexplained(column, self.basis)
+        return float(2 * column @ self.target - column @ column)
 
 
 def jitter_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
@@ -93,12 +100,14 @@ def _candidates(cause: Cause, best: Callable[[_Joint], Use], residuals: Residual
     if cause not in causes:
         return []
     problem = residuals.problem
-    uses = []
+    uses, (fitted, targets) = [], joint_columns(fit, residuals)
     for k in range(problem.n):
+        basis = np.linalg.qr(fitted[k])[0]
         of_joint = [of_log[k] for of_log in errors]
         uses.append(best(_Joint(
             residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
-            [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)])))
+            [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)],
+            basis, unexplained(targets[k], basis))))
     values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
               for name in uses[0].values}
     return [(Member(cause, tuple(range(problem.n)), values, _sizes(values)),
@@ -121,8 +130,14 @@ def _best_beat(joint: _Joint) -> Use:
                    for j in joint.fitted)
     frequency = np.fft.rfftfreq(size, joint.period)
     lines = _outstanding(frequency, spectrum, *_BEATS)
-    return max((_beat(joint, chords, line) for line in lines), key=lambda use: use.drop,
-               default=Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))}))
+    none = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
+    best = max((_beat(joint, chords, line) for line in lines), key=lambda use: use.drop,
+               default=none)
+    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]) if lines else ():
+        beat = float(best.values["beat"])
+        best = max([best, *(_beat(joint, chords, beat + side * shift) for side in (-1, 1))],
+                   key=lambda use: use.drop)
+    return best
 
 
 def _outstanding(frequency: np.ndarray, power: np.ndarray, lowest: float, highest: float,
@@ -160,8 +175,8 @@ def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
 def _best_hold(joint: _Joint) -> Use:
     """Length, interval and phases of stretches over which the command is held."""
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
-    found = [_hold(joint, length, interval)
-             for length in _HOLDS for interval in _intervals(joint, length)]
+    found = [_hold(joint, length, several * interval) for length in _HOLDS
+             for interval in _intervals(joint, length) for several in (1, 2, 3)]
     best = max(found, key=lambda use: use.drop, default=none)
     if best.drop <= 0.0:
         return none
