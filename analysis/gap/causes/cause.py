@@ -14,6 +14,8 @@ from clie_blocks.robot_loop.pieces import pieces_of
 
 Values = Mapping[str, np.ndarray]
 """Parameter -> array (n,)."""
+EffectValues = dict[str, dict[str, np.ndarray]]
+"""Parameters of some effects, by name."""
 Memory = list[np.ndarray]
 """Memory of a piece, one array (n,) per state."""
 FrictionLimits = tuple[np.ndarray, np.ndarray]
@@ -112,8 +114,9 @@ class Cause:
     held : dict of str to float
         Parameters of its effect that keep a value of their own.
     of_effect : callable or None
-        ``of_effect(problem, values)``, the parameters of its effect where a search takes others:
-        from those of a fitted model, one array (n,) each.
+        ``of_effect(problem, values)``, where a search takes other parameters than its effect:
+        effects of the catalogue that are the cause of a fitted model, by name, with the
+        parameters of each, arrays (n,); none where no effect is the same.
 
     """
 
@@ -127,7 +130,7 @@ class Cause:
     without: tuple[str, ...] = ()
     even: tuple[str, ...] = ()
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
-    of_effect: Callable[[Problem, Values], dict[str, np.ndarray]] | None = None
+    of_effect: Callable[[Problem, Values], EffectValues] | None = None
 
     @property
     def key(self) -> str:

@@ -4,7 +4,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Memory, Number, Probe, Scene, Values
+from clie_blocks.analysis.gap.causes.cause import (
+    Cause,
+    EffectValues,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects.backlash import contact_torque
 from clie_blocks.effects.joint_elasticity import elastic_torque
@@ -47,16 +55,17 @@ def _elastic(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Values
 
 
 def _two_bodies(cause: str, kernel: Callable[[Values, np.ndarray, np.ndarray], Values],
-                ) -> Callable[[Problem, Values], dict[str, np.ndarray]]:
+                ) -> Callable[[Problem, Values], EffectValues]:
     """Parameters of an effect with two bodies, from how a search takes the joint to be built."""
-    def of_effect(problem: Problem, values: Values) -> dict[str, np.ndarray]:
+    def of_effect(problem: Problem, values: Values) -> EffectValues:
         p = {key.removeprefix(f"{cause}."): value for key, value in values.items()
              if key.startswith(f"{cause}.")}
         link, link_damping = link_share_of_joint(
             problem.chain, problem.gear_ratio, values, p["link_share"])
         motor = values["inertia"] - link
-        return {**kernel(p, link, motor), "motor_inertia": motor,
-                "motor_damping": values["damping"] - p["bearing_share"] * link_damping}
+        return {cause: {
+            **kernel(p, link, motor), "motor_inertia": motor,
+            "motor_damping": values["damping"] - p["bearing_share"] * link_damping}}
     return of_effect
 
 
