@@ -136,7 +136,7 @@ class Diagnosis(Result):
         return figure(self, name)
 
     def effects(self, log: int = 0) -> "list[Setting]":
-        """Return the causes of the corrected model as effects of the catalogue.
+        """Return the causes of the corrected model, and of the law, as effects of the catalogue.
 
         Parameters
         ----------
@@ -146,20 +146,20 @@ class Diagnosis(Result):
         Raises
         ------
         ClieError
-            If a cause and its effect in the catalogue do not share their parameters.
+            If no effect of the catalogue is the same as a cause.
 
         """
-        from clie_blocks.analysis.gap.report.exports import settings
+        from clie_blocks.analysis.gap.report.exports import law_settings, settings
 
-        return settings(self.model, log)
+        return settings(self.model, log) + law_settings(self.controller.named, self.problem.n)
 
     def corrected(self, plant: "InputOutputSystem", log: int = 0) -> "InputOutputSystem":
-        """Return a plant with the causes of the corrected model inserted as effects.
+        """Return a plant, or a law, with its effects of those that were found.
 
         Parameters
         ----------
         plant : control.InputOutputSystem
-            With the ports of eq. (8).
+            With the ports of eq. (8), or a law with the output u.
         log : int
             As in `effects`.
 
@@ -170,8 +170,11 @@ class Diagnosis(Result):
 
         """
         from clie_blocks.effects import with_effects
+        from clie_blocks.effects.insertion import of_law
 
-        return with_effects(plant, self.effects(log))
+        is_law = all(label.startswith("u[") for label in plant.output_labels)
+        return with_effects(plant, [one for one in self.effects(log)
+                                    if one.effect.port != "log" and of_law(one) == is_law])
 
 
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),

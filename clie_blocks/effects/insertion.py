@@ -85,6 +85,12 @@ def with_effects(system: ct.NonlinearIOSystem, effects: Iterable[Setting], *, pl
     return _effective_loop(system, effects, plant, measured)
 
 
+def of_law(setting: Setting) -> bool:
+    """Whether an effect belongs to the law: of the others, those of the plant and the recorder."""
+    outputs = getattr(setting.effect.build, "outputs", ())
+    return setting.effect.port == "controller" or tuple(outputs) == ("dq",)
+
+
 def _effective_loop(loop: Diagram, effects: Sequence[Setting], plant_name: str,
                     measured: str) -> Diagram:
     blocks = {block.name: block for block in getattr(loop, "syslist", ())}

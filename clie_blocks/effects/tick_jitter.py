@@ -14,21 +14,21 @@ def torque_memory_rate(z: np.ndarray, t: float, u: np.ndarray, spread: PerJoint)
     return memory_rate(z, u, spread)
 
 
-def beating_torque(z: np.ndarray, t: float, u: np.ndarray, spread: PerJoint,
-                   beat: PerJoint) -> np.ndarray:
-    """Torque commanded ``spread frac(beat t)`` seconds ago [N m]."""
-    return recalled(z, u, spread, saw_tooth(t, beat))
+def beating_torque(z: np.ndarray, t: float, u: np.ndarray, spread: PerJoint, beat: PerJoint,
+                   phase: PerJoint) -> np.ndarray:
+    """Torque commanded ``spread frac(beat t + phase)`` seconds ago [N m]."""
+    return recalled(z, u, spread, saw_tooth(t, beat, phase))
 
 
-def saw_tooth(t: float, beat: PerJoint) -> np.ndarray:
+def saw_tooth(t: float, beat: PerJoint, phase: PerJoint) -> np.ndarray:
     """Share of the beat that has passed, 0 to 1."""
-    turns = beat * t
+    turns = beat * t + phase
     return turns - np.floor(turns)
 
 
-def beating_delay(t: float, spread: PerJoint, beat: PerJoint) -> np.ndarray:
+def beating_delay(t: float, spread: PerJoint, beat: PerJoint, phase: PerJoint) -> np.ndarray:
     """Delay of the torque [s]."""
-    return spread * saw_tooth(t, beat)
+    return spread * saw_tooth(t, beat, phase)
 
 
 TICK_JITTER = Effect(
@@ -38,8 +38,9 @@ TICK_JITTER = Effect(
     parameters=(
         Parameter("spread", "s", 0.0, 1.0, 4e-3, 0.0, "largest delay, about one tick"),
         Parameter("beat", "Hz", 1e-3, 1e3, 7.3, None, "difference of the two clocks' rates"),
+        Parameter("phase", "1", -2.0, 2.0, 0.0, None, "share of the beat that has passed at t = 0"),
     ),
-    equation="u_motor(t) = u(t - spread frac(beat t))",
+    equation="u_motor(t) = u(t - spread frac(beat t + phase))",
     reference="J. Nilsson, Real-Time Control Systems with Delays, Lund, 1998",
     signature="A mean delay of spread/2; side lines at the beat's distance from the excitation.",
     confused_with={

@@ -14,6 +14,18 @@ def slip_rate(z: np.ndarray, twist_rate: np.ndarray, reach: PerJoint) -> np.ndar
     return (twist_rate - 0.5 * (np.abs(twist_rate) * z + twist_rate * np.abs(z))) / reach
 
 
+def slip_step(z: np.ndarray, twist_rate: np.ndarray, reach: PerJoint,
+              period: float) -> np.ndarray:
+    """Bouc-Wen state a time `period` later, the rate of twist held meanwhile.
+
+    Exact but for the instant at which it passes through zero.
+    """
+    travel = period * twist_rate / reach
+    towards = np.where(travel < 0, -1.0, 1.0)  # the end at which it slips
+    falling = towards - (towards - z) * np.exp(-np.abs(travel))
+    return np.where(z * travel > 0, falling, np.clip(z + travel, -1.0, 1.0))
+
+
 def hysteretic_torque(twist: np.ndarray, twist_rate: np.ndarray, z: np.ndarray, level: PerJoint,
                       stiffness: PerJoint, damping: PerJoint) -> np.ndarray:
     """Torque of spring, damper and slipping part [N m]."""

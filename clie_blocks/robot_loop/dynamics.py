@@ -37,8 +37,8 @@ class Piece:
         ``load``    act(s, z, p) -> torque that opposes, z;
         ``friction`` act(s, z, p) -> largest torque against forward and against backward motion, z;
         ``body``    act(s, p) -> own mass, mass shared with the other joints, and torque;
-        ``transmission`` act(twist, rate, p, link, motor) -> torque from motor to link; the last
-        two are their inertias.
+        ``transmission`` act(twist, rate, z, h, p, link, motor) -> torque from motor to link, z
+        a step h later; the last two are their inertias.
         `s` is a `State`, at a sensor and a drive with what the pieces before it made of q and u;
         `p` holds the parameters of the effect, `z` its memory, one array (n,) per state.
     act : callable

@@ -69,6 +69,7 @@ def move_apart(now: State, memory: Memory, pieces: NamedPieces, p: Parameters,
     bodies = _two_bodies(now, pieces, p)
     for _ in range(TRANSMISSION_SUBSTEPS):
         motion, after = bodies.move(motion, now, memory, now.h / TRANSMISSION_SUBSTEPS)
+        memory = {**memory, bodies.name: after[bodies.name]}
     return motion, after
 
 
@@ -76,6 +77,7 @@ def move_apart(now: State, memory: Memory, pieces: NamedPieces, p: Parameters,
 class _TwoBodies:
     """Motor and link of each joint, with the transmission between them.
 
+    `name` is that of the transmission's block, which has a memory of its own within a period;
     `loose` is 1 at joints that move apart and 0 at joints that move as one; `link`, `motor` and
     `whole` are inertias [kg m^2], the last that of the link or of a joint that moves as one;
     `bearing` is the damping between link and motor [N m s/rad].
@@ -83,6 +85,7 @@ class _TwoBodies:
 
     pieces: NamedPieces
     p: Parameters
+    name: str
     transmission: Piece
     parameters: Parameters
     loose: Any
@@ -98,7 +101,8 @@ class _TwoBodies:
         q, q_m = q + h / 2 * dq, q_m + h / 2 * dq_m
         of_link = dataclasses.replace(now, q=q, dq=dq)
         of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
-        passed = self.transmission.act(q_m - q, dq_m - dq, self.parameters, self.link, self.motor)
+        passed, after = self.transmission.act(
+            q_m - q, dq_m - dq, memory[self.name], h, self.parameters, self.link, self.motor)
         own, cross, bias = link_terms(of_link, pieces, p)
         torque, of_load = opposing_torque(of_motor, memory, pieces, p)
         driven = now.u - torque
@@ -115,7 +119,7 @@ class _TwoBodies:
             dq_m = velocity_after_friction(dq_m, self.motor, None, limits, h)
         q, q_m = q + h / 2 * dq, q_m + h / 2 * dq_m
         motion = q, dq, q + loose * (q_m - q), dq + loose * (dq_m - dq)
-        return motion, {**of_friction, **of_load}
+        return motion, {**of_friction, **of_load, self.name: after}
 
 
 def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:
@@ -126,7 +130,7 @@ def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:
     link, link_damping = link_share_of_joint(now.chain, now.ratio, p, of_piece["link_share"])
     motor = p["inertia"] - link
     return _TwoBodies(
-        pieces, p, transmission, of_piece, loose, link, motor,
+        pieces, p, name, transmission, of_piece, loose, link, motor,
         whole=link + (1.0 - loose) * motor,
         bearing=loose * of_piece["bearing_share"] * link_damping)
 

@@ -151,7 +151,17 @@ class Late(Kernel):
     """A signal some time ago: the mean of its delayed staircase over a period.
 
     That is linear between two samples of a line of past values.
+
+    Parameters
+    ----------
+    function, inputs, constants
+        As in `Kernel`.
+    longest : str
+        Parameter that bounds the delay.
+
     """
+
+    longest: str = "delay"
 
     def __call__(self, s: State, z: Rows, p: Filled) -> tuple[np.ndarray, Rows]:
         """The late signal, and the line one sample later."""
@@ -229,7 +239,7 @@ def _of_dynamic(build: blocks.Dynamic, effect: Effect, constants: Constants) -> 
 
 @_pieces.register
 def _of_delay(build: DelayLine, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
-    return (Piece(_PORTS[effect.port], Late(build.delay, build.ports, constants),
+    return (Piece(_PORTS[effect.port], Late(build.delay, build.ports, constants, build.longest),
                   states=DELAY_TAPS),)
 
 

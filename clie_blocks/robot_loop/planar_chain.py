@@ -67,13 +67,18 @@ def mass_matrix(chain: PlanarChain, q: np.ndarray) -> list[list[Any]]:
     return rows[:n]
 
 
+def weights(chain: PlanarChain) -> list[Any]:
+    """Moment of each link, and of all it carries at its end [N m]."""
+    own = chain.g * chain.mass * chain.com
+    return [own[i] + chain.g * chain.length[i] * _sum([chain.mass[k]
+                                                       for k in range(i + 1, chain.n)])
+            for i in range(chain.n)]
+
+
 def gravity_torque(chain: PlanarChain, q: np.ndarray, shift: float = 0.0) -> np.ndarray:
     """Weight of the links [N m] for q (..., n); `shift` [rad] turns the direction of gravity."""
-    own = chain.g * chain.mass * chain.com
-    angle, torque = _absolute(q), []
-    for i in range(chain.n):
-        carried = chain.g * chain.length[i] * _sum([chain.mass[k] for k in range(i + 1, chain.n)])
-        torque.append((own[i] + carried) * np.cos(angle[i] + shift))
+    angle = _absolute(q)
+    torque = [weight * np.cos(angle[i] + shift) for i, weight in enumerate(weights(chain))]
     return np.stack(_carried_by(torque), axis=-1)
 
 

@@ -14,6 +14,8 @@ from clie_blocks.robot_loop.pieces import pieces_of
 
 Values = Mapping[str, np.ndarray]
 """Parameter -> array (n,)."""
+EffectValues = dict[str, dict[str, np.ndarray]]
+"""Parameters of some effects, by name."""
 Memory = list[np.ndarray]
 """Memory of a piece, one array (n,) per state."""
 FrictionLimits = tuple[np.ndarray, np.ndarray]
@@ -114,8 +116,9 @@ class Cause:
     held : dict of str to float
         Parameters of its effect that keep a value of their own.
     of_effect : callable or None
-        ``of_effect(problem, values)``, the parameters of its effect where a search takes others:
-        from those of a fitted model, one array (n,) each.
+        ``of_effect(problem, values)``, where a search takes other parameters than its effect:
+        effects of the catalogue that are the cause of a fitted model, by name, with the
+        parameters of each, arrays (n,); none where no effect is the same.
 
     """
 
@@ -130,7 +133,7 @@ class Cause:
     even: tuple[str, ...] = ()
     at_first_joint: str = ""
     held: Mapping[str, float] = dataclasses.field(default_factory=dict)
-    of_effect: Callable[[Problem, Values], dict[str, np.ndarray]] | None = None
+    of_effect: Callable[[Problem, Values], EffectValues] | None = None
 
     @property
     def key(self) -> str:
@@ -141,6 +144,11 @@ class Cause:
     def block(self) -> str:
         """The key as the name of a block."""
         return self.key.replace(":", "_").replace(".", "_")
+
+    @property
+    def moves_apart(self) -> bool:
+        """Whether motor and link move apart."""
+        return any(piece.port == "transmission" for piece in self.pieces)
 
     @property
     def shared(self) -> bool:

@@ -29,6 +29,20 @@ LONGEST_DELAY = 0.055  # s
 TIME_DELAY = cause_of(LIBRARY["time_delay"], ("delay",), lambda scene: times(scene, "delay"),
                       within={"delay": (0.0, LONGEST_DELAY)})
 
+
+def _no_probes(scene: Scene) -> list[Probe]:
+    """None: `search.drive_faults` reads where to look from the logged commands."""
+    return []
+
+
+TICK_JITTER = cause_of(
+    LIBRARY["tick_jitter"], ("spread", "beat", "phase"), _no_probes, per_log=("phase",),
+    phase=("beat", "phase"), within={"spread": (0.0, LONGEST_DELAY), "beat": (0.02, 100.0)})
+PACKET_HOLD = cause_of(
+    LIBRARY["packet_hold"], ("hold", "interval", "phase"), _no_probes,
+    fixed=("interval", "phase"), per_log=("phase",))
+TORQUE_QUANTIZATION = cause_of(LIBRARY["torque_quantization"], ("resolution",), _no_probes)
+
 TORQUE_GAIN_ERROR = cause_of(
     LIBRARY["torque_gain_error"], ("error",),
     lambda scene: [Probe({"error": 0.05 + 0 * scene.torque}, ("error",))],
@@ -101,7 +115,8 @@ def _envelope_probes(scene: Scene) -> list[Probe]:
 
 
 TORQUE_SPEED_LIMIT = cause_of(
-    LIBRARY["torque_speed_limit"], ("peak", "droop"), _envelope_probes)
+    LIBRARY["torque_speed_limit"], ("peak", "droop"), _envelope_probes,
+    without=("actuator_saturation", "droop"))
 SUPPLY_SAG = cause_of(
     LIBRARY["supply_sag"], ("sag",),
     lambda scene: [Probe({"sag": 0.03 / scene.torque.sum() + 0 * scene.torque}, ("sag",))])

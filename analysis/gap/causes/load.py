@@ -5,6 +5,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import (
     BodyTerms,
     Cause,
+    EffectValues,
     Memory,
     Number,
     Probe,
@@ -12,6 +13,7 @@ from clie_blocks.analysis.gap.causes.cause import (
     Values,
     cause_of,
 )
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop import planar_chain
 from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
@@ -35,6 +37,24 @@ COUNTERBALANCE = cause_of(
     frees=("load",))
 
 
+def _stop_probes(scene: Scene) -> list[Probe]:
+    """Stops that shorten the travel at its upper end, at its lower end, and at both."""
+    size = scene.small_torque()
+    course = np.concatenate([log.q for log in scene.problem.fit])
+    first, last, never = course.min(axis=0), course.max(axis=0), 10.0 + 0 * size
+    return [Probe({"stiffness": size / (share * scene.travel), "damping": 0.0 * size,
+                   "lower": first + share * scene.travel if below else -never,
+                   "upper": last - share * scene.travel if above else never},
+                  ("stiffness",), {"lower": 0.02 * scene.travel, "upper": 0.02 * scene.travel,
+                                   "damping": 0.3 / scene.top_speed})
+            for share in (0.02, 0.05, 0.1, 0.17, 0.25, 0.35, 0.45)
+            for below, above in ((False, True), (True, False), (True, True))]
+
+
+SOFT_STOP = cause_of(
+    LIBRARY["soft_stop"], ("stiffness", "lower", "upper", "damping"), _stop_probes)
+
+
 def _tilted(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
     upright = planar_chain.gravity_torque(s.chain, s.q) / s.ratio
     turned = planar_chain.gravity_torque(s.chain, s.q, np.pi / 2) / s.ratio
@@ -50,7 +70,19 @@ def _tilt_probes(scene: Scene) -> list[Probe]:
 
 BASE_TILT = Cause("base_tilt", (Piece("load", _tilted),),
                   (Number("tilt", "rad", -0.6, 0.6, scope="robot"),), _tilt_probes,
-                  needs_links=True)
+                  needs_links=True, of_effect=lambda problem, values: {"base_tilt": {
+                      "tilt": values["base_tilt.tilt"], **_weights(problem)}})
+
+
+def _weights(problem: Problem, share: float = 1.0) -> dict[str, np.ndarray]:
+    """A share of the weight of the links as effects of the catalogue state it.
+
+    Without links it is the weight of one joint, motor side.
+    """
+    if not problem.chain.known:
+        return {"weight": share + np.zeros(problem.n), "gear_ratio": np.ones(problem.n)}
+    return {"weight": share * np.array(planar_chain.weights(problem.chain)),
+            "gear_ratio": problem.gear_ratio}
 
 
 def _gravity(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
@@ -72,10 +104,20 @@ def _gravity_probes(scene: Scene) -> list[Probe]:
     return [Probe({"along": share, "across": share}, ("along", "across"))]
 
 
+def _gravity_effects(problem: Problem, values: Values) -> EffectValues:
+    """A weight, and the tilt that turns it."""
+    along, across = values["gravity.along"][0], values["gravity.across"][0]
+    share = np.copysign(np.hypot(along, across), along)
+    weight = _weights(problem, share)
+    tilt = np.arctan(across / along) + np.zeros(problem.n) if along else np.full(
+        problem.n, np.pi / 2)
+    return {"gravity": weight, "base_tilt": {"tilt": tilt, **weight}}
+
+
 GRAVITY = Cause(
     "gravity", (Piece("load", _gravity),),
     (Number("along", "1", scope="robot"), Number("across", "1", scope="robot")),
-    _gravity_probes)
+    _gravity_probes, of_effect=_gravity_effects)
 
 
 def tip_mass(s: State) -> BodyTerms:
@@ -99,8 +141,17 @@ def _payload_probes(scene: Scene) -> list[Probe]:
     return [Probe({"mass": mass + 0 * scene.torque}, ("mass",))]
 
 
+def _payload_effect(problem: Problem, values: Values) -> EffectValues:
+    """A mass that weighs; on an arm whose links do not, no effect of the catalogue is the same."""
+    if not problem.chain.has_gravity:
+        return {}
+    return {"payload": {"mass": values["payload.mass"], "length": problem.chain.length,
+                        "gear_ratio": problem.gear_ratio}}
+
+
 PAYLOAD = Cause("payload", (Piece("body", _payload),),
-                (Number("mass", "kg", 0.0, scope="robot"),), _payload_probes, needs_links=True)
+                (Number("mass", "kg", 0.0, scope="robot"),), _payload_probes, needs_links=True,
+                of_effect=_payload_effect)
 
 
 def _coupling(s: State, p: Values) -> BodyTerms:
@@ -119,4 +170,4 @@ def _coupling_probes(scene: Scene) -> list[Probe]:
 
 COUPLING = Cause("coupling", (Piece("body", _coupling),),
                  (Number("share", "1", scope="robot", fixed=True),), _coupling_probes,
-                 needs_links=True)
+                 needs_links=True, of_effect=lambda problem, values: {})

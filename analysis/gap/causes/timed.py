@@ -1,10 +1,13 @@
 """Causes that depend on time: a periodic disturbance, and a fault that sets in."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import (
     BodyTerms,
     Cause,
+    EffectValues,
     FrictionLimits,
     Memory,
     Number,
@@ -14,6 +17,7 @@ from clie_blocks.analysis.gap.causes.cause import (
     cause_of,
 )
 from clie_blocks.analysis.gap.causes.load import tip_mass
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop.dynamics import Piece, State
 
@@ -54,14 +58,30 @@ def _step_payload(s: State, p: Values) -> BodyTerms:
 _ONSET = Number("onset", "s", 0.0, scope="log", fixed=True, neutral=1e9)
 
 
+def _fault(variant: str, size: str, parameter: str) -> Callable[[Problem, Values], EffectValues]:
+    """A fault with the name that the size of one of its kinds has in the catalogue.
+
+    One that a log does not show sets in when all is over.
+    """
+    def of_effect(problem: Problem, values: Values) -> EffectValues:
+        latest = next(p.upper for p in LIBRARY["step_fault"].parameters if p.name == "time")
+        return {"step_fault": {
+            parameter: values[f"step_fault_{variant}.{size}"],
+            "time": np.minimum(values[f"step_fault_{variant}.onset"], latest)}}
+    return of_effect
+
+
 STEP_FAULT = (
     Cause("step_fault", (Piece("load", _step_load),),
-          (Number("torque", "N m"), _ONSET), _no_probes, variant="torque"),
+          (Number("torque", "N m"), _ONSET), _no_probes, variant="torque",
+          of_effect=_fault("torque", "torque", "offset")),
     Cause("step_fault", (Piece("load", _step_damping),),
-          (Number("damping", "N m s/rad"), _ONSET), _no_probes, variant="damping"),
+          (Number("damping", "N m s/rad"), _ONSET), _no_probes, variant="damping",
+          of_effect=_fault("damping", "damping", "viscous")),
     Cause("step_fault", (Piece("friction", _step_friction),),
-          (Number("level", "N m", 0.0), _ONSET), _no_probes, variant="friction"),
+          (Number("level", "N m", 0.0), _ONSET), _no_probes, variant="friction",
+          of_effect=_fault("friction", "level", "coulomb")),
     Cause("step_fault", (Piece("body", _step_payload),),
           (Number("mass", "kg", scope="robot"), _ONSET), _no_probes, variant="payload",
-          needs_links=True),
+          needs_links=True, of_effect=lambda problem, values: {}),
 )

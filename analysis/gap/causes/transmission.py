@@ -4,10 +4,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Cause, Number, Probe, Scene, Values
+from clie_blocks.analysis.gap.causes.cause import (
+    Cause,
+    EffectValues,
+    Memory,
+    Number,
+    Probe,
+    Scene,
+    Values,
+)
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects.backlash import contact_torque
 from clie_blocks.effects.joint_elasticity import elastic_torque
+from clie_blocks.effects.stiffening_elasticity import stiffening_torque
+from clie_blocks.effects.torsional_hysteresis import hysteretic_torque, slip_step
 from clie_blocks.robot_loop.dynamics import Piece
 from clie_blocks.robot_loop.motion import link_share_of_joint
 
@@ -18,6 +28,10 @@ _CONSTRUCTION = (  # how the joint is built; see closed_loop.link_part for the f
     Number("link_share", "1", 0.02, 3.0, neutral=None, nuisance=True),  # of the stated inertia
     Number("bearing_share", "1", 0.0, 1.0, neutral=None, nuisance=True),  # of its drag, behind
     Number("loose", "1", fixed=True, switch=True))  # one where motor and link move apart
+
+_SWING = (  # of the link on its spring, against a held motor
+    Number("frequency", "Hz", 0.5, 80.0, neutral=80.0),
+    Number("damping_ratio", "1", 0.0, 1.0, neutral=0.7))
 
 
 def _constructions(scene: Scene) -> list[dict[str, np.ndarray]]:
@@ -35,34 +49,81 @@ def _spring(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndar
             "damping": 2 * p["damping_ratio"] * link * omega}
 
 
-def _elastic(twist: np.ndarray, rate: np.ndarray, p: Values, link: np.ndarray,
-             motor: np.ndarray) -> np.ndarray:
-    return elastic_torque(twist, rate, **_spring(p, link, motor))
+def _elastic(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Values,
+             link: np.ndarray, motor: np.ndarray) -> tuple[np.ndarray, Memory]:
+    return elastic_torque(twist, rate, **_spring(p, link, motor)), z
 
 
 def _two_bodies(cause: str, kernel: Callable[[Values, np.ndarray, np.ndarray], Values],
-                ) -> Callable[[Problem, Values], dict[str, np.ndarray]]:
+                ) -> Callable[[Problem, Values], EffectValues]:
     """Parameters of an effect with two bodies, from how a search takes the joint to be built."""
-    def of_effect(problem: Problem, values: Values) -> dict[str, np.ndarray]:
+    def of_effect(problem: Problem, values: Values) -> EffectValues:
         p = {key.removeprefix(f"{cause}."): value for key, value in values.items()
              if key.startswith(f"{cause}.")}
         link, link_damping = link_share_of_joint(
             problem.chain, problem.gear_ratio, values, p["link_share"])
         motor = values["inertia"] - link
-        return {**kernel(p, link, motor), "motor_inertia": motor,
-                "motor_damping": values["damping"] - p["bearing_share"] * link_damping}
+        return {cause: {
+            **kernel(p, link, motor), "motor_inertia": motor,
+            "motor_damping": values["damping"] - p["bearing_share"] * link_damping}}
     return of_effect
 
 
 JOINT_ELASTICITY = Cause(
     "joint_elasticity", (Piece("transmission", _elastic),),
-    (Number("frequency", "Hz", 0.5, 80.0, neutral=80.0),
-     Number("damping_ratio", "1", 0.0, 1.0, neutral=0.7), *_CONSTRUCTION),
+    (*_SWING, *_CONSTRUCTION),
     lambda scene: [Probe({"frequency": f + 0 * scene.torque,
                           "damping_ratio": 0.05 + 0 * scene.torque, **built})
                    for built in _constructions(scene)
                    for f in (1.5, 2.2, 3.2, 4.5, 6.5, 9.0, 12.0, 17.0, 24.0, 34.0)],
     of_effect=_two_bodies("joint_elasticity", _spring))
+
+
+def _soft_spring(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarray]:
+    """Spring that swings at a frequency while it is soft, and what it becomes beyond a torque."""
+    return {**_spring(p, link, motor), "stiffening": p["stiffening"], "knee": p["knee"]}
+
+
+def _stiffening(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Values,
+                link: np.ndarray, motor: np.ndarray) -> tuple[np.ndarray, Memory]:
+    return stiffening_torque(twist, rate, **_soft_spring(p, link, motor)), z
+
+
+def _no_probes(scene: Scene) -> list[Probe]:
+    """None: `search.elastic_gears` finds where they start, around an elastic gear."""
+    return []
+
+
+STIFFENING_ELASTICITY = Cause(
+    "stiffening_elasticity", (Piece("transmission", _stiffening),),
+    (*_SWING, Number("stiffening", "1", 0.0, 100.0), Number("knee", "N m", 1e-6, 1e4, neutral=None,
+                                                         is_scale=True), *_CONSTRUCTION),
+    _no_probes, without=("joint_elasticity", "stiffening"),
+    of_effect=_two_bodies("stiffening_elasticity", _soft_spring))
+
+
+def _slipping_spring(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarray]:
+    """Spring that swings at a frequency beside a part that slips."""
+    spring = _spring(p, link, motor)
+    return {"stiffness": 1.0 / spring["compliance"], "damping": spring["damping"],
+            "level": p["level"], "reach": p["reach"]}
+
+
+def _hysteretic(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Values,
+                link: np.ndarray, motor: np.ndarray) -> tuple[np.ndarray, Memory]:
+    parameters = _slipping_spring(p, link, motor)
+    reach = parameters.pop("reach")
+    middle = slip_step(z[0], rate, reach, h / 2)
+    return (hysteretic_torque(twist, rate, middle, **parameters),
+            [slip_step(z[0], rate, reach, h)])
+
+
+TORSIONAL_HYSTERESIS = Cause(
+    "torsional_hysteresis", (Piece("transmission", _hysteretic, states=1),),
+    (*_SWING, Number("level", "N m", 0.0, 1e3),
+     Number("reach", "rad", 1e-4, 0.5, neutral=None, is_scale=True), *_CONSTRUCTION),
+    _no_probes, without=("joint_elasticity", "level"),
+    of_effect=_two_bodies("torsional_hysteresis", _slipping_spring))
 
 
 def _tooth(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarray]:
@@ -72,9 +133,9 @@ def _tooth(p: Values, link: np.ndarray, motor: np.ndarray) -> dict[str, np.ndarr
             "damping": 2 * _CONTACT_DAMPING * both * p["contact"]}
 
 
-def _backlash(twist: np.ndarray, rate: np.ndarray, p: Values, link: np.ndarray,
-              motor: np.ndarray) -> np.ndarray:
-    return contact_torque(twist, rate, **_tooth(p, link, motor))
+def _backlash(twist: np.ndarray, rate: np.ndarray, z: Memory, h: float, p: Values,
+              link: np.ndarray, motor: np.ndarray) -> tuple[np.ndarray, Memory]:
+    return contact_torque(twist, rate, **_tooth(p, link, motor)), z
 
 
 def _backlash_probes(scene: Scene) -> list[Probe]:

@@ -59,7 +59,7 @@ class Calibration:
     free_torque_share: float = threshold(
         0.5, "share of what a hypothesis leaves",
         "a free torque that leaves more says nothing of an unknown effect")
-    soft_stop_share: float = threshold(
+    pose_torque_share: float = threshold(
         0.0025, "share of the whole excess",
         "least that a soft stop leaves where torques of the pose take its place: one that "
         "begins in the middle of the travel leaves 0.012 with a sine, and 0.0025 with a "

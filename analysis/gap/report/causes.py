@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.report.wording import (
     number,
     percent,
 )
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 from clie_blocks.analysis.report.document import Picture, Section, Table
 from clie_blocks.effects import LIBRARY
 
@@ -33,7 +33,7 @@ SEPARATED_BY = {
               "until a fault sets in or a limit is met, a weight that the links may have, "
               "friction that still drifts after the start), so it may have absorbed a part of "
               "anything. A longer run that moves all joints separates them",
-    SOFT_STOP: "over this range of motion they, and any other torque that depends on the "
+    POSE: "over this range of motion they, and any other torque that depends on the "
                "position, move the robot alike. A run over a wider range separates them"}
 
 

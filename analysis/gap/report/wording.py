@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.records import Record
@@ -20,7 +20,7 @@ MIXED = " or "  # between the units of joints that turn and of joints that slide
 TITLES = {"none": "no effect", "unknown": "an effect outside the library",
           "parametric": "parameters outside their tolerance"}
 JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
-CONFOUNDERS = {CONTACT: "an obstacle", SOFT_STOP: "a soft stop",
+CONFOUNDERS = {CONTACT: "an obstacle", POSE: "another torque of the pose",
                UNMARKED: "an effect outside the library"}
 
 CLOSED_LOOP, RECORDED_COMMAND, WITH_OBSERVER = (

@@ -22,6 +22,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 )
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
+from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
 
 Keys = frozenset[str]
 
@@ -52,13 +53,14 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
         reached[keys] = min(fit.cost, reached.get(keys, np.inf))
     known = {_keys(candidate.members) for candidate in tried}
     by_keys = {_keys(candidate.members): candidate
-               for candidate in _all_alternatives(leader, causes, much_left)}
+               for candidate in _all_alternatives(leader, causes, much_left, residuals)}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or _start_cost(candidate, residuals)
                  < reached[keys] - method.search.false_minimum_gain)]
 
 
-def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool) -> list[Candidate]:
+def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
+                      residuals: ResidualModel) -> list[Candidate]:
     """Candidates that may explain what a fit explains."""
     members = fitted_members(leader.hypothesis)
     possible = [cause for cause in causes
@@ -66,16 +68,19 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool) -> 
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
     candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
     for some in (members, *(fewer if much_left else ())):
-        candidates += _with_swapped_cause(some, leader, possible)
+        candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
             if len({member.cause.name for member in candidate.members}) == len(candidate.members)]
 
 
 def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequence[Cause],
-                        ) -> Iterator[Candidate]:
+                        residuals: ResidualModel) -> Iterator[Candidate]:
     """Candidates with one of some members of a fit replaced by an alternative."""
     for k, member in enumerate(members):
-        for other in (*_other_forms(member, causes), *_other_names(member)):
+        beside = (*members[:k], *members[k + 1:])
+        gears = (other_gears(member, beside, leader, residuals)
+                 if member.cause in ELASTIC and set(ELASTIC) <= set(causes) else ())
+        for other in (*_other_forms(member, causes), *_other_names(member), *gears):
             if other.cause in causes:
                 yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
                                 _with_even_friction(leader, member))

@@ -12,6 +12,11 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.drive_faults import (
+    hold_candidates,
+    jitter_candidates,
+    step_candidates,
+)
 from clie_blocks.analysis.gap.search.events import (
     fault_candidates,
     periodic_candidates,
@@ -61,7 +66,8 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
     candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
                   else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
     errors = whitened_errors(residuals, fit)
-    for search in (periodic_candidates, fault_candidates, ripple_candidates):
+    for search in (periodic_candidates, fault_candidates, ripple_candidates, jitter_candidates,
+                   hold_candidates, step_candidates):
         candidates += [_from_search(member, drop, price, len(residuals.problem.fit), method)
                        for member, drop in search(residuals, fit, errors, causes)]
     return sorted(candidates, key=lambda candidate: -candidate.score)
@@ -214,10 +220,9 @@ def _pair_member(of_joints: Sequence[Use | None], pair_uses: Sequence[_PairUse])
 
 def _compatible(one: Member, two: Member) -> bool:
     """Whether two members are two: names differ, neither contains the other, one transmission."""
-    transmissions = {"joint_elasticity", "backlash"}
-    names = {one.cause.name, two.cause.name}
     nested = one.cause.name in two.cause.without or two.cause.name in one.cause.without
-    return len(names) == 2 and not nested and not names <= transmissions
+    return (one.cause.name != two.cause.name and not nested
+            and not (one.cause.moves_apart and two.cause.moves_apart))
 
 
 def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
@@ -234,10 +239,14 @@ def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]
 
 
 def _containing(member: Member, simpler: Member) -> Member:
-    """Member of a cause that contains a simpler one: with the level of both."""
-    level = member.values["level"] + simpler.values["level"]
+    """Member of a cause that contains a simpler one: as that was fitted, with the levels of both.
+    """
+    values = {**member.values, **{name: value for name, value in simpler.values.items()
+                                  if name in member.values}}
+    if "level" in simpler.values:
+        values["level"] = member.values["level"] + simpler.values["level"]
     return dataclasses.replace(member, joints=tuple(sorted({*member.joints, *simpler.joints})),
-                               values={**member.values, "level": level})
+                               values=values)
 
 
 def fitted_members(hypothesis: Hypothesis) -> tuple[Member, ...]:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from clie_blocks.analysis.gap.causes.drive import PACKET_HOLD
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import (
@@ -21,6 +22,7 @@ from clie_blocks.analysis.gap.search.events import (
     sinusoid_columns,
     unit_fault_torque,
 )
+from clie_blocks.analysis.gap.search.hold_times import refit_holds
 
 _SIDE_BY_SIDE = 15  # simulations
 
@@ -29,13 +31,14 @@ def refit_event_times(fitted: Fit, residuals: ResidualModel) -> Fit:
     """Return a fit with phases and onsets of all logs sought anew, if that explains more."""
     method = residuals.method.search
     timed = [member for member in fitted.hypothesis.members
-             if member.cause is PERIODIC_DISTURBANCE or member.cause in STEP_FAULT]
+             if member.cause in (PERIODIC_DISTURBANCE, PACKET_HOLD, *STEP_FAULT)]
     if not timed or fitted.has_diverged:
         return fitted
     for _ in range(method.event_rounds):
         hypothesis = fitted.hypothesis
         for member in timed:
-            new_values = (refit_phases if member.cause is PERIODIC_DISTURBANCE else refit_onsets)
+            new_values = {PERIODIC_DISTURBANCE: refit_phases, PACKET_HOLD: refit_holds}.get(
+                member.cause, refit_onsets)
             hypothesis = hypothesis.with_values(new_values(
                 dataclasses.replace(fitted, hypothesis=hypothesis), member, residuals))
         before, refitted = fitted.total, fit(hypothesis, residuals, method.event_iterations)

@@ -150,7 +150,7 @@ def worth_extending(candidate: Candidate, nominal: Fit, method: Method) -> bool:
     added = candidate.members[-1].cause
     if left <= method.calibration.healthy:
         return False
-    if any(piece.port == "transmission" for piece in added.pieces):
+    if added.moves_apart:
         return True
     return predicted_excess(candidate) < min(
         method.search.fair_share * left,

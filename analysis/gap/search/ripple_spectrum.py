@@ -105,7 +105,7 @@ def _strongest_orders(residuals: ResidualModel, fit: Fit, errors: list[list[np.n
     product, power = np.zeros(padded // 2, complex), np.zeros(padded // 2)
     for j, log in enumerate(problem.fit):
         torque = kind.course(j, k)
-        back = torque * _sent_back(residuals, fit, errors[j][k], j, k)
+        back = torque * sent_back(residuals, fit, errors[j][k], j, k)
         pose_class = ((log.q[:, k] - start) / width).astype(int)
         product = product + np.fft.fft(np.bincount(pose_class, back, padded))[:padded // 2]
         power = power + _response_power(residuals, fit, j, k, orders, torque)
@@ -146,7 +146,7 @@ def _strongest_by_octave(orders: np.ndarray, score: np.ndarray) -> set[float]:
     return {orders[some[np.argmax(score[some])]] for some in by_octave}
 
 
-def _sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,
+def sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,
                ) -> np.ndarray:
     """Product of a whitened error with the response to an impulse of torque at each sample."""
     problem, values = residuals.problem, fit.hypothesis.values

@@ -129,7 +129,7 @@ def screen_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     for cause in causes:
         if residuals.problem.chain.known or not cause.needs_links:
             columns += _columns_of_cause(cause, residuals, centre, motion, sizes, bases)
-    return Screen(columns, [_unexplained(left, basis) for basis, left in zip(bases, target)],
+    return Screen(columns, [unexplained(left, basis) for basis, left in zip(bases, target)],
                   len(fitted[0]) - fitted[0].shape[1])
 
 
@@ -146,7 +146,7 @@ def _columns_of_cause(cause: Cause, residuals: ResidualModel, centre: Hypothesis
         for k, basis in enumerate(bases):
             raw = np.stack([_whitened(residuals, change, k) for change in of_probe], axis=1)
             columns.append(Column(cause, number, member, k, probe.amplitudes, raw,
-                                  _unexplained(raw, basis)))
+                                  unexplained(raw, basis)))
     return columns
 
 
@@ -158,7 +158,7 @@ def _one_amplitude_at_a_time(probe: Probe) -> list[Values]:
              for name, value in probe.values.items()} for active in probe.amplitudes]
 
 
-def _unexplained(x: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def unexplained(x: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Signal (or columns) less what a basis explains, with rows below for the prior."""
     padded = np.zeros((len(basis), *x.shape[1:]))
     padded[:len(x)] = x
@@ -182,8 +182,8 @@ def screen_residual(screen: Screen, residuals: ResidualModel, fit: Fit) -> Scree
     columns, remaining = [], []
     for k in range(residuals.problem.n):
         basis = np.linalg.qr(fitted[k])[0]
-        remaining.append(_unexplained(target[k], basis))
-        columns += [dataclasses.replace(column, data=_unexplained(column.raw, basis))
+        remaining.append(unexplained(target[k], basis))
+        columns += [dataclasses.replace(column, data=unexplained(column.raw, basis))
                     for column in screen.columns if column.joint == k]
     return Screen(columns, remaining, screen.samples)
 

@@ -44,7 +44,7 @@ class LaneSimulator(Protocol):
 
     @property
     def delays(self) -> tuple[str, ...]:
-        """Names of the blocks that delay, each with a parameter ``delay``."""
+        """Keys of the parameters that bound the delays of blocks [s]."""
 
     def for_delays(self, longest: float) -> LaneSimulator:
         """Return the simulator with delay lines for a longest delay [s]."""
@@ -98,8 +98,8 @@ def _width(count: int, every: int) -> int:
 
 def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:
     """Longest delay of any set [s]; 0 where nothing delays."""
-    keys = [f"{name}.delay" for name in simulator.delays]
-    return max((float(np.max(values[key])) for values in sets for key in keys), default=0.0)
+    return max((float(np.max(values[key])) for values in sets for key in simulator.delays),
+               default=0.0)
 
 
 def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width: int,

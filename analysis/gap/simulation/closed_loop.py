@@ -19,7 +19,8 @@ from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
 from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
 from clie_blocks.errors import DivergedError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
-from clie_blocks.robot_loop.dynamics import DELAY_TAPS, ActingCause, Values
+from clie_blocks.robot_loop.dynamics import ActingCause, Values
+from clie_blocks.robot_loop.pieces import Late
 
 if TYPE_CHECKING:
     from clie_blocks.compiled import Program
@@ -131,13 +132,15 @@ class Simulator:
 
     @functools.cached_property
     def delays(self) -> tuple[str, ...]:
-        """Names of the pieces that delay."""
-        return tuple(name for name, piece in self.block.pieces if piece.states == DELAY_TAPS)
+        """Keys of the parameters that bound the delays of pieces."""
+        return tuple(f"{name}.{piece.act.longest}" for name, piece in self.block.pieces
+                     if isinstance(piece.act, Late))
 
     @functools.cached_property
     def _short(self) -> Simulator:
         if not self.delays:
             return self
         pieces = tuple((name, dataclasses.replace(piece, states=SHORT_DELAY_TAPS)
-                        if name in self.delays else piece) for name, piece in self.block.pieces)
+                        if isinstance(piece.act, Late) else piece)
+                       for name, piece in self.block.pieces)
         return Simulator(dataclasses.replace(self.block, pieces=pieces))

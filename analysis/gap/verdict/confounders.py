@@ -18,7 +18,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.marks import acting, shows_marks
 
-SOFT_STOP, CONTACT, UNMARKED = "soft stop", "contact", "unmarked"
+POSE, CONTACT, UNMARKED = "torque of the pose", "contact", "unmarked"
 _ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
 _MOST_POSITIONS = 1000  # of each kind that are compared
 
@@ -29,7 +29,7 @@ def confounder(fit: Fit, residuals: ResidualModel) -> str:
     Returns
     -------
     str
-        ``soft stop`` for a ripple of which the travel shows less than a wave, and for a spring
+        ``torque of the pose`` for a ripple of which the travel shows less than a wave, and for a spring
         with a weight: torques of the pose that may stand for any other.  ``contact`` for a fault
         that sets in where the robot comes to a position at which it is at no other time, and
         stays: an obstacle there would push back in the same way.  ``unmarked`` for an effect of
@@ -45,7 +45,7 @@ def confounder(fit: Fit, residuals: ResidualModel) -> str:
     ripples = [member for member in hypothesis.members if member.cause is TORQUE_RIPPLE]
     single_bump = not all(_shows_waves(hypothesis, ripple, method) for ripple in ripples)
     if any_torque or single_bump:
-        return SOFT_STOP
+        return POSE
     return "" if shows_marks(fit, residuals) else UNMARKED
 
 

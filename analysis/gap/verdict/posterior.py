@@ -27,7 +27,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.method.calibration import Calibration
-from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import POSE
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 
 NONE, UNKNOWN = "none", "unknown"
@@ -185,7 +185,7 @@ def _confounded(table: Table, c: Calibration) -> Iterator[_Scored]:
     """Confounders: one unknown effect each, however many causes it takes to imitate it."""
     for row in table.rows:
         if row.confounder:
-            least = c.soft_stop_share * table.nominal_excess * (row.confounder == SOFT_STOP)
+            least = c.pose_torque_share * table.nominal_excess * (row.confounder == POSE)
             left = max(row.excess, least)
             yield _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
                           - _parameter_cost(row, c))

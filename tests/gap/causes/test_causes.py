@@ -22,6 +22,8 @@ from clie_blocks.effects import (
     joint_elasticity,
     lag,
     presliding,
+    stiffening_elasticity,
+    torsional_hysteresis,
 )
 from clie_blocks.robot_loop import dynamics
 from clie_blocks.robot_loop.dynamics import State
@@ -140,12 +142,46 @@ def test_presliding_is_a_dahl_contact():
     assert np.allclose(level / reach * z[0], expected, rtol=2e-3, atol=2e-3 * level.min())
 
 
+def passed(cause, twist, rate, numbers, link, motor):
+    """Torque that a gear without a memory passes on."""
+    torque, _ = cause.pieces[0].act(twist, rate, [], 1e-3, numbers, link, motor)
+    return torque
+
+
+@given(signed, signed, positive, positive, positive)
+def test_a_gear_that_stiffens(twist, rate, frequency, knee, stiffening):
+    numbers = {"frequency": frequency, "damping_ratio": np.full(N, 0.1), "knee": knee,
+               "stiffening": stiffening}
+    omega = 2 * np.pi * frequency
+    assert np.allclose(
+        passed(transmission.STIFFENING_ELASTICITY, twist, rate, numbers, np.ones(N), np.ones(N)),
+        stiffening_elasticity.stiffening_torque(twist, rate, 1 / omega**2, stiffening, knee,
+                                                0.2 * omega))
+
+
+def test_a_gear_that_slips_follows_the_rate_of_the_catalogue():
+    reach, h, steps = np.array([2e-3, 1e-2, 5e-2]), 2e-4, 5000
+
+    def rate(t):
+        return np.array([0.2, 0.1, 0.4]) * np.cos(9.0 * t)
+
+    slipped = solve_ivp(lambda t, z: torsional_hysteresis.slip_rate(z, rate(t), reach),
+                        (0.0, steps * h), np.zeros(N), max_step=2e-4, rtol=1e-9, atol=1e-12)
+    numbers = {"frequency": np.full(N, 5.0), "damping_ratio": np.zeros(N), "level": np.ones(N),
+               "reach": reach}
+    z = [np.zeros(N)]
+    for k in range(steps):
+        _, z = transmission.TORSIONAL_HYSTERESIS.pieces[0].act(
+            np.zeros(N), rate((k + 0.5) * h), z, h, numbers, np.ones(N), np.ones(N))
+    assert np.allclose(z[0], slipped.y[:, -1], atol=3e-3)
+
+
 @given(signed, signed, positive, positive, positive)
 def test_a_gear_that_gives_way(twist, rate, frequency, link, motor):
     numbers = {"frequency": frequency, "damping_ratio": np.full(N, 0.1)}
     omega = 2 * np.pi * frequency
     assert np.allclose(
-        transmission.JOINT_ELASTICITY.pieces[0].act(twist, rate, numbers, link, motor),
+        passed(transmission.JOINT_ELASTICITY, twist, rate, numbers, link, motor),
         joint_elasticity.elastic_torque(twist, rate, 1 / (link * omega**2), 0.2 * link * omega))
 
 
@@ -154,13 +190,13 @@ def test_a_pressed_flank_is_the_spring_of_the_catalogue(twist, half, link, motor
     numbers = {"half_gap": half, "contact": np.full(N, 300.0)}
     both = 1.0 / (1.0 / link + 1.0 / motor)
     assert np.allclose(
-        transmission.BACKLASH.pieces[0].act(twist, np.zeros(N), numbers, link, motor),
+        passed(transmission.BACKLASH, twist, np.zeros(N), numbers, link, motor),
         backlash.contact_torque(twist, np.zeros(N), half, both * 300.0**2, 0.0))
 
 
 def test_a_flank_never_pulls():
     twist, numbers = np.array([0.011, -0.011, 0.0]), {
         "half_gap": np.full(N, 0.01), "contact": np.full(N, 300.0)}
-    leaving = transmission.BACKLASH.pieces[0].act(twist, -50.0 * np.sign(twist), numbers,
-                                                  np.ones(N), np.ones(N))
+    leaving = passed(transmission.BACKLASH, twist, -50.0 * np.sign(twist), numbers, np.ones(N),
+                     np.ones(N))
     assert np.all(leaving * twist >= 0.0)

@@ -5,7 +5,7 @@ import pytest
 from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
 from clie_blocks.analysis.gap.report.summary import headline, summary_line, summary_lines
 from clie_blocks.analysis.gap.report.wording import CONFOUNDERS
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP, UNMARKED
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 
 
 def row(name, probability, joint=(1,), **more):
@@ -181,7 +181,7 @@ def test_pairs_without_an_experiment_of_their_own_share_one_row():
 
 
 @pytest.mark.parametrize("confounder, title", [(CONTACT, "an obstacle"),
-                                               (SOFT_STOP, "a soft stop")])
+                                               (POSE, "another torque of the pose")])
 def test_what_outside_the_library_would_move_the_robot_alike_is_named(confounder, title):
     likely = row("step_fault", 0.13, rival=confounder)
     found = answer_of("unexplained", row("unknown", 0.87, None), likely, joints="a", value=99.0,
@@ -197,7 +197,7 @@ def test_what_outside_the_library_would_move_the_robot_alike_is_named(confounder
 
 
 def test_every_confounder_has_words():
-    assert set(CONFOUNDERS) == set(SEPARATED_BY) == {CONTACT, SOFT_STOP, UNMARKED}
+    assert set(CONFOUNDERS) == set(SEPARATED_BY) == {CONTACT, POSE, UNMARKED}
 
 
 def test_a_line_is_the_headline_and_the_torque_map():

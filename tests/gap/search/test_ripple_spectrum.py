@@ -11,7 +11,7 @@ from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.events import whitened_errors
 from clie_blocks.analysis.gap.search.ripple_spectrum import ripple_candidates, strongest_lines
-from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import POSE
 
 
 @pytest.mark.parametrize("order", [23.7, pytest.param(61.3, marks=pytest.mark.slow)])
@@ -42,7 +42,7 @@ def test_less_than_a_wave_is_a_ripple_only_where_no_spring_says_the_same(waves, 
     found = diagnose(Problem.from_logs(made.robot, made.records),
                      effects=("torque_ripple", "spring", "coulomb"))
     ripple = next(row for row in found.evidence.rows if row.names == ("torque_ripple",))
-    assert ripple.confounder == SOFT_STOP
+    assert ripple.confounder == POSE
     assert ripple.excess < 0.5 < 50.0 < found.evidence.nominal_excess
     assert found.ranking[0].names == (said,)
 

@@ -11,7 +11,7 @@ from clie_blocks.analysis.gap.method import METHOD as WHOLE_METHOD
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.verdict.confounders import (
     CONTACT,
-    SOFT_STOP,
+    POSE,
     UNMARKED,
     are_separable,
 )
@@ -52,13 +52,13 @@ def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown)
 
 def test_one_joint_that_shows_a_ripple_is_enough_unless_it_is_idle():
     assert confounder(rippled([8.0, 60.0], [1.0, 0.5])) == ""
-    assert confounder(rippled([8.0, 60.0], [1.0, 0.01])) == SOFT_STOP
+    assert confounder(rippled([8.0, 60.0], [1.0, 0.01])) == POSE
 
 
 def test_a_spring_and_a_weight_bend_together_like_any_torque_of_the_pose():
     spring, weight, rubs = load.SPRING, load.GRAVITY, friction.COULOMB
     for causes in ([spring, weight], [rubs, weight, spring]):
-        assert confounder(holding(*causes)) == SOFT_STOP
+        assert confounder(holding(*causes)) == POSE
     for causes in ([spring], [rubs], [spring, rubs]):
         assert confounder(holding(*causes)) == ""
 

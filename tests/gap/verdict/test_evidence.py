@@ -12,7 +12,7 @@ from clie_blocks.analysis.gap.fitting.nesting import repeats_simulator, simpler_
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.analysis.gap.verdict.confounders import SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import POSE
 from clie_blocks.analysis.gap.verdict.evidence import (
     evidence,
     from_json,
@@ -58,7 +58,7 @@ def test_a_small_parameter_counts_where_the_logs_determine_it():
 
 
 def test_a_table_survives_a_file():
-    table = make_table(3.0, make_row("coulomb", 0.1, 1.5, 2, SOFT_STOP), prior_violation=0.5,
+    table = make_table(3.0, make_row("coulomb", 0.1, 1.5, 2, POSE), prior_violation=0.5,
                        prior_violations=1, free=(2.0, 1.0))
     again = from_json(json.loads(json.dumps(to_json(table))))
     assert to_json(again) == to_json(table)

@@ -8,7 +8,7 @@ from factories import make_row, make_table
 
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, SOFT_STOP
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE
 from clie_blocks.analysis.gap.verdict.evidence import Row
 from clie_blocks.analysis.gap.verdict.posterior import (
     credible_set,
@@ -75,15 +75,15 @@ def test_what_unseen_data_do_not_bear_out_goes_to_the_unknown():
     assert verdict(none) == "unexplained" and credible_set(none) == ["unknown"]
 
 
-BUMP = ("torque_ripple", 0.02, 3, 0, SOFT_STOP)
+BUMP = ("torque_ripple", 0.02, 3, 0, POSE)
 
 
 def test_a_ripple_of_less_than_a_wave_leads_only_where_no_other_bump_would_fit_as_well():
     assert verdict(weigh(1000.0, BUMP, ("spring", 300.0, 1))) == "effect"
-    rough = ("torque_ripple", 5.0, 3, 0, SOFT_STOP)
+    rough = ("torque_ripple", 5.0, 3, 0, POSE)
     assert verdict(weigh(1000.0, rough, ("spring", 300.0, 1))) == "unexplained"
     assert verdict(weigh(1000.0, ("torque_ripple", 5.0, 3), ("spring", 300.0, 1))) == "effect"
-    beside = ("spring+torque_ripple", 5.0, 4, 0, SOFT_STOP)
+    beside = ("spring+torque_ripple", 5.0, 4, 0, POSE)
     assert weigh(4000.0, beside, ("spring", 300.0, 1))[0].names == ("unknown",)
     slight = weigh(16.0, BUMP, ("spring", 9.0, 1))
     assert set(credible_set(slight)) == {"unknown", "torque_ripple"}
@@ -104,7 +104,7 @@ def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sin
         stop, q = np.maximum(place, 0.0), travel / 2 * place
         columns = np.stack([np.ones_like(q), q, np.sin(q), np.cos(q)], axis=1)
         left = np.sum((stop - columns @ np.linalg.lstsq(columns, stop)[0]) ** 2)
-        assert left / np.sum((stop - stop.mean()) ** 2) > load_calibration().soft_stop_share
+        assert left / np.sum((stop - stop.mean()) ** 2) > load_calibration().pose_torque_share
 
 
 def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on():
@@ -120,7 +120,7 @@ def test_a_soft_stop_differs_from_a_sine_by_the_share_that_the_verdict_counts_on
     orders = np.linspace(0.1, np.pi, 40)  # up to one wave
     least = min(left(order, place) for order in orders) / whole
     for calibration in (load_calibration(), Calibration()):
-        assert calibration.soft_stop_share == pytest.approx(least, rel=0.1)
+        assert calibration.pose_torque_share == pytest.approx(least, rel=0.1)
     assert min(left(order) for order in orders) / whole == pytest.approx(0.012, rel=0.05)
 
 

@@ -1,0 +1,279 @@
+"""Faults of a drive that the logged commands place: steps, a clock that beats, lost packets.
+
+The torque that such a fault adds is a function of the logged command and of a few numbers.  Its
+product with the error, sent back through the filters of the loop, is what it would explain: one
+transform tries every beat, one sum every stretch that a command may have been held.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.drive import PACKET_HOLD, TICK_JITTER, TORQUE_QUANTIZATION
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, Values
+from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.events import Found, torque_columns
+from clie_blocks.analysis.gap.search.ripple_spectrum import sent_back
+from clie_blocks.analysis.gap.search.screening import unexplained
+from clie_blocks.measurement import quantized
+
+_CHORD = 4  # samples over which the slope of a command is taken
+_BEATS = 0.2, 40.0  # Hz: slower ones do not come back in a log, faster ones the loop averages
+_LINES = 6  # of a spectrum that are looked at
+_AROUND = 101  # bins of a spectrum over which a line stands out
+_PADDED = 4  # times the length of a log, of its transform
+_HOLDS = 3, 8, 20, 45, 100  # samples
+_INTERVALS = 0.05, 5.0  # s
+_HARMONICS = 8
+_FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
+
+
+class Use(NamedTuple):
+    """A fault at one joint: the drop of chi^2 that it explains, and its parameters."""
+
+    drop: float
+    values: dict[str, float | np.ndarray]
+
+
+class _Joint(NamedTuple):
+    """Errors of one joint, sent back to its torque, beside its commands; one per log.
+
+    The basis spans what the parameters of the fit explain, of the fitted logs together, and the
+    target is the error without it.
+    """
+
+    residuals: ResidualModel
+    fit: Fit
+    errors: list[np.ndarray]
+    k: int
+    u: list[np.ndarray]
+    back: list[np.ndarray]
+    basis: np.ndarray
+    target: np.ndarray
+
+    @property
+    def fitted(self) -> range:
+        """Logs that are fitted."""
+        return range(len(self.residuals.problem.fit))
+
+    @property
+    def period(self) -> float:
+        """Sample time [s]."""
+        return self.residuals.problem.period
+
+    def columns(self, j: int, torque: np.ndarray) -> np.ndarray:
+        """Whitened response in log j to torques (N, m) that the drive adds."""
+        return -torque_columns(self.residuals, self.fit, j, self.k, torque)
+
+    def drop(self, torques: Sequence[np.ndarray]) -> float:
+        """Drop of chi^2 by torques (N,) that the drive adds, one per fitted log."""
+        column = np.concatenate([self.columns(j, torque[:, None])[:, 0]
+                                 for j, torque in zip(self.fitted, torques)])
+        column = unexplained(column, self.basis)
+        return float(2 * column @ self.target - column @ column)
+
+
+def jitter_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                      causes: Sequence[Cause]) -> Found:
+    """Clocks that beat against each other; empty where they are not among the causes."""
+    return _candidates(TICK_JITTER, _best_beat, residuals, fit, errors, causes)
+
+
+def hold_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                    causes: Sequence[Cause]) -> Found:
+    """Commands that are held at equal intervals."""
+    return _candidates(PACKET_HOLD, _best_hold, residuals, fit, errors, causes)
+
+
+def step_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                    causes: Sequence[Cause]) -> Found:
+    """Torques in steps."""
+    return _candidates(TORQUE_QUANTIZATION, _best_step, residuals, fit, errors, causes)
+
+
+def _candidates(cause: Cause, best: Callable[[_Joint], Use], residuals: ResidualModel, fit: Fit,
+                errors: list[list[np.ndarray]], causes: Sequence[Cause]) -> Found:
+    if cause not in causes:
+        return []
+    problem = residuals.problem
+    uses, (fitted, targets) = [], joint_columns(fit, residuals)
+    for k in range(problem.n):
+        basis = np.linalg.qr(fitted[k])[0]
+        of_joint = [of_log[k] for of_log in errors]
+        uses.append(best(_Joint(
+            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
+            [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)],
+            basis, unexplained(targets[k], basis))))
+    values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
+              for name in uses[0].values}
+    return [(Member(cause, tuple(range(problem.n)), values, _sizes(values)),
+             np.array([use.drop for use in uses]))]
+
+
+def _sizes(values: Values) -> Values:
+    sizes = {name: np.abs(value) + 1e-9 for name, value in values.items()}
+    small = {"beat": 0.01, "phase": 0.02}  # Hz and turns that have a visible effect
+    return {name: small[name] + 0.0 * size if name in small else size
+            for name, size in sizes.items()}
+
+
+def _best_beat(joint: _Joint) -> Use:
+    """Beat whose line stands out most from what the joint's slopes have in common with its error.
+    """
+    chords = [np.concatenate([np.repeat(u[:1], _CHORD), u[:-_CHORD]]) - u for u in joint.u]
+    size = _PADDED * max(len(u) for u in joint.u)
+    spectrum = sum(np.abs(np.fft.rfft(joint.back[j] * chords[j], size)) ** 2
+                   for j in joint.fitted)
+    frequency = np.fft.rfftfreq(size, joint.period)
+    lines = _outstanding(frequency, spectrum, *_BEATS)
+    none = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
+    best = max((_beat(joint, chords, line) for line in lines), key=lambda use: use.drop,
+               default=none)
+    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]) if lines else ():
+        beat = float(best.values["beat"])
+        best = max([best, *(_beat(joint, chords, beat + side * shift) for side in (-1, 1))],
+                   key=lambda use: use.drop)
+    return best
+
+
+def _outstanding(frequency: np.ndarray, power: np.ndarray, lowest: float, highest: float,
+                 ) -> list[float]:
+    """Frequencies of the lines that stand out most from their neighbours."""
+    inside = np.flatnonzero((frequency > lowest) & (frequency < highest))
+    if len(inside) < _AROUND:
+        return []
+    smooth = np.convolve(power, np.ones(_AROUND) / _AROUND, "same")
+    score = np.where(smooth > 0, power / np.where(smooth > 0, smooth, 1.0) * np.sqrt(power), 0.0)
+    kept, found = np.zeros(len(power)), list[float]()
+    kept[inside] = score[inside]
+    for _ in range(_LINES):
+        best = int(np.argmax(kept))
+        found.append(float(frequency[best]))
+        kept[max(best - 2 * _PADDED, 0):best + 2 * _PADDED + 1] = 0.0
+    return found
+
+
+def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
+    """Saw-tooth of one beat, from its first harmonic: -1/pi sine of its phase."""
+    drop, sizes, phases = 0.0, [], []
+    for j, chord in enumerate(chords):
+        turn = 2 * np.pi * beat * joint.period * np.arange(len(chord))
+        columns = joint.columns(j, chord[:, None] * np.stack([np.sin(turn), np.cos(turn)], 1))
+        sine, cosine = theta = np.linalg.lstsq(columns, joint.errors[j], rcond=None)[0]
+        phases.append(np.arctan2(-cosine, -sine) / (2 * np.pi))
+        if j in joint.fitted:
+            drop += float(joint.errors[j] @ columns @ theta)
+            sizes.append(np.hypot(sine, cosine))
+    spread = np.pi * float(np.mean(sizes)) * _CHORD * joint.period
+    return Use(drop, {"spread": min(spread, 0.05), "beat": beat, "phase": np.array(phases)})
+
+
+def _best_hold(joint: _Joint) -> Use:
+    """Length, interval and phases of stretches over which the command is held."""
+    none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
+    found = [_hold(joint, length, several * interval) for length in _HOLDS
+             for interval in _intervals(joint, length) for several in (1, 2, 3)]
+    best = max(found, key=lambda use: use.drop, default=none)
+    if best.drop <= 0.0:
+        return none
+    length, interval = (round(float(best.values["hold"]) / joint.period),
+                        float(best.values["interval"]) / joint.period)
+    finest = 1.0 / max(len(u) for u in joint.u)
+    for step in (0.5, 0.25, 0.1):
+        tried = [_hold(joint, max(1, round(length * share)), interval * (1 + shift))
+                 for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step)
+                 for shift in step * length * finest * np.arange(-4, 5)]
+        best = max([best, *tried], key=lambda use: use.drop)
+        length, interval = (round(float(best.values["hold"]) / joint.period),
+                            float(best.values["interval"]) / joint.period)
+    return best
+
+
+def _gains(joint: _Joint, j: int, length: int) -> np.ndarray:
+    """Product with the error of holding the command for some samples, from each sample on."""
+    u, back = joint.u[j], joint.back[j]
+    before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
+    whole, weighted = (np.concatenate([[0.0], np.cumsum(x)]) for x in (back, back * u))
+    return (before * (whole[length:-1] - whole[:-length - 1])
+            - (weighted[length:-1] - weighted[:-length - 1]))
+
+
+def _intervals(joint: _Joint, length: int) -> list[float]:
+    """Intervals [samples] whose harmonics stand out together in the gains of a length."""
+    size = _PADDED * max(len(u) for u in joint.u)
+    power = np.zeros(size // 2 + 1)
+    for j in joint.fitted:
+        gains = _gains(joint, j, length)
+        power += np.abs(np.fft.rfft(gains - gains.mean(), size)) ** 2
+    frequency = np.fft.rfftfreq(size, joint.period)
+    longest = min(_INTERVALS[1], 0.3 * size / _PADDED * joint.period)
+    shortest = max(_INTERVALS[0], 2 * length * joint.period)
+    bins = np.arange(1, len(power) // (_HARMONICS + 1))
+    comb = np.zeros(len(power))
+    comb[bins] = sum(power[m * bins] for m in range(1, _HARMONICS + 1))
+    if shortest >= longest:
+        return []
+    return [1.0 / (line * joint.period)
+            for line in _outstanding(frequency, comb, 1.0 / longest, 1.0 / shortest)]
+
+
+def _hold(joint: _Joint, length: int, interval: float) -> Use:
+    """Holds of a length at an interval, both in samples, with the best phase of each log."""
+    torques, phases = [], []
+    for j, u in enumerate(joint.u):
+        gains = _gains(joint, j, length)
+        laps = np.round(np.arange(0.0, len(gains), interval)).astype(int)
+        first = np.arange(int(interval))
+        where = first[:, None] + laps
+        inside = where < len(gains)
+        folded = np.where(inside, gains[np.minimum(where, len(gains) - 1)], 0.0).sum(axis=1)
+        start = int(np.argmax(folded))
+        phases.append(-(start - 0.5) / interval % 1.0)
+        if j in joint.fitted:
+            torques.append(_held(u, start + laps, length) - u)
+    return Use(joint.drop(torques), {"hold": length * joint.period,
+                                     "interval": interval * joint.period,
+                                     "phase": np.array(phases)})
+
+
+def _held(u: np.ndarray, starts: np.ndarray, length: int) -> np.ndarray:
+    """Command that rests for some samples from each start on."""
+    held = u.copy()
+    for start in starts[starts < len(u)]:
+        held[start:start + length] = u[start - 1] if start else 0.0
+    return held
+
+
+def _best_step(joint: _Joint) -> Use:
+    """Resolution at which the rounding of the logged command explains most of the error."""
+    largest = max(np.abs(u).max() for u in joint.u)
+    tried, step = [], 1.2 * largest
+    while step > _FINEST * largest:
+        tried.append(step)
+        step -= _SHIFT * step * step / largest
+    gains = np.array([_rounding_gain(joint, step) for step in tried]) if tried else np.zeros(0)
+    if not gains.size or not largest:
+        return Use(0.0, {"resolution": 0.0})
+    leading = np.argsort(gains / np.array(tried))[::-1][:_LINES]
+    uses = [_step(joint, tried[i]) for i in leading]
+    best = max(uses, key=lambda use: use.drop)
+    for share in (0.3, 0.1, 0.03, 0.01):
+        step = float(best.values["resolution"])
+        shifts = share * _SHIFT * step * step / largest * np.arange(-4, 5)
+        best = max([best, *(_step(joint, step + shift) for shift in shifts)],
+                   key=lambda use: use.drop)
+    return best
+
+
+def _rounding_gain(joint: _Joint, step: float) -> float:
+    return float(sum(joint.back[j] @ (quantized(joint.u[j], step) - joint.u[j])
+                     for j in joint.fitted))
+
+
+def _step(joint: _Joint, step: float) -> Use:
+    return Use(joint.drop([quantized(joint.u[j], step) - joint.u[j] for j in joint.fitted]),
+               {"resolution": step})

@@ -1,0 +1,82 @@
+"""Gears that give way: when one of them leads, the others start where they come nearest.
+
+A gear that stiffens or that slips is an elastic one with two more parameters, in which what it
+leaves has many minima.  So a grid over them is simulated side by side around the elastic gear.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.transmission import (
+    JOINT_ELASTICITY,
+    STIFFENING_ELASTICITY,
+    TORSIONAL_HYSTERESIS,
+)
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    Member,
+    Values,
+    build_hypothesis,
+    chi2_by_joint,
+)
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.robot_loop.motion import link_share_of_joint
+
+ELASTIC = JOINT_ELASTICITY, STIFFENING_ELASTICITY, TORSIONAL_HYSTERESIS
+_SOFTER = 0.5, 0.7, 0.85, 1.0  # frequencies over that of the elastic gear
+_STIFFENINGS, _KNEES = (0.5, 1.5, 4.0), (0.15, 0.35, 0.7, 1.2)  # knees over the RMS torque
+_LEVELS, _REACHES = (0.1, 0.3, 0.7), (0.15, 0.4, 1.0, 2.5)  # over RMS torque, and its twist
+
+
+def other_gears(member: Member, others: Sequence[Member], leader: Fit, residuals: ResidualModel,
+                ) -> list[Member]:
+    """Elastic gears in the place of one of the members of a fit, each from its best start."""
+    return [_best_start(cause, member, others, leader, residuals) for cause in ELASTIC]
+
+
+def _best_start(cause: Cause, member: Member, others: Sequence[Member], leader: Fit,
+                residuals: ResidualModel) -> Member:
+    """Gear with the parameters, joint by joint, that leave least."""
+    starts = [dataclasses.replace(member, cause=cause, values=values, sizes=_sizes(values))
+              for values in _grid(cause, member, leader)]
+    variants = [build_hypothesis(residuals.problem, (*others, start), leader.hypothesis)
+                for start in starts]
+    left = sum(np.array(chi2_by_joint(variants, residuals, j))
+               for j in range(len(residuals.problem.fit)))
+    best = np.argmin(left, axis=1)
+    values = {name: np.stack([start.values[name] for start in starts])[best, range(len(best))]
+              for name in starts[0].values}
+    return dataclasses.replace(starts[0], values=values, sizes=_sizes(values))
+
+
+def _sizes(values: Values) -> Values:
+    return {name: np.abs(value) + 1e-9 for name, value in values.items()}
+
+
+def _grid(cause: Cause, member: Member, leader: Fit) -> list[Values]:
+    """Parameters of a gear around those of another one."""
+    kept = {number.name: member.values[number.name] for number in JOINT_ELASTICITY.numbers}
+    if cause is JOINT_ELASTICITY:
+        return [kept]
+    torque, stiffness = _torque_and_stiffness(kept["frequency"], member, leader)
+    if cause is STIFFENING_ELASTICITY:
+        return [{**kept, "frequency": softer * kept["frequency"],
+                 "stiffening": stiffening + 0 * torque, "knee": knee * torque}
+                for softer, stiffening, knee in itertools.product(_SOFTER, _STIFFENINGS, _KNEES)]
+    return [{**kept, "frequency": softer * kept["frequency"], "level": level * torque,
+             "reach": reach * torque / stiffness}
+            for softer, level, reach in itertools.product(_SOFTER, _LEVELS, _REACHES)]
+
+
+def _torque_and_stiffness(frequency: np.ndarray, member: Member, leader: Fit,
+                          ) -> tuple[np.ndarray, np.ndarray]:
+    """RMS torque, and stiffness of a gear whose link swings at a frequency [Hz]."""
+    problem, values = leader.hypothesis.problem, leader.hypothesis.values
+    link, _ = link_share_of_joint(
+        problem.chain, problem.gear_ratio, values, member.values["link_share"])
+    u = np.concatenate([log.u for log in problem.fit])
+    return np.sqrt(np.mean(u**2, axis=0)), link * (2 * np.pi * frequency) ** 2
