@@ -45,12 +45,17 @@ class Piece:
         See above.
     states : int
         Memory per joint.
+    split : callable or None
+        Of a transmission, ``split(robot, p)``: at which joints motor and link move apart, the
+        link's inertia [kg m^2], and the damping behind the gear [N m s/rad]; None where `p` holds
+        them as shares of what is stated.
 
     """
 
     port: str
     act: Callable[..., Any]
     states: int = 0
+    split: Callable[..., Any] | None = None
 
     @property
     def identity(self) -> str:

@@ -126,13 +126,17 @@ def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:
     (name, transmission), = [(name, piece) for name, piece in pieces
                              if piece.port == "transmission"]
     of_piece = p[name]
-    loose = of_piece["loose"]
-    link, link_damping = link_share_of_joint(now.chain, now.ratio, p, of_piece["link_share"])
+    if transmission.split is not None:
+        loose, link, behind = transmission.split(p, of_piece)
+    else:
+        loose = of_piece["loose"]
+        link, damping = link_share_of_joint(now.chain, now.ratio, p, of_piece["link_share"])
+        behind = of_piece["bearing_share"] * damping
     motor = p["inertia"] - link
     return _TwoBodies(
         pieces, p, name, transmission, of_piece, loose, link, motor,
         whole=link + (1.0 - loose) * motor,
-        bearing=loose * of_piece["bearing_share"] * link_damping)
+        bearing=loose * behind)
 
 
 def link_share_of_joint(chain: PlanarChain, ratio: np.ndarray, p: Parameters, share: np.ndarray,

@@ -18,6 +18,7 @@ from clie_blocks.effects.blocks import filled_in
 from clie_blocks.effects.delay import DelayLine
 from clie_blocks.effects.dry_friction import AgeingFriction, DryFriction
 from clie_blocks.effects.effect import Effect
+from clie_blocks.effects.two_bodies import TwoBodies
 from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.dynamics import DELAY_TAPS, Piece, State
 
@@ -147,6 +148,49 @@ class AgeingLimits(Kernel):
 
 
 @dataclasses.dataclass(frozen=True)
+class Gear(Kernel):
+    """The spring between motor and link, as a piece at the port ``transmission``.
+
+    Parameters
+    ----------
+    function, inputs, constants
+        As in `Kernel`; it reads the twist and its rate, and the state between them.
+    active : callable
+        Joints that have two bodies, from the parameters.
+    rate : callable or None
+        Rate of the spring's state, from the state and the rate of the twist.
+
+    """
+
+    active: Callable[..., Any] = np.positive
+    rate: Callable[..., Any] | None = None
+
+    @property
+    def identity(self) -> str:
+        """As of a `Kernel`, with its state and where it acts."""
+        rate = _identity_of(self.rate) if self.rate else ""
+        return f"{super().identity} {_identity_of(self.active)} {rate}"
+
+    def __call__(self, twist: np.ndarray, speed: np.ndarray, z: Rows, h: float, p: Filled,
+                 link: np.ndarray, motor: np.ndarray) -> tuple[np.ndarray, Rows]:
+        """Torque from motor to link [N m], and its state a step later, by the midpoint rule."""
+        torque = self.with_parameters(p)
+        if self.rate is None:
+            return torque(twist, speed), z
+        rate = Kernel(self.rate, (), self.constants).with_parameters(p)
+        middle = z[0] + h / 2 * rate(z[0], speed)
+        return torque(twist, speed, middle), [z[0] + h * rate(middle, speed)]
+
+    def split(self, robot: Mapping[str, np.ndarray], p: Filled,
+              ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Joints with two bodies, inertia of the link, and damping behind the gear."""
+        values = {**dict(self.constants), **p}
+        loose = 1.0 * Kernel(self.active, (), self.constants).with_parameters(p)()
+        motor = loose * values["motor_inertia"] + (1.0 - loose) * robot["inertia"] / 2
+        return loose, robot["inertia"] - motor, robot["damping"] - values["motor_damping"]
+
+
+@dataclasses.dataclass(frozen=True)
 class Late(Kernel):
     """A signal some time ago: the mean of its delayed staircase over a period.
 
@@ -235,6 +279,12 @@ def _of_dynamic(build: blocks.Dynamic, effect: Effect, constants: Constants) -> 
     port = _PORTS[effect.port]
     return (Piece(port, Dynamic(build.kernel, build.inputs, constants, build.rate, build.size,
                                 at_middle=port == "load"), states=build.size),)
+
+
+@_pieces.register
+def _of_two_bodies(build: TwoBodies, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
+    gear = Gear(build.kernel, ("twist", "dtwist"), constants, build.active, build.memory)
+    return (Piece("transmission", gear, states=int(build.memory is not None), split=gear.split),)
 
 
 @_pieces.register

@@ -39,12 +39,18 @@ def continuous_run(duration, effects=()):
     return np.asarray(run.time), np.asarray(run.outputs).ravel()
 
 
+TWO_BODIES = {"damping": 0.6, "motor_inertia": 1.1, "motor_damping": 2.0}
 SMOOTH = {"none": [], "spring": [LIBRARY["spring"](stiffness=3.0, hardening=0.5)],
           "drag": [LIBRARY["quadratic_drag"](drag=0.8)],
           "gain": [LIBRARY["torque_gain_error"](error=-0.2)],
           "lag": [LIBRARY["actuator_lag"](lag=0.05)],
           "eccentricity": [LIBRARY["encoder_eccentricity"](sine=0.02, cosine=0.01, order=3.0)],
-          "ripple": [LIBRARY["torque_ripple"](sine=0.4, order=5.0)]}
+          "ripple": [LIBRARY["torque_ripple"](sine=0.4, order=5.0)],
+          "elastic": [LIBRARY["joint_elasticity"](compliance=0.02, **TWO_BODIES)],
+          "stiffening": [LIBRARY["stiffening_elasticity"](
+              compliance=0.02, stiffening=3.0, knee=0.5, **TWO_BODIES)],
+          "hysteretic": [LIBRARY["torsional_hysteresis"](
+              stiffness=50.0, level=0.4, reach=0.03, **TWO_BODIES)]}
 
 
 @pytest.mark.parametrize("name", SMOOTH)
@@ -122,3 +128,22 @@ def test_it_is_linearised_like_any_block():
     size = np.max(np.abs(whole), axis=1, keepdims=True)
     np.testing.assert_allclose(small / size, whole / size, atol=1e-6)
     assert np.all(size > 0.5)
+
+
+LINK, MOTOR, STIFFNESS = 0.8, 1.2, 320.0  # kg m^2, N m/rad of the motor
+
+
+@pytest.mark.parametrize("on_motor", [False, True])
+def test_an_encoder_on_the_motor_sees_the_antiresonance_of_the_link(on_motor):
+    """Closed form: held by its encoder, the motor stands still at the rate of the clamped link."""
+    period = 1e-3
+    soft = LIBRARY["joint_elasticity"](compliance=1 / STIFFNESS, damping=0.0,
+                                       motor_inertia=MOTOR, motor_damping=0.0)
+    block = robot_loop([LINK + MOTOR], [0.0], [40.0], [0.0], period, effects=[soft],
+                       encoder_on_motor=on_motor)
+    linear = ct.linearize(block, np.zeros(block.nstates), np.zeros(block.ninputs))
+    zeros = ct.zeros(ct.ss(linear.A, linear.B[:, [1]], linear.C[[0]], linear.D[[0], [1]], period))
+    rates = np.abs(np.angle(zeros)) / period
+    clamped = np.sqrt(STIFFNESS / LINK)
+    is_seen = bool(np.any(np.abs(rates / clamped - 1) < 1e-2))
+    assert is_seen == on_motor
