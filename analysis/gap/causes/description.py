@@ -123,6 +123,27 @@ _INERTIA = _number(INERTIA, (Piece("body", _inertia),), upper=100.0)
 _ZERO = _number(ZERO, (Piece("body", _zero),), -np.pi, np.pi, "rad")
 
 
+@dataclasses.dataclass(frozen=True)
+class _Coupled:
+    """What a wrong number of the links adds in an arm whose model leaves their coupling out."""
+
+    act: Callable[[State, Values], BodyTerms]
+
+    @property
+    def identity(self) -> str:
+        return f"coupled {self.act.__qualname__}"
+
+    def __call__(self, s: State, p: Values) -> BodyTerms:
+        coupled = dataclasses.replace(s.chain, has_coupling=True)
+        return self.act(dataclasses.replace(s, chain=coupled), p)
+
+
+_OF_COUPLED_LINKS = tuple(
+    dataclasses.replace(cause, pieces=tuple(Piece(piece.port, _Coupled(piece.act))
+                                            for piece in cause.pieces))
+    for cause in (_MASS, _COM, _INERTIA, _LENGTH))
+
+
 def is_number(cause: Cause) -> bool:
     """Whether a cause is a wrong number of the robot file, and no effect."""
     return cause.name == PARAMETRIC
@@ -184,6 +205,23 @@ def stated_numbers(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]], ...
         if problem.n > 1:
             found.append((_LENGTH, every[:-1]))
     return tuple(found)
+
+
+def is_of_coupling(cause: Cause) -> bool:
+    """Whether a wrong number of coupled links means nothing without their coupling."""
+    return any(isinstance(piece.act, _Coupled) for piece in cause.pieces)
+
+
+def numbers_of_coupling(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]], ...]:
+    """Numbers of the links beside a coupling that the nominal model leaves out, and their joints.
+
+    The coupling is that of the stated links, so that it is wrong where their numbers are.
+    """
+    chain, every = problem.chain, tuple(range(problem.n))
+    if not chain.known or chain.has_coupling or problem.n < 2:
+        return ()
+    return tuple((cause, every[:-1] if cause.variant == LENGTH else every)
+                 for cause in _OF_COUPLED_LINKS)
 
 
 def stated_and_identified(key: str, change: float, problem: Problem, k: int,

@@ -13,6 +13,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes import drive, friction, load, sensor
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.description import is_of_coupling
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import (
     Member,
@@ -70,7 +71,13 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
     for some in (members, *(fewer if much_left else ())):
         candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
-            if len({member.cause.name for member in candidate.members}) == len(candidate.members)]
+            if len({member.cause.name for member in candidate.members}) == len(candidate.members)
+            and _holds_its_coupling(candidate)]
+
+
+def _holds_its_coupling(candidate: Candidate) -> bool:
+    causes = [member.cause for member in candidate.members]
+    return load.COUPLING in causes or not any(is_of_coupling(cause) for cause in causes)
 
 
 def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequence[Cause],

@@ -8,9 +8,11 @@ from clie_blocks.analysis.gap.causes.description import (
     CHANGE,
     GEAR_RATIO,
     SIZE,
+    numbers_of_coupling,
     ratios_of_inertia,
     stated_numbers,
 )
+from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
@@ -22,6 +24,7 @@ from clie_blocks.analysis.gap.search.racing import training_excess
 
 # Effects that a wrong number passes for: they act through the same terms of the model.
 _ALIKE = frozenset({"torque_gain_error", "payload", "gravity", "spring"})
+_LIKE_COUPLING = frozenset({"payload", COUPLING.name})
 
 
 def wrong_numbers(problem: Problem) -> list[Member]:
@@ -83,6 +86,19 @@ def number_beside(extended: Fit, number: Member, residuals: ResidualModel) -> Ca
     start = build_hypothesis(residuals.problem, members, extended.hypothesis)
     gain = predicted_gain(start, jacobian(start, residuals), residuals.method.fitting)
     return Candidate(members, float(gain), extended)
+
+
+def with_coupled_number(members: Sequence[Member], problem: Problem,
+                        ) -> Iterator[tuple[Member, ...]]:
+    """Members of a hypothesis with coupled links, of which a number is wrong, for what is like it.
+
+    A mass at the tip, too, couples the joints that it is carried by.
+    """
+    one, zero, size = np.ones(problem.n), np.zeros(problem.n), np.full(problem.n, SIZE)
+    others = tuple(member for member in members if member.cause.name not in _LIKE_COUPLING)
+    coupling = Member(COUPLING, tuple(range(problem.n)), {"share": one}, {"share": one})
+    for cause, joints in numbers_of_coupling(problem) if len(others) < len(members) else ():
+        yield (*others, coupling, Member(cause, joints, {CHANGE: zero}, {CHANGE: size}))
 
 
 def with_swapped_number(members: Sequence[Member], numbers: Sequence[Member],

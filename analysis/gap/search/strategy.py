@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
@@ -22,6 +23,7 @@ from clie_blocks.analysis.gap.search.candidates import (
 from clie_blocks.analysis.gap.search.file_numbers import (
     fit_numbers,
     number_beside,
+    with_coupled_number,
     with_swapped_number,
     wrong_numbers,
 )
@@ -90,6 +92,9 @@ class _Search:
         alone = sorted(self.fits_of_numbers([(member,) for member in members]), key=_total)
         swapped = [some for fit in of_causes
                    for some in with_swapped_number(fitted_members(fit.hypothesis), members)]
+        if COUPLING in self.causes:
+            swapped += [some for fit in of_causes for some in with_coupled_number(
+                fitted_members(fit.hypothesis), self.residuals.problem)]
         found = self.with_raced(fits + alone + self.fits_of_numbers(swapped), [],
                                 method.pair_finalists)
         if self.is_done(found):

@@ -8,9 +8,12 @@ import pytest
 from clie_blocks.analysis.gap.causes import description
 from clie_blocks.analysis.gap.causes.description import (
     CHANGE,
+    is_of_coupling,
+    numbers_of_coupling,
     ratios_of_inertia,
     stated_numbers,
 )
+from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
@@ -62,6 +65,23 @@ def test_a_number_moves_the_model_as_the_mended_file_does(key, change, mended):
     assert np.abs(motion(stated) - motion(right)).max() > 1e-5
     np.testing.assert_allclose(motion(stated, member(stated, key, change)), motion(right),
                                atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key, change, mended", [
+    (description.MASS, [0.25, -0.2], {"mass": [1.5, 0.48]}),
+    (description.COM, [-0.2, 0.5], {"com": [0.2, 0.25]}),
+    (description.LENGTH, [0.2, 0.0], {"length": [0.6, 0.3]})])
+def test_beside_its_coupling_an_arm_moves_as_the_mended_file_with_coupling(key, change, mended):
+    stated = problem_of(arm(gravity=False, coupling=False))
+    right = problem_of(arm(gravity=False, **mended))
+    cause = next(one for one, _ in numbers_of_coupling(stated) if one.variant == key)
+    assert is_of_coupling(cause)
+    number = Member(cause, (0, 1), {CHANGE: np.array(change)}, {CHANGE: np.full(2, 0.1)})
+    one = {"share": np.ones(2)}
+    coupled = motion(stated, Member(COUPLING, (0, 1), one, one), number)
+    assert np.abs(motion(stated) - motion(right)).max() > 1e-5
+    np.testing.assert_allclose(coupled, motion(right), atol=1e-9)
 
 
 @pytest.mark.parametrize("links", [True, False])
