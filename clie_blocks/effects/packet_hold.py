@@ -38,11 +38,13 @@ PACKET_HOLD = Effect(
     parameters=(
         Parameter("hold", "s", 0.0, 10.0, 0.05, 0.0, "time without packets"),
         Parameter("interval", "s", 1e-3, 1e4, 1.0, None, "time from one loss to the next"),
-        Parameter("phase", "1", -2.0, 2.0, 0.0, None, "share of the interval that has passed at t = 0"),
+        Parameter("phase", "1", -2.0, 2.0, 0.0, None,
+                  "share of the interval that has passed at t = 0"),
         Parameter("settle", "s", 1e-5, 0.1, 5e-4, None,
                   "age of the command that is held; above the step"),
     ),
-    equation="u_motor = z while (t + phase interval) mod interval < hold, else u; z' = (u - z) / settle outside",
+    equation="u_motor = z while (t + phase interval) mod interval < hold, else u; "
+             "z' = (u - z) / settle outside",
     reference="J. P. Hespanha, P. Naghshtabrizi, Y. Xu, Proceedings of the IEEE 95(1), 2007",
     signature="Short stretches with constant torque; kicks when the command comes back.",
     confused_with={

@@ -38,7 +38,8 @@ TICK_JITTER = Effect(
     parameters=(
         Parameter("spread", "s", 0.0, 1.0, 4e-3, 0.0, "largest delay, about one tick"),
         Parameter("beat", "Hz", 1e-3, 1e3, 7.3, None, "difference of the two clocks' rates"),
-        Parameter("phase", "1", -2.0, 2.0, 0.0, None, "share of the beat that has passed at t = 0"),
+        Parameter("phase", "1", -2.0, 2.0, 0.0, None,
+                  "share of the beat that has passed at t = 0"),
     ),
     equation="u_motor(t) = u(t - spread frac(beat t + phase))",
     reference="J. Nilsson, Real-Time Control Systems with Delays, Lund, 1998",

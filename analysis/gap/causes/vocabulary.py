@@ -52,8 +52,7 @@ def effects_of_number(key: str) -> tuple[str, ...]:
 def searched_effects() -> tuple[str, ...]:
     """Names of the effects that a diagnosis of logs searches for, in alphabetical order.
 
-    They are a part of the catalogue, `clie_blocks.effects.LIBRARY`: the other effects can be
-    simulated and drawn, but a diagnosis names none of them.
+    They are all of the catalogue, `clie_blocks.effects.LIBRARY`.
     """
     return tuple(sorted(effect_names()))
 
@@ -64,7 +63,7 @@ def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[C
     Raises
     ------
     ClieError
-        For an effect that is not searched for; says whether the catalogue knows it.
+        For an effect that no one knows.
 
     """
     names = effect_names()
@@ -78,13 +77,9 @@ def select_causes(effects: Collection[str], exclude: Collection[str]) -> tuple[C
 
 def _not_searched(name: str) -> str:
     names = searched_effects()
-    if name in LIBRARY:
-        problem = (f"{name} is in the catalogue (clie effects {name}), but no log diagnosis "
-                   "searches for it yet")
-    else:
-        close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-        problem = f"no effect is called {name!r}" + (
-            f"; did you mean {close[0]!r}?" if close else "")
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    problem = f"no effect is called {name!r}" + (
+        f"; did you mean {close[0]!r}?" if close else "")
     listed = textwrap.fill(", ".join(names), 90, initial_indent="  ", subsequent_indent="  ")
     return f"{problem}\nsearched for:\n{listed}"
 

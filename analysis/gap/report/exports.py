@@ -61,9 +61,9 @@ def _of_member(member: Member, problem: Problem, values: Mapping[str, np.ndarray
     if not by_name:
         numbers = ", ".join(number.name for number in cause.numbers)
         known = ", ".join(p.name for p in LIBRARY[cause.name].parameters)
-        raise ClieError(f"{cause.name} cannot be inserted: the diagnosis describes it by {numbers}, "
-                        f"its block by {known}, which is not the same here; call the effect with "
-                        "values of your own")
+        raise ClieError(
+            f"{cause.name} cannot be inserted: the diagnosis describes it by {numbers}, its block "
+            f"by {known}, which is not the same here; call the effect with values of your own")
     per_joint = any(number.scope != "robot" for number in cause.numbers)
     joints = list(member.joints) if per_joint else None
     return [_setting(LIBRARY[name], {**cause.held, **chosen}, joints, problem)

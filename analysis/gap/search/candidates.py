@@ -239,8 +239,7 @@ def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]
 
 
 def _containing(member: Member, simpler: Member) -> Member:
-    """Member of a cause that contains a simpler one: as that was fitted, with the levels of both.
-    """
+    """Member of a cause that contains a simpler one: as that was fitted, levels added."""
     values = {**member.values, **{name: value for name, value in simpler.values.items()
                                   if name in member.values}}
     if "level" in simpler.values:

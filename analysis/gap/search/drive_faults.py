@@ -122,8 +122,7 @@ def _sizes(values: Values) -> Values:
 
 
 def _best_beat(joint: _Joint) -> Use:
-    """Beat whose line stands out most from what the joint's slopes have in common with its error.
-    """
+    """Beat that explains most, of the lines that stand out of slope times error."""
     chords = [np.concatenate([np.repeat(u[:1], _CHORD), u[:-_CHORD]]) - u for u in joint.u]
     size = _PADDED * max(len(u) for u in joint.u)
     spectrum = sum(np.abs(np.fft.rfft(joint.back[j] * chords[j], size)) ** 2

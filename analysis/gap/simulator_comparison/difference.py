@@ -52,7 +52,8 @@ SAME_START = 10.0  # times the noise of the sensor, between two starts that are 
 # Hz, above which an error against the simulator is noise, if it is as small as noise.
 SIMULATOR_NOISE_CORNER = 5.0
 LARGEST_NOISE = 1.1  # times the noise of the sensor: a larger error is more than noise
-TWO_BODY_CAUSES = ("joint_elasticity", "backlash")  # a simulator with one can hold the other
+# A simulator with one of them can hold the others.
+TWO_BODY_CAUSES = ("joint_elasticity", "backlash", "stiffening_elasticity", "torsional_hysteresis")
 
 
 def against_simulator(problem: Problem, causes: Sequence[Cause], method: Method,

@@ -29,9 +29,9 @@ def confounder(fit: Fit, residuals: ResidualModel) -> str:
     Returns
     -------
     str
-        ``torque of the pose`` for a ripple of which the travel shows less than a wave, and for a spring
-        with a weight: torques of the pose that may stand for any other.  ``contact`` for a fault
-        that sets in where the robot comes to a position at which it is at no other time, and
+        ``torque of the pose`` for a ripple of which the travel shows less than a wave, and for a
+        spring with a weight: torques of the pose that may stand for any other.  ``contact`` for a
+        fault that sets in where the robot comes to a position at which it is at no other time, and
         stays: an obstacle there would push back in the same way.  ``unmarked`` for an effect of
         which the logs do not show the mark, see `marks`: it may have absorbed a part of anything.
         Otherwise empty.

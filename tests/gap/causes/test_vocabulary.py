@@ -59,16 +59,6 @@ def test_a_name_of_a_class_is_searched_as_its_class():
     assert effects_of_number("links.mass_kg") == ()
 
 
-def test_an_effect_of_the_catalogue_that_is_not_searched_for_is_not_called_unknown():
-    for name in sorted(set(LIBRARY) - effect_names()):
-        with pytest.raises(ClieError) as caught:
-            select_causes([name], ())
-        message = str(caught.value)
-        assert f"{name} is in the catalogue (clie effects {name})" in message
-        assert "no log diagnosis searches for it yet" in message
-        assert all(searched in message for searched in searched_effects())
-
-
 def test_a_typing_error_gets_the_nearest_name_and_the_full_list():
     with pytest.raises(ClieError, match="no effect is called 'colomb'; did you mean 'coulomb'?"
                        ) as caught:
