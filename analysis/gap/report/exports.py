@@ -78,7 +78,7 @@ def _setting(effect: Effect, chosen: Mapping[str, np.ndarray | float], joints: l
                 if p.of == "robot" and p.name == "gear_ratio"}
     arguments = {name: value if known[name].per_joint else np.ravel(value)[0]
                  for name, value in {**of_robot, **chosen}.items()}
-    return effect(joints=joints, **arguments)
+    return effect(joints=joints, name=None, **arguments)
 
 
 def law_settings(named: Sequence[NamedJoint], n: int) -> list[Setting]:
@@ -101,4 +101,4 @@ def law_settings(named: Sequence[NamedJoint], n: int) -> list[Setting]:
             parameter = found.candidate.parameter(name)
             values.setdefault(found.name, {}).setdefault(
                 name, np.full(n, parameter.default))[one.joint] = value
-    return [LIBRARY[name](joints=joints[name], **chosen) for name, chosen in values.items()]
+    return [LIBRARY[name](joints=joints[name], name=None, **chosen) for name, chosen in values.items()]

@@ -125,8 +125,8 @@ def _best_beat(joint: _Joint) -> Use:
     """Beat that explains most, of the lines that stand out of slope times error."""
     chords = [np.concatenate([np.repeat(u[:1], _CHORD), u[:-_CHORD]]) - u for u in joint.u]
     size = _PADDED * max(len(u) for u in joint.u)
-    spectrum = sum(np.abs(np.fft.rfft(joint.back[j] * chords[j], size)) ** 2
-                   for j in joint.fitted)
+    spectrum = np.sum([np.abs(np.fft.rfft(joint.back[j] * chords[j], size)) ** 2
+                       for j in joint.fitted], axis=0)
     frequency = np.fft.rfftfreq(size, joint.period)
     lines = _outstanding(frequency, spectrum, *_BEATS)
     none = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
