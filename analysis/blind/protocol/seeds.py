@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
-# seeds of `clie blind` on which the method was developed; those of two digits, 10001 and 10002
-# were published before they were opened for it
+# seeds of `clie blind` on which the method was developed; those of two digits, and 10001, were
+# published before they were opened for it
 DEVELOPMENT_SEEDS = (
     range(41, 46), range(51, 56), range(61, 66), range(71, 76), range(1000, 10000),
-    range(10001, 10003))
+    range(10001, 10002))
+OPENED_SEEDS = (10002,)  # of a published study whose robots were looked at since
 OWN_ENGINE = "own_robots"  # the engine of the calibration, which no blind trial comes from
 CALIBRATED = "thresholds and probability map"
 
@@ -18,7 +19,7 @@ def training_sources() -> list[tuple[str, str, str, str]]:
     """Return what thresholds and maps were learned from, as rows of use, engine, robots, seeds."""
     facts = _calibration_facts()
     rows = [("development of the method", "MuJoCo", "-",
-             ", ".join(map(_span, DEVELOPMENT_SEEDS)))]
+             ", ".join([*map(_span, DEVELOPMENT_SEEDS), *map(str, OPENED_SEEDS)]))]
     if facts:
         rows.append((CALIBRATED, OWN_ENGINE, str(facts["robots"]), str(facts["seed"])))
     if calibration_seeds():
@@ -39,8 +40,13 @@ def calibration_seeds() -> list[int]:
 
 def are_fresh(seeds: Sequence[int]) -> bool:
     """Whether no seed of a study made robots that the method or its calibration has seen."""
-    seen = (*DEVELOPMENT_SEEDS, calibration_seeds())
+    seen = (*DEVELOPMENT_SEEDS, OPENED_SEEDS, calibration_seeds())
     return not any(seed in used for seed in seeds for used in seen)
+
+
+def were_opened(seeds: Sequence[int]) -> bool:
+    """Whether a study was published before its robots were looked at, as they were since."""
+    return set(seeds) <= set(OPENED_SEEDS)
 
 
 def _calibration_facts() -> dict[str, Any]:

@@ -6,9 +6,10 @@
 
 import json
 from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
-from clie_blocks.analysis.blind.protocol.seeds import are_fresh, training_sources
+from clie_blocks.analysis.blind.protocol.seeds import are_fresh, training_sources, were_opened
 from clie_blocks.analysis.blind.report.plots import (
     confusion_matrix,
     reductions,
@@ -145,13 +146,22 @@ def _errors(board: dict[str, Any]) -> Section:
               rows),))
 
 
+def _proof(seeds: Sequence[int]) -> str:
+    """What the figures of some seeds prove."""
+    if are_fresh(seeds):
+        return "No seed of this page made a robot that the method or its calibration has seen."
+    if were_opened(seeds):
+        return ("The method stood still before these robots were made, and the figures were "
+                "published before anybody looked at them. They have been looked at since: what a "
+                "later method says of them is no proof.")
+    return "These seeds were used while the method was developed: the figures are no proof."
+
+
 def protocol_section(board: dict[str, Any]) -> Section:
     """Return the section that says how to make the figures again: seeds, and the command."""
     seeds = ", ".join(map(str, board["seeds"]))
     rows = [("this page", "MuJoCo", str(board["trials"]), seeds), *training_sources()]
-    proof = ("No seed of this page made a robot that the method or its calibration has seen."
-             if are_fresh(board["seeds"]) else
-             "These seeds were used while the method was developed: the figures are no proof.")
+    proof = _proof(board["seeds"])
     command = f"Made by: {board['command']}" if board.get("command") else ""
     return Section("Protocol", tuple(text for text in (
         proof, "Labels were encrypted before the first diagnosis and opened after the last; "

@@ -101,4 +101,5 @@ def law_settings(named: Sequence[NamedJoint], n: int) -> list[Setting]:
             parameter = found.candidate.parameter(name)
             values.setdefault(found.name, {}).setdefault(
                 name, np.full(n, parameter.default))[one.joint] = value
-    return [LIBRARY[name](joints=joints[name], name=None, **chosen) for name, chosen in values.items()]
+    return [LIBRARY[name](joints=joints[name], name=None, **chosen)
+            for name, chosen in values.items()]
