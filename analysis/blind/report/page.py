@@ -5,8 +5,8 @@
 """
 
 import json
-from pathlib import Path
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh, training_sources, were_opened
