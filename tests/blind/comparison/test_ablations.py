@@ -44,6 +44,7 @@ def test_a_diagnosis_without_whitening_still_looks_at_the_right_cause(own_robot)
     assert "coulomb" in answer.order[:3]
 
 
+@pytest.mark.slow
 def test_without_polish_parameters_stay_as_the_regression_left_them(own_robot):
     problem, _ = own_robot("coulomb")
     fits = []

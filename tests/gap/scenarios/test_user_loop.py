@@ -69,10 +69,10 @@ def logged(name, k):
                   source=f"log-{k + 1}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
-    "coulomb", *(pytest.param(name, marks=pytest.mark.slow) for name in (
-        "spring", "none", "gravity", "torque_ripple", "periodic_disturbance", "step_fault",
-        "viscous", "unknown"))])
+    "coulomb", "spring", "none", "gravity", "torque_ripple", "periodic_disturbance", "step_fault",
+    "viscous", "unknown"])
 def test_an_effect_that_a_loop_does_not_have_is_named(name):
     diagnosis = diagnose(Problem.from_loop(user_loop(), [logged(name, k) for k in range(2)]))
     expected = {"none": ("none",), "viscous": ("parametric",), "unknown": ("unknown",)}
