@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib
 
 from clie_blocks.analysis.catalogue.figure import effect_figure
+from clie_blocks.analysis.gap.causes.vocabulary import describe_answer
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES
 from clie_blocks.output import progress, run_main, save_figure, write
@@ -57,7 +58,8 @@ def _entry(name: str) -> str:
     confused = "\n".join(f"  - `{other}`: {experiment}"
                          for other, experiment in effect.confused_with.items())
     return (f"### {name}\n\n    {effect.equation}\n\n![{name}]({PICTURES}/{name}.svg)\n\n"
-            f"- Looks like: {effect.signature}\n- Typical: {typical}\n"
+            f"- Looks like: {effect.signature}\n"
+            f"- In a diagnosis: {describe_answer(name)}\n- Typical: {typical}\n"
             f"- Confused with\n{confused}\n- Wrong where: {effect.wrong}\n"
             f"- Reference: {effect.reference}\n")
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.analysis.catalogue.text_curve import text_curve
+from clie_blocks.analysis.gap.causes.vocabulary import describe_answer
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES, Effect
 from clie_blocks.output import command_parser, print_table, run_main, save_figure, to_json
@@ -28,6 +29,7 @@ def page(name: str) -> str:
     parts = [f"{name}: family {effect.family}, port {effect.port}", _indented(effect.equation),
              _parameters(effect), _drawing(effect),
              _entry("looks like", effect.signature),
+             _entry("in a diagnosis", describe_answer(name)),
              "confused with\n" + "\n".join(_entry(f"  {other}", experiment)
                                            for other, experiment in effect.confused_with.items()),
              "in simulators\n" + "\n".join(_entry(f"  {other}", where)

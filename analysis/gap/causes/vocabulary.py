@@ -49,6 +49,17 @@ def effects_of_number(key: str) -> tuple[str, ...]:
     return tuple(sorted(name for name, number in STATED_NUMBERS.items() if number == key))
 
 
+def describe_answer(name: str) -> str:
+    """How a diagnosis of logs answers an effect, in words."""
+    if name in STATED_NUMBERS:
+        return (f"{PARAMETRIC}: another {STATED_NUMBERS[name]} of the robot file moves a robot "
+                "alike")
+    if name in SAME_PHYSICS:
+        return f"{SAME_PHYSICS[name]}: the same under another name"
+    return f"{name}, " + ("from the logged commands" if name in FOUND_BY_REPLAY else
+                          "from the motion")
+
+
 def searched_effects() -> tuple[str, ...]:
     """Names of the effects that a diagnosis of logs searches for, in alphabetical order.
 

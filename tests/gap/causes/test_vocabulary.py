@@ -4,12 +4,14 @@ import control as ct
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.catalogue.pages import page
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.vocabulary import (
     FOUND_BY_REPLAY,
     SAME_PHYSICS,
     STATED_NUMBERS,
     class_of,
+    describe_answer,
     effect_names,
     effects_of_number,
     excluded_names,
@@ -74,3 +76,12 @@ def test_a_choice_limits_what_is_searched_for_and_what_may_be_named():
     assert select_causes((), ()) == CAUSES
     assert excluded_names((), ["spring"]) == {"spring"}
     assert excluded_names(["coulomb"], ()) == effect_names() - {"coulomb"}
+
+
+@pytest.mark.parametrize(("name", "words"), [
+    ("back_emf", "parametric: another motor.viscous_friction_nms"),
+    ("torque_gain", "torque_gain_error"), ("dahl", "dahl, from the motion"),
+    ("gain_error", "gain_error, from the logged commands")])
+def test_the_catalogue_says_what_a_diagnosis_answers(name, words):
+    assert words in describe_answer(name)
+    assert words in " ".join(page(name).split())
