@@ -30,7 +30,7 @@ Keys = frozenset[str]
 _SIMILAR_TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
                   "time_delay": (drive.ACTUATOR_LAG,)}
 _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
-        "friction_drift")
+        "dahl", "maxwell_slip", "position_dependent_friction", "friction_drift")
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
 _LOAD_SLOPE = 0.1  # N m of friction per N m of load, to start from
