@@ -72,6 +72,22 @@ def test_both_forms_of_load_dependent_friction_are_alternatives_where_links_are_
     assert np.all(swapped.members[0].values["share"] == 0.2)
 
 
+@pytest.mark.parametrize("name", [
+    "asymmetric_coulomb", "stribeck", "presliding", "dahl", "maxwell_slip",
+    "position_dependent_friction", "friction_drift"])
+def test_plain_friction_is_fitted_beside_every_friction_that_contains_it(rubbing, name):
+    residuals, nominal = rubbing
+    cause = next(one for one in CAUSES if one.name == name and one.variant != "viscous")
+    dry = member(cause, nominal.hypothesis.problem.n, **{
+        number.name: 0.1 for number in cause.numbers if number.scope != "log"})
+    if name == "friction_drift":
+        since = np.zeros((len(residuals.problem.logs), residuals.problem.n))
+        dry = dataclasses.replace(dry, values={**dry.values, "since": since},
+                                  sizes={**dry.sizes, "since": since})
+    leader = leading(nominal, dry, left=1.0)
+    assert {"coulomb"} in keys(alternatives(leader, [leader], CAUSES, residuals))
+
+
 def test_what_was_tried_for_a_former_leader_is_not_tried_again(rubbing):
     residuals, nominal = rubbing
     leader = leading(nominal, member(friction.COULOMB, nominal.hypothesis.problem.n, level=0.1))
