@@ -174,8 +174,11 @@ def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
 def _best_hold(joint: _Joint) -> Use:
     """Length, interval and phases of stretches over which the command is held."""
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
-    found = [_hold(joint, length, several * interval) for length in _HOLDS
-             for interval in _intervals(joint, length) for several in (1, 2, 3)]
+    found = []
+    for length in _HOLDS:
+        gains = _gains(joint, length)
+        found += [_hold(joint, gains, length, several * interval)
+                  for interval in _intervals(joint, gains, length) for several in (1, 2, 3)]
     best = max(found, key=lambda use: use.drop, default=none)
     if best.drop <= 0.0:
         return none
@@ -183,30 +186,36 @@ def _best_hold(joint: _Joint) -> Use:
                         float(best.values["interval"]) / joint.period)
     finest = 1.0 / max(len(u) for u in joint.u)
     for step in (0.5, 0.25, 0.1):
-        tried = [_hold(joint, max(1, round(length * share)), interval * (1 + shift))
-                 for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step)
-                 for shift in step * length * finest * np.arange(-4, 5)]
+        tried = []
+        for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
+            held = max(1, round(length * share))
+            gains = _gains(joint, held)
+            tried += [_hold(joint, gains, held, interval * (1 + shift))
+                      for shift in step * length * finest * np.arange(-4, 5)]
         best = max([best, *tried], key=lambda use: use.drop)
         length, interval = (round(float(best.values["hold"]) / joint.period),
                             float(best.values["interval"]) / joint.period)
     return best
 
 
-def _gains(joint: _Joint, j: int, length: int) -> np.ndarray:
-    """Product with the error of holding the command for some samples, from each sample on."""
-    u, back = joint.u[j], joint.back[j]
+def _gains(joint: _Joint, length: int) -> list[np.ndarray]:
+    """Product with the error of holding the command for some samples, by log and first sample."""
+    return [_gains_in_log(u, back, length) for u, back in zip(joint.u, joint.back)]
+
+
+def _gains_in_log(u: np.ndarray, back: np.ndarray, length: int) -> np.ndarray:
     before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
     whole, weighted = (np.concatenate([[0.0], np.cumsum(x)]) for x in (back, back * u))
     return (before * (whole[length:-1] - whole[:-length - 1])
             - (weighted[length:-1] - weighted[:-length - 1]))
 
 
-def _intervals(joint: _Joint, length: int) -> list[float]:
+def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[float]:
     """Intervals [samples] whose harmonics stand out together in the gains of a length."""
     size = _PADDED * max(len(u) for u in joint.u)
     power = np.zeros(size // 2 + 1)
     for j in joint.fitted:
-        gains = _gains(joint, j, length)
+        gains = by_log[j]
         power += np.abs(np.fft.rfft(gains - gains.mean(), size)) ** 2
     frequency = np.fft.rfftfreq(size, joint.period)
     longest = min(_INTERVALS[1], 0.3 * size / _PADDED * joint.period)
@@ -220,11 +229,10 @@ def _intervals(joint: _Joint, length: int) -> list[float]:
             for line in _outstanding(frequency, comb, 1.0 / longest, 1.0 / shortest)]
 
 
-def _hold(joint: _Joint, length: int, interval: float) -> Use:
+def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float) -> Use:
     """Holds of a length at an interval, both in samples, with the best phase of each log."""
     torques, phases = [], []
-    for j, u in enumerate(joint.u):
-        gains = _gains(joint, j, length)
+    for j, (u, gains) in enumerate(zip(joint.u, by_log)):
         laps = np.round(np.arange(0.0, len(gains), interval)).astype(int)
         first = np.arange(int(interval))
         where = first[:, None] + laps

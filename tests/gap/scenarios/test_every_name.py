@@ -1,6 +1,7 @@
 """Every name of the catalogue: inserted, simulated, named, put back, and named again.
 
-The settings are strong enough to be seen at a joint that is known well.
+The settings are strong enough to be seen at a joint that is known well.  Effects that need two
+joints are not among them, nor a fluid's drag, which on one link is quadratic drag.
 """
 
 import numpy as np
@@ -29,7 +30,7 @@ NAMES = {
                    "velocity": 10.0},
     "dahl": {"level": 2.0, "reach": 0.02},
     "maxwell_slip": {"level": 2.0, "reach": 0.03},
-    "position_dependent_friction": {"level": 1.5, "sine": 0.8, "cosine": 0.3, "cycles": 12.0,
+    "position_dependent_friction": {"level": 1.5, "sine": 0.8, "cosine": 0.3, "order": 12.0,
                                     **SMOOTH},
     "friction_drift": {"level": 2.0, "coulomb_change": -1.2, "time_constant": 5.0, **SMOOTH},
     "rest_time_breakaway": {"rise": 3.0, "half_time": 0.3, "velocity": 0.05, **SMOOTH},
@@ -38,7 +39,6 @@ NAMES = {
     "spring": {"stiffness": 4.0, "hardening": 0.0},
     "counterbalance": {"moment": 4.0, "slack": 0.4, "angle": 1.0},
     "soft_stop": {"stiffness": 15.0, "lower": -0.6, "upper": 0.55, "damping": 0.5},
-    "fluid_drag": {"drag": 0.5},
     "joint_elasticity": {"compliance": 0.01, **GEAR},
     "stiffening_elasticity": {"compliance": 1 / 60.0, "stiffening": 2.0, "knee": 0.8, **GEAR},
     "torsional_hysteresis": {"level": 0.8, "reach": 0.01, "stiffness": 100.0, **GEAR},
