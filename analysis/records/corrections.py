@@ -58,6 +58,8 @@ class Correction:
         Names of the joints; empty for all.
     what, done, why : str
         What the logs have been, what was done, and what proves it; sentences.
+    effect : str
+        Effect of the catalogue that the fault is; empty for what the catalogue lacks.
 
     """
 
@@ -66,6 +68,7 @@ class Correction:
     what: str
     done: str
     why: str
+    effect: str = ""
 
     def __str__(self) -> str:
         return f"{self.what} {self.done} {self.why}"
@@ -327,7 +330,7 @@ def _correction(change: Change, robot: Robot) -> Correction:
     what = f"{change.what.format(joints=', '.join(names))}."
     return Correction(change.check, names, what, change.done,
                       "With this and nothing else the stated law reproduces the commands of every "
-                      "log to their rounding.")
+                      "log to their rounding.", change.effect)
 
 
 def _contradiction(changes: Sequence[Change], robot: Robot) -> Finding:

@@ -50,6 +50,8 @@ class Change:
         By a factor that no unit has, so that named ones come before it.
     unweighed : bool
         The law alone cannot tell it from other gains: the stated inertia must agree.
+    effect : str
+        Effect of the catalogue that the fault is; empty for what the catalogue lacks.
 
     """
 
@@ -61,6 +63,7 @@ class Change:
     remedy: str = ""
     unnamed: bool = False
     unweighed: bool = False
+    effect: str = ""
 
 
 def single_changes(records: Sequence[Record], robot: Robot, joints: Sequence[int],
@@ -206,7 +209,8 @@ def _lags(records: Sequence[Record], robot: Robot, joints: tuple[int, ...],
         count = f"{abs(rows)} row{'s' if abs(rows) > 1 else ''}"
         yield Change("lag", joints, f"{_is_are(signals)} logged {count} too {side}",
                      f"Moved {_and(signals)} {count} {shift}.",
-                     _shifting(signals, joints, rows))
+                     _shifting(signals, joints, rows),
+                     effect="channel_skew" if signals == ("u",) and rows > 0 else "")
 
 
 def _parts_of_law(record: Record, robot: Robot, variant: str | None) -> dict[str, np.ndarray]:
@@ -327,7 +331,8 @@ def _reference_velocity(robot: Robot, joints: tuple[int, ...], live: frozenset[s
             "law.reference_velocity", joints, "The law of {joints} leads by the velocity of the "
             "reference, Kd (dqd/dt - v) in the place of -Kd v", "The lead counts as excitation, "
             "which moves robot and model alike.",
-            functools.partial(_with_reference_velocity, robot=robot, joints=joints, kind=kind))
+            functools.partial(_with_reference_velocity, robot=robot, joints=joints, kind=kind),
+            effect="control_law_form")
 
 
 def _with_reference_velocity(record: Record, robot: Robot, joints: tuple[int, ...],

@@ -9,15 +9,21 @@ ClassOf = Callable[[str], str]
 
 
 def as_classes(diagnosis: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
-    """Return a diagnosis in classes: members share one probability, and the joint of the first."""
+    """Return a diagnosis in classes: members share one probability, and the joint of the first.
+
+    An effect of the catalogue that was proven and corrected in the logs is an answer, too.
+    """
     merged: dict[str, dict[str, Any]] = {}
-    for row in diagnosis.get("effects", []):
+    proven = [{"effect": one["effect"], "joint": one["joint"], "probability": 1.0}
+              for one in diagnosis.get("log", {}).get("corrections", []) if one.get("effect")]
+    for row in (*proven, *diagnosis.get("effects", [])):
         name = _class(row["effect"], class_of)
         before = merged.get(name)
         alike = {*map(class_of, row.get("alike", ()))} - {name}
         merged[name] = {**row, "effect": name, "alike": sorted(alike)} if before is None else {
             **before, "probability": before["probability"] + row["probability"]}
-    named = [_class(name, class_of) for name in diagnosis.get("set_90", [])]
+    named = [_class(name, class_of) for name in (
+        *(one["effect"] for one in proven), *diagnosis.get("set_90", []))]
     held = {"effects": [*merged.values()], "set_90": [*dict.fromkeys(named)]}
     return {**diagnosis, **{key: value for key, value in held.items() if key in diagnosis}}
 

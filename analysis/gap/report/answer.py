@@ -101,7 +101,9 @@ def answer(result: Result) -> dict[str, Any]:
 
 def log_findings(problem: Problem) -> dict[str, Any]:
     """What was corrected in the logs, and what the checks found and could not correct."""
-    return {"corrections": [dataclasses.asdict(one) for one in problem.corrections],
+    number = {name: k + 1 for k, name in enumerate(problem.joints)}
+    return {"corrections": [{**dataclasses.asdict(one), "joint": [number[k] for k in one.joints]}
+                            for one in problem.corrections],
             "warnings": [{"check": one.check, "joint": one.joint, "what": one.what,
                           "why": one.why, "fix": one.fix} for one in problem.log_warnings]}
 

@@ -80,3 +80,14 @@ def test_names_that_the_logs_do_not_tell_apart_are_one_answer(plain_study):
     board = score({"one": said}, {"one": label})
     assert board["top_1"]["rate"] == board["joint"]["rate"] == 1
     assert board["set_size"]["value"] == 1
+
+
+def test_an_effect_that_was_corrected_in_the_logs_is_an_answer(plain_study):
+    label = plain_study.label("single") | {
+        "labels": ["channel_skew"], "effects": [{"effect": "channel_skew", "joints": [2]}]}
+    late = {"effect": "channel_skew", "joint": [2], "what": "late"}
+    answer = plain_study.answer("none") | {"log": {"corrections": [late]}}
+    board = score({"one": answer}, {"one": label}, class_of)
+    assert board["top_1"]["rate"] == board["joint"]["rate"] == 1
+    without = plain_study.answer("none") | {"log": {"corrections": [late | {"effect": ""}]}}
+    assert score({"one": without}, {"one": label}, class_of)["top_1"]["rate"] == 0
