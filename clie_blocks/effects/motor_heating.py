@@ -29,7 +29,7 @@ MOTOR_HEATING = Effect(
     name="motor_heating", family="drive", port="drive",
     build=Dynamic(heating_rate, faded_torque, inputs=("u",), outputs=("u",)),
     parameters=(
-        Parameter("heating", "K/(N m)^2", 0.0, 1e4, 5.0, 0.0,
+        Parameter("heating", "K/(N m)^2", 0.0, 1e8, 5.0, 0.0,
                   "final rise per squared torque: copper loss times thermal resistance"),
         Parameter("time_constant", "s", 1.0, 1e5, 300.0, None, "thermal time constant"),
         Parameter("fade", "1/K", 0.0, 0.05, 1.1e-3, None,
