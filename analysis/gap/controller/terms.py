@@ -57,7 +57,8 @@ class Terms:
     def effect(self) -> str | None:
         """Effect of the catalogue that a single term is; None for what the catalogue lacks."""
         term, *others = self.coefficients
-        is_named = not others and (self.kd > 0.0 or term != "reference velocity")
+        is_form = term == "reference velocity"  # Kd on the whole error is a matter of the file
+        is_named = not others and not (is_form and (self.is_velocity_error or self.kd <= 0.0))
         return NAMES.get(term) if is_named else None
 
     @property

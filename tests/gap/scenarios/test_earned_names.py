@@ -96,7 +96,7 @@ def test_what_unseen_data_do_not_bear_out_is_not_named(case):
     assert answer["verdict"] == "unexplained" and answer["reason"] == "not_borne_out"
     assert names(answer) == ["unknown"] and answer["set_90"] == ["unknown"]
     (closest,) = answer["closest"]
-    assert f"{closest['effect']} at joint1 would fit these logs best" in words
+    assert f"{closest['effect'].replace('_', ' ')} at joint1 would fit these logs best" in words
     assert "does not predict unseen data clearly better" in words
 
 
