@@ -36,6 +36,7 @@ GEAR_RATIO, MASS, COM, LENGTH, INERTIA, ZERO = (
     "zero_rad")
 SIZE = 0.1  # of a change that has a visible effect
 _LEAST, _MOST = -0.9, 10.0  # of a relative change
+_NO_ROTOR = 1e-9  # of the whole inertia
 
 _Change = Callable[[PlanarChain, np.ndarray], PlanarChain]
 
@@ -130,6 +131,22 @@ def is_number(cause: Cause) -> bool:
 def ratio_change(values: Values, n: int) -> np.ndarray:
     """Gear ratio over the stated one in a fitted model, shape (n,)."""
     return 1.0 + values.get(f"{_OF_MOTOR.block}.{CHANGE}", np.zeros(n))
+
+
+def ratios_of_inertia(problem: Problem, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of each gear ratio with which a command meets an inertia, the nearer one first.
+
+    Motor side, the rotor counts by the ratio and the links by its inverse.  So there are two such
+    ratios, one to either side of that at which rotor and links are equal; where none gives as
+    little inertia, that one is returned.
+    """
+    links = problem.chain.diagonal / problem.gear_ratio
+    rotor = np.maximum(problem.nominal.inertia - links, _NO_ROTOR * problem.nominal.inertia)
+    middle = inertia / (2.0 * rotor)
+    apart = np.sqrt(np.maximum(middle**2 - links / rotor, 0.0))
+    lower, upper = (np.clip(middle + side * apart - 1.0, _LEAST, _MOST) for side in (-1.0, 1.0))
+    upper_is_near = np.abs(upper) <= np.abs(lower)
+    return np.where(upper_is_near, upper, lower), np.where(upper_is_near, lower, upper)
 
 
 def corrected_chain(chain: PlanarChain, values: Values) -> PlanarChain:

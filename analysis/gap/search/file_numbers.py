@@ -4,14 +4,21 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.description import CHANGE, SIZE, stated_numbers
+from clie_blocks.analysis.gap.causes.description import (
+    CHANGE,
+    GEAR_RATIO,
+    SIZE,
+    ratios_of_inertia,
+    stated_numbers,
+)
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_gain
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
+from clie_blocks.analysis.gap.search.racing import training_excess
 
 # Effects that a wrong number passes for: they act through the same terms of the model.
 _ALIKE = frozenset({"torque_gain_error", "payload", "gravity", "spring"})
@@ -24,17 +31,50 @@ def wrong_numbers(problem: Problem) -> list[Member]:
             for cause, joints in stated_numbers(problem)]
 
 
-def fit_numbers(members: Sequence[Member], residuals: ResidualModel, hopeless: float) -> Fit:
+def fit_numbers(members: Sequence[Member], residuals: ResidualModel, nominal: Fit) -> Fit:
     """Return the fit of some members that starts at the stated joint model.
 
-    The refitted one has absorbed much of a wrong number, and leads astray from there.  What leaves
-    a hopeless excess after the first steps is not continued.
+    The refitted one has absorbed much of a wrong number, and leads astray from there.  So a fit
+    starts far away, and what it leaves after the first steps says little of where it ends: it is
+    continued unless its slopes, too, predict that a hopeless excess is left.
     """
     method = residuals.method.search
-    begun = fit(build_hypothesis(residuals.problem, members), residuals, method.first_steps)
-    if begun.excess > hopeless:
+    stated = build_hypothesis(residuals.problem, members)
+    begun = min((fit(start, residuals, method.first_steps)
+                 for start in (stated, *_other_ratios(stated, nominal))), key=_cost)
+    if predicted_end(begun, residuals) > method.hopeless_share * nominal.excess:
         return begun
     return fit(begun.hypothesis, residuals, method.finalist_steps)
+
+
+def _other_ratios(stated: Hypothesis, nominal: Fit) -> Iterator[Hypothesis]:
+    """Starts at the gear ratios with which the stated drive has the inertia of the refitted model.
+
+    A command meets the product of inertia and ratio, so that a fit that has the one wrong and the
+    other right creeps along a bent valley.
+    """
+    problem, fitted = stated.problem, nominal.hypothesis.values
+    geared = [member for member in stated.members if member.cause.variant == GEAR_RATIO]
+    is_off = (np.abs(fitted["inertia"] - problem.nominal.inertia)
+              > problem.nominal.inertia_tolerance)
+    for member in geared if is_off.any() else ():
+        key = f"{member.name}.{CHANGE}"
+        at = is_off & np.isin(np.arange(problem.n), member.joints)
+        for change in ratios_of_inertia(problem, fitted["inertia"]):
+            change = np.where(at, change, 0.0)
+            yield stated.with_values({**stated.values, key: change,
+                                      "load": fitted["load"] / (1.0 + change)})
+
+
+def _cost(fit: Fit) -> float:
+    return fit.cost
+
+
+def predicted_end(begun: Fit, residuals: ResidualModel) -> float:
+    """Excess that the slopes of an unfinished fit predict for its end."""
+    gain = predicted_gain(begun.hypothesis, jacobian(begun.hypothesis, residuals),
+                          residuals.method.fitting)
+    return training_excess(begun, gain)
 
 
 def number_beside(extended: Fit, number: Member, residuals: ResidualModel) -> Candidate:

@@ -46,7 +46,7 @@ class SearchSteps:
     pairs: Callable[[Screen, Method], list[Candidate]] = pairs
     race: Callable[[ResidualModel, Fit, Sequence[Candidate], int], list[Fit]] = race
     wrong_numbers: Callable[[Problem], list[Member]] = wrong_numbers
-    fit_numbers: Callable[[Sequence[Member], ResidualModel, float], Fit] = fit_numbers
+    fit_numbers: Callable[[Sequence[Member], ResidualModel, Fit], Fit] = fit_numbers
     prune: Callable[[Fit, ResidualModel, float], Fit] = prune_joints
 
 
@@ -103,14 +103,10 @@ class _Search:
         return self.with_raced(found, worth, method.pair_finalists)
 
     def fits_of_numbers(self, hypotheses: Sequence[tuple[Member, ...]]) -> list[Fit]:
-        """Fits of hypotheses with a number of the robot file, each set of causes once.
-
-        A wrong number alone explains most of the gap after few steps; one that does not is left.
-        """
+        """Fits of hypotheses with a number of the robot file, each set of causes once."""
         distinct = {frozenset(member.cause.key for member in members): members
                     for members in hypotheses}
-        limit = self.method.search.hopeless_share * self.nominal.excess
-        return [self.steps.fit_numbers(members, self.residuals, limit)
+        return [self.steps.fit_numbers(members, self.residuals, self.nominal)
                 for members in distinct.values()]
 
     def fits_of_causes(self, screen: Screen) -> list[Fit]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes import description
-from clie_blocks.analysis.gap.causes.description import CHANGE, stated_numbers
+from clie_blocks.analysis.gap.causes.description import CHANGE, ratios_of_inertia, stated_numbers
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
@@ -58,6 +58,25 @@ def test_a_number_moves_the_model_as_the_mended_file_does(key, change, mended):
     assert np.abs(motion(stated) - motion(right)).max() > 1e-5
     np.testing.assert_allclose(motion(stated, member(stated, key, change)), motion(right),
                                atol=1e-9)
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("change", [-0.3, 0.25, 0.4])
+def test_the_gear_ratios_of_an_inertia_give_it_and_the_nearer_is_first(links, change):
+    problem = problem_of(arm(links=links))
+    of_links = problem.chain.diagonal / problem.gear_ratio
+    rotor = problem.nominal.inertia - of_links
+
+    def met(change):
+        return rotor * (1.0 + change) + of_links / (1.0 + change)
+
+    near, far = ratios_of_inertia(problem, met(np.full(2, change)))
+    assert np.all(np.abs(near) <= np.abs(far))
+    assert all(min(abs(one - change) for one in pair) < 1e-6 for pair in zip(near, far))
+    within = (far > -0.9) & (far < 10.0)  # bounds of a change
+    assert within.any() == links
+    np.testing.assert_allclose(met(near), met(change), rtol=1e-9)
+    np.testing.assert_allclose(met(far)[within], met(np.full(2, change))[within], rtol=1e-9)
 
 
 def test_numbers_that_the_model_does_not_use_are_not_questioned():
