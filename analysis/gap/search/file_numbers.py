@@ -41,7 +41,8 @@ def fit_numbers(members: Sequence[Member], residuals: ResidualModel, nominal: Fi
     method = residuals.method.search
     stated = build_hypothesis(residuals.problem, members)
     begun = min((fit(start, residuals, method.first_steps)
-                 for start in (stated, *_other_ratios(stated, nominal))), key=_cost)
+                 for start in (stated, *_other_ratios(stated, nominal))),
+                key=lambda fitted: fitted.cost)
     if predicted_end(begun, residuals) > method.hopeless_share * nominal.excess:
         return begun
     return fit(begun.hypothesis, residuals, method.finalist_steps)
@@ -64,10 +65,6 @@ def _other_ratios(stated: Hypothesis, nominal: Fit) -> Iterator[Hypothesis]:
             change = np.where(at, change, 0.0)
             yield stated.with_values({**stated.values, key: change,
                                       "load": fitted["load"] / (1.0 + change)})
-
-
-def _cost(fit: Fit) -> float:
-    return fit.cost
 
 
 def predicted_end(begun: Fit, residuals: ResidualModel) -> float:

@@ -72,5 +72,5 @@ def test_the_fit_of_a_gear_ratio_reaches_the_truth(records_of, name, joint, true
     member, = (one for one in wrong_numbers(problem) if one.cause.variant == GEAR_RATIO)
     found = fit_numbers([member], residuals, nominal)
     change = found.hypothesis.values[f"{member.name}.change"][joint]
-    assert 1.0 + change == pytest.approx(true_over_stated, rel=0.03)
-    assert found.excess < 1.0  # with the penalty of the datasheet
+    assert 1.0 + change == pytest.approx(true_over_stated, rel=0.02)
+    assert found.excess < 0.6  # the noise is judged by a nominal model that is far off
