@@ -140,11 +140,14 @@ def _with_recorded_commands(log: Log, law: StatedLaw) -> Log:
 
 def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], method: Method,
                    ) -> bool:
-    """Whether a loop with feedback leaves something that may be backlash."""
+    """Whether a loop with feedback leaves something that may be backlash.
+
+    Softer gains would hide that the stated loop diverges, of which backlash is no cause.
+    """
     law, leading = problem.law, posterior(table, method.calibration)[0].names
     has_feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
     return (BACKLASH in causes and has_feedback and not problem.quiet
-            and leading != (BACKLASH.name,)
+            and leading != (BACKLASH.name,) and not table.nominal.has_diverged
             and _share(table) * table.nominal_excess > method.calibration.healthy)
 
 

@@ -108,7 +108,8 @@ class Cause:
     needs_links : bool
         It can be searched for only where the link data are stated.
     without : tuple of str
-        Name of the simpler cause that it is when some parameters are zero, and these.
+        Name of the simpler cause that it is when some parameters are zero, or at a lower bound
+        above zero, and these.
     even : tuple of str
         Name of the simpler cause that it is when two parameters are equal, and these.
     at_first_joint : str

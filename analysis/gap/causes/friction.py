@@ -57,6 +57,10 @@ LOAD_DEPENDENT_FRICTION = (
              variant="links", needs_links=True))
 
 
+_REACH = 1e-4, 0.5  # rad: below, no log tells it from dry friction
+_STIFF_BRISTLES = "coulomb", "reach"
+
+
 def _presliding_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
     return [Probe({"level": size, "reach": reach + 0 * size,
@@ -66,7 +70,7 @@ def _presliding_probes(scene: Scene) -> list[Probe]:
 
 PRESLIDING = cause_of(LIBRARY["presliding"], ("level", "bristle_damping", "reach"),
                       _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0},
-                      within={"reach": (1e-4, 0.5)})  # below, it is dry friction
+                      within={"reach": _REACH}, without=_STIFF_BRISTLES)
 
 
 _REACHES = 0.001, 0.003, 0.008, 0.02, 0.05, 0.12  # rad
@@ -79,7 +83,7 @@ def _bending_probes(scene: Scene) -> list[Probe]:
 
 DAHL, MAXWELL_SLIP = (
     cause_of(LIBRARY[name], ("level", "reach"), _bending_probes, held=held,
-             within={"reach": (1e-4, 0.5)})
+             within={"reach": _REACH}, without=_STIFF_BRISTLES)
     for name, held in (("dahl", {"exponent": 1.0}), ("maxwell_slip", {})))
 
 

@@ -33,8 +33,15 @@ def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
 
 
 def _is_shrunk(fit: Fit, member: Member, parameter: str, method: Method) -> bool:
-    """Whether a parameter is next to zero at all joints, by its size and by its spread."""
+    """Whether a parameter is next to zero at all joints, by its size and by its spread.
+
+    One that must be positive is so at its lower bound.
+    """
     joints = list(member.joints)
+    (lower,) = (number.lower for number in member.cause.numbers if number.name == parameter)
+    if lower > 0.0:
+        least = (1.0 + method.fitting.shrunk_share) * lower
+        return bool(np.all(_value(fit, member, parameter) < least))
     spread = [_spread(fit, f"{member.name}.{parameter}", k) for k in joints]
     limit = np.minimum(
         method.fitting.shrunk_share * np.abs(np.asarray(member.sizes[parameter])[..., joints]),

@@ -1,5 +1,6 @@
-"""Walls and a soft stop of the other engine: where a name fits a wall, `unknown` stands by it."""
+"""Walls and a soft stop of the other engine: what a wall is called, and where a stop stands."""
 
+import numpy as np
 import pytest
 
 from clie_blocks.analysis.blind.population.files import write_trial
@@ -8,17 +9,29 @@ from clie_blocks.analysis.blind.population.standard import STANDARD
 from clie_blocks.analysis.gap import diagnose, read
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed, index, foreign, alike", [
-    (72, 49, "wall", {"step_fault"}), (74, 38, "wall", {"step_fault"})])
-def test_what_is_foreign_and_moves_the_robot_like_a_cause_keeps_unknown_in_the_set(
-        tmp_path, seed, index, foreign, alike):
+def write_wall(folder, seed, index):
+    """Write a trial of the other engine whose tip touches a wall; returns its positions."""
     made = make_trial(STANDARD, seed, index)
-    assert made.label["effects"][0]["effect"] == foreign
-    write_trial(made, tmp_path / "trial")
+    assert made.label["effects"][0]["effect"] == "wall"
+    write_trial(made, folder)
+    return np.concatenate([record.q for record in read(folder).records])
+
+
+@pytest.mark.slow
+def test_a_wall_in_the_way_of_an_arm_keeps_unknown_in_the_set(tmp_path):
+    write_wall(tmp_path / "trial", 74, 38)
     answer = diagnose(read(tmp_path / "trial")).to_dict()
     assert answer["verdict"] == "unexplained"
-    assert {"unknown", *alike} <= set(answer["set_90"])
+    assert {"unknown", "step_fault"} <= set(answer["set_90"])
+
+
+@pytest.mark.slow
+def test_a_wall_in_the_way_of_a_single_link_is_a_stop_where_it_stands(tmp_path):
+    positions = write_wall(tmp_path / "trial", 72, 49)
+    found = diagnose(read(tmp_path / "trial"))
+    assert found.to_dict()["set_90"] == ["soft_stop"]
+    (setting,) = found.effects()
+    assert setting.values["upper"] == pytest.approx(positions.max(), abs=0.01)
 
 
 @pytest.mark.slow
