@@ -74,6 +74,11 @@ def test_emps_is_dry_friction_without_delay(shared):
     assert values["inertia"][0] * force == pytest.approx(95.11, rel=0.03)
 
 
+# BAM's own models of it: m3 and m4 lose a share of the load, m5 and m6 more in one direction.
+GROWS_WITH_LOAD = {"load_dependent_friction", "directional_efficiency"}
+DRY = {"coulomb", "asymmetric_coulomb", "dahl", "maxwell_slip", "presliding", "stribeck"}
+
+
 def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     records = read_records(shared / "data" / "bam_xl330")
     records = named(records, "(sin_sin, P 800)", "(sin_time_square, P 800)")
@@ -83,17 +88,15 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     assert saturated_share(diagnosis)[0] > 0.1
     flagged = " ".join(checks_section(diagnosis, units_of(records)).points)
     assert "is at its limit for up to 16 % of the time" in flagged
-    assert "load_dependent_friction" in stored["set_90"] and "coulomb" not in stored["set_90"]
+    assert GROWS_WITH_LOAD & set(stored["set_90"]) and not DRY & set(stored["set_90"])
     leading = diagnosis.ranking[0]
-    assert set(leading.names) - {"actuator_saturation", "payload"} == {"load_dependent_friction"}
+    assert set(leading.names) - {"actuator_saturation", "payload"} <= GROWS_WITH_LOAD
     assert leading.probability > 0.5 and stored["verdict"] == "effect"
-    assert "load_dependent_friction" in members(diagnosis)
+    assert GROWS_WITH_LOAD & set(members(diagnosis))
     assert stored["closed_percent"]["unseen_data"]
-    plain = min(row.excess for row in diagnosis.ranking if "coulomb" in row.names)
-    grows = min(row.excess for row in diagnosis.ranking if "load_dependent_friction" in row.names)
-    assert grows < 0.75 * plain
-    alone = {row.names: row.excess for row in diagnosis.ranking}
-    assert alone["load_dependent_friction",] < 0.2 * alone["coulomb",]
+    alone = {row.names[0]: row.excess for row in diagnosis.ranking if len(row.names) == 1}
+    assert (min(alone[name] for name in GROWS_WITH_LOAD & set(alone))
+            < 0.2 * min(alone[name] for name in DRY & set(alone)))
     assert stored["gap_after"] < 0.3 * stored["gap_before"]
 
 

@@ -17,6 +17,8 @@ CORNER = 8.0  # Hz of the parallel filter, over the bandwidth of the motion
 KEPT = 2.5  # samples per period of the parallel filter's corner
 EDGE = 0.5  # s left out at both ends of a log
 OPPOSING = ("load", "friction")  # ports of causes that are a torque of the measured motion
+# A column of it is the torque itself wherever that drives: it would explain any torque.
+OF_THE_TORQUE = ("directional_efficiency",)
 BODIES = {"payload": tip_load_torque, "coupling": coupling_torque}
 Values = dict[str, np.ndarray]
 
@@ -79,6 +81,7 @@ def regressors(problem: Problem, causes: Iterable[Cause]) -> list[Cause]:
     return [cause for cause in causes
             if (cause.name in BODIES or all(piece.port in OPPOSING and not piece.states
                                             for piece in cause.pieces))
+            and cause.name not in OF_THE_TORQUE
             and (problem.chain.known or not cause.needs_links)
             and all(number.scope != "log" for number in cause.numbers)]
 

@@ -76,9 +76,9 @@ def _residual_sum(target: np.ndarray, blocks: Sequence[np.ndarray]) -> float:
 def _columns_beyond_simpler(shape: Shape) -> np.ndarray:
     """Columns of a cause that the simpler cause within it does not have."""
     cause, probe, columns = shape
-    names = [cause.without[1]] if cause.without else probe.amplitudes
-    return np.stack([column for name, column in zip(probe.amplitudes, columns)
-                     if name in names]) if probe.amplitudes else columns
+    beyond = [column for name, column in zip(probe.amplitudes, columns)
+              if name in cause.without[1:]]
+    return np.stack(beyond) if beyond else columns
 
 
 def _without_nested(kept: Sequence[int], shapes: Sequence[Shape]) -> tuple[int, ...]:
