@@ -57,7 +57,7 @@ NAMES = {
     "ratio_error": {"error": 0.05},
     "time_delay": {"delay": 5e-3},
     "tick_jitter": {"spread": 8e-3, "beat": 3.7},
-    "packet_hold": {"hold": 0.015, "interval": 0.6, "settle": 2e-4},
+    "packet_hold": {"hold": 0.015, "interval": 0.6, "phase": 0.4, "settle": 2e-4},
     "setpoint_slew": {"speed": 1.2},
     "setpoint_delay": {"delay": 0.02},
     "in_loop_delay": {"delay": 3.4e-3},
