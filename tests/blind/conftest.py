@@ -57,7 +57,7 @@ def quiet_robot():
 class PlainStudy:
     """One trial of every kind, and answers to it."""
 
-    names = {"single": ["coulomb"], "none": ["none"], "unknown": ["soft_stop"],
+    names = {"single": ["coulomb"], "none": ["none"], "unknown": ["random_torque"],
              "parametric": ["none"], "pair": ["spring", "backlash"],
              "triple": ["spring", "backlash", "coulomb"]}
 

@@ -20,7 +20,8 @@ KINDS = {
     HARMLESS: "nothing that counts is lost: the right class must still come first",
     POORER: "the log tells less: right, or honestly uncertain",
     DESCRIPTION: "files contradict themselves: the fault must be named or corrected"}
-CONTROLLER = "velocity_filter_mismatch"  # the vocabulary's own word for a wrong description
+# The vocabulary's own words for a wrong description of the law.
+CONTROLLER = "velocity_filter_mismatch", "gain_error"
 NUMBERS = ("parametric",)  # a number of the file that is off may be reported so
 
 
@@ -89,7 +90,8 @@ _ALL = (
            in_log.scale(1e3, "u", "pe"), r"\bmN ?m|1000|0\.001|1e-0?3"),
     Damage("torque_in_percent", "u and pe are in % of the rated torque, the header is silent",
            DESCRIPTION, in_log.percent_of_rated,
-           r"\bKp\b|(\bu\b|torque|command).*(unit|factor|times|scale|%)"),  # gains off alike
+           r"\bKp\b|(\bu\b|torque|command).*(unit|factor|times|scale|%)",
+           also_right=("gain_error",)),  # the gains are off alike
     Damage("torque_on_joint_side", "u and pe are on the joint side", DESCRIPTION,
            in_log.joint_side, r"joint side|gear ratio"),
     Damage("command_sign", "the sign of one command is turned", DESCRIPTION,
@@ -117,10 +119,10 @@ _ALL = (
            r"\bdead|does not (move|change)|never changes|stuck|constant|always|zero"),
     Damage("wrong_kp", "the file states Kp of one joint 25 % off", DESCRIPTION,
            in_file.misstate("controller", "Kp", 1.25), r"\bKp\b", ("controller.Kp",),
-           (CONTROLLER,)),
+           CONTROLLER),
     Damage("wrong_kd", "the file states Kd of one joint 25 % off", DESCRIPTION,
            in_file.misstate("controller", "Kd", 1.25), r"\bKd\b", ("controller.Kd",),
-           (CONTROLLER,)),
+           CONTROLLER),
     Damage("wrong_motor_inertia", "the file states one rotor inertia 25 % off", DESCRIPTION,
            in_file.misstate("motor", "inertia_kgm2", 1.25), r"inertia",
            ("motor.inertia_kgm2",), NUMBERS),

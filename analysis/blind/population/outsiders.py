@@ -49,3 +49,20 @@ OUTSIDERS: dict[str, Draw] = {
     "supply_sag": with_unit("sag", 0.02),
     "hidden_integral": lambda rng, site: proportional(site, "integral", 0.02 * site.robot.kp),
     "gain_scaling": lambda rng, site: lambda size: site.at("kp_factor", 1 + 0.01 * size)}
+
+IN_CATALOGUE: dict[str, str] = {
+    "packet_loss": "packet_hold", "position_friction": "position_dependent_friction",
+    "soft_stop": "soft_stop", "hard_stop": "soft_stop", "motor_heating": "motor_heating",
+    "supply_sag": "supply_sag", "hidden_integral": "hidden_integral",
+    "gain_scaling": "gain_error"}
+"""Those that a diagnosis knows by now, and their names in the catalogue."""
+
+
+def known_as(name: str, robot: str) -> str | None:
+    """Name in the catalogue of an outsider at a robot such as "arm of 2"; None if it has none.
+
+    A wall in the way of a single link is the end of its travel.
+    """
+    if name == "wall" and robot.endswith(" of 1"):
+        return "soft_stop"
+    return IN_CATALOGUE.get(name)

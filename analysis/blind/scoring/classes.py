@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from clie_blocks.analysis.blind.population.outsiders import known_as
 from clie_blocks.analysis.blind.scoring.decisions import NO_EFFECTS
 
 ClassOf = Callable[[str], str]
@@ -29,7 +30,16 @@ def as_classes(diagnosis: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
 
 
 def label_as_classes(label: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
-    """Return a label in classes, and its names as they were under ``names``."""
+    """Return a label in classes, and its names as they were under ``names``.
+
+    What was outside the library when the trial was drawn is an effect of it by now, if the
+    catalogue holds it.
+    """
+    (name, *_), robot = label["labels"], label.get("robot", "")
+    known = known_as(name, robot) if label["kind"] == "unknown" else None
+    if known:
+        label = {**label, "kind": "single", "labels": [known],
+                 "effects": [{**one, "effect": known} for one in label["effects"]]}
     return {**label, "names": label["labels"],
             "labels": [_class(name, class_of) for name in label["labels"]],
             "effects": [{**one, "effect": _class(one["effect"], class_of)}

@@ -39,6 +39,7 @@ from typing import Any
 from clie_blocks.analysis.blind.imperfect.damages import DAMAGES, DESCRIPTION, HARMLESS, Damage
 from clie_blocks.analysis.blind.imperfect.trials import SOUND
 from clie_blocks.analysis.blind.protocol.targets import Target, compare
+from clie_blocks.analysis.blind.scoring.classes import label_as_classes
 from clie_blocks.analysis.blind.scoring.decisions import (
     FAMILY,
     NO_EFFECTS,
@@ -80,7 +81,7 @@ def score_imperfect(answers: dict[str, dict[str, Any]], twins: dict[str, dict[st
         The figures of this module with their intervals, the same by damage, and a row per trial.
 
     """
-    rows = [_row(name, label, answers[name], twins[name])
+    rows = [_row(name, label_as_classes(label, str), answers[name], twins[name])
             for name, label in sorted(labels.items())]
     damages = dict.fromkeys([SOUND, *DAMAGES])
     groups = {name: [row for row in rows if row["damage"] == name] for name in damages}

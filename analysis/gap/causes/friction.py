@@ -35,11 +35,15 @@ QUADRATIC_DRAG = cause_of(
     LIBRARY["quadratic_drag"], ("drag",),
     lambda scene: [Probe({"drag": scene.small_torque() / scene.speed**2}, ("drag",))])
 
-FLUID_DRAG = cause_of(
-    LIBRARY["fluid_drag"], ("drag",),
-    lambda scene: [Probe({"drag": scene.small_torque() * scene.problem.gear_ratio
-                          / scene.speed**2}, ("drag",))],
-    at_first_joint="quadratic_drag")
+def _fluid_probes(scene: Scene) -> list[Probe]:
+    """Nothing for a single joint, whose drag is quadratic."""
+    joint_side = scene.problem.gear_ratio / scene.speed**2
+    return [] if scene.problem.n == 1 else [
+        Probe({"drag": scene.small_torque() * joint_side}, ("drag",))]
+
+
+FLUID_DRAG = cause_of(LIBRARY["fluid_drag"], ("drag",), _fluid_probes,
+                      at_first_joint="quadratic_drag")
 
 
 def _load_probes(scene: Scene) -> list[Probe]:

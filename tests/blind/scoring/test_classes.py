@@ -59,10 +59,10 @@ def test_every_name_has_a_row_with_what_it_was_taken_for(plain_study, dahl):
     answers = {"one": plain_study.answer("presliding"), "two": plain_study.answer("coulomb"),
                "out": plain_study.answer("spring")}
     rows = score_by_name(answers, labels, class_of)
-    assert list(rows) == ["dahl", "soft_stop"]
+    assert list(rows) == ["dahl", "random_torque"]
     assert rows["dahl"]["class"] == "presliding" and rows["dahl"]["right"]["hits"] == 1
     assert rows["dahl"]["wrong"] == {"coulomb": 1}
-    assert rows["soft_stop"]["class"] == "unknown" and rows["soft_stop"]["right"]["hits"] == 0
+    assert rows["random_torque"]["class"] == "unknown" and rows["random_torque"]["right"]["hits"] == 0
 
 
 def test_targets_of_the_catalogue_are_compared_over_classes(plain_study, dahl):
@@ -91,3 +91,17 @@ def test_an_effect_that_was_corrected_in_the_logs_is_an_answer(plain_study):
     assert board["top_1"]["rate"] == board["joint"]["rate"] == 1
     without = plain_study.answer("none") | {"log": {"corrections": [late | {"effect": ""}]}}
     assert score({"one": without}, {"one": label}, class_of)["top_1"]["rate"] == 0
+
+
+def test_an_outsider_that_the_catalogue_holds_by_now_is_known(plain_study):
+    def label(name, robot):
+        return plain_study.label("unknown") | {
+            "labels": [name], "robot": robot, "effects": [{"effect": name, "joints": [1]}]}
+
+    labels = {"gains": label("gain_scaling", "arm of 2"), "wall": label("wall", "pendulum of 1"),
+              "arm": label("wall", "arm of 2")}
+    answers = {name: plain_study.answer(said) for name, said in
+               (("gains", "gain_error"), ("wall", "soft_stop"), ("arm", "unknown"))}
+    board = score(answers, labels)
+    assert (board["top_1"]["hits"], board["top_1"]["of"]) == (2, 2)
+    assert (board["unknown_detected"]["hits"], board["unknown_detected"]["of"]) == (1, 1)
