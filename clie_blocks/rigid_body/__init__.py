@@ -1,0 +1,1 @@
+"""Rigid bodies: trees of links, their dynamics, and arms made of them."""

@@ -1,0 +1,296 @@
+"""Rigid-body terms of a tree of links: M, C and G of eq. (1), energy, inverse and forward dynamics.
+
+Recursive Newton-Euler on scalars, so that one text runs on numbers, on time series, on symbols of a
+diagram and as machine code.  Positions are (..., n) [rad, or m for a sliding joint], torques
+(..., n) on the joint side [N m, or N].
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.rigid_body.scalars import (
+    ZERO,
+    Rows,
+    Scalar,
+    Three,
+    added,
+    cross,
+    dot,
+    numbers,
+    product,
+    scaled,
+    times,
+    total,
+    transposed_product,
+)
+from clie_blocks.rigid_body.tree import Tree
+
+_Z: Three = (0.0, 0.0, 1.0)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Rotors:
+    """Motors that turn about the axes of their joints, each on the link before.
+
+    Parameters
+    ----------
+    inertia : array_like, shape (n,)
+        Of the rotors about their axes [kg m^2].
+    gear_ratio : array_like, shape (n,)
+        Motor turns per joint turn; negative where they turn against each other.
+
+    """
+
+    inertia: np.ndarray
+    gear_ratio: np.ndarray
+
+
+def inverse_dynamics(tree: Tree, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray,
+                     rotors: Rotors | None = None) -> np.ndarray:
+    """Torques that a motion takes, eq. (1): ``M(q) ddq + C(q, dq) dq + G(q)``.
+
+    Parameters
+    ----------
+    tree : Tree
+        The links.
+    q, dq, ddq : ndarray, shape (..., n)
+        Positions, velocities, accelerations.
+    rotors : Rotors, optional
+        With them the torques of the rotors on their joints and, gyroscopically, on the links that
+        carry them are there, too; without them the links alone.
+
+    """
+    torque = _torques(tree, _parts(q), _parts(dq), _parts(ddq), numbers(tree.gravity), rotors)
+    return _stacked(torque, q)
+
+
+def gravity_torque(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Weight of the links, G(q) of eq. (1)."""
+    rest = [0.0] * tree.n
+    return _stacked(_torques(tree, _parts(q), rest, rest, numbers(tree.gravity)), q)
+
+
+def velocity_torque(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Coriolis and centrifugal torque, C(q, dq) dq of eq. (1)."""
+    return _stacked(_velocity_torques(tree, _parts(q), _parts(dq)), q)
+
+
+def coriolis_matrix(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Matrix C(q, dq) of eq. (1) in Christoffel's form, (..., n, n): dM/dt - 2 C is skew.
+
+    The velocity torque is a quadratic form of the velocities, and C its symmetric bilinear form.
+    """
+    places, speeds = _parts(q), _parts(dq)
+    whole = _velocity_torques(tree, places, speeds)
+    columns = []
+    for k in range(tree.n):
+        unit = [float(j == k) for j in range(tree.n)]
+        more = _velocity_torques(tree, places, [total(a, b) for a, b in zip(speeds, unit)])
+        own = _velocity_torques(tree, places, unit)
+        columns.append(_stacked([0.5 * total(a, -1.0 * b, -1.0 * c)
+                                 for a, b, c in zip(more, whole, own)], q))
+    return np.stack(columns, axis=-1)
+
+
+def mass_matrix(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Mass matrix M(q) of eq. (1), (..., n, n), without rotors."""
+    rows = mass_rows(tree, _parts(q))
+    return np.stack([_stacked(row, q) for row in rows], axis=-2)
+
+
+def mass_rows(tree: Tree, q: Sequence[Scalar]) -> list[list[Scalar]]:
+    """Mass matrix as rows of scalars: what it takes to accelerate one joint after the other."""
+    n = tree.n
+    rows: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
+    rest = [0.0] * n
+    for k in range(n):
+        unit = [float(j == k) for j in range(n)]
+        column = _torques(tree, q, rest, unit, ZERO)
+        for j in range(k + 1):
+            rows[j][k] = rows[k][j] = column[j]
+    return rows
+
+
+def forward_dynamics(tree: Tree, q: np.ndarray, dq: np.ndarray, torque: np.ndarray,
+                     armature: np.ndarray | float = 0.0) -> np.ndarray:
+    """Accelerations under some torques: eq. (1) solved for ddq.
+
+    Parameters
+    ----------
+    tree : Tree
+        The links.
+    q, dq, torque : ndarray, shape (..., n)
+        Positions, velocities, torques on the joint side.
+    armature : array_like, shape (n,)
+        What the rotors add to the diagonal of the mass matrix: inertia times squared gear ratio
+        [kg m^2].
+
+    """
+    places, n = _parts(q), tree.n
+    rest = [0.0] * n
+    bias = _torques(tree, places, _parts(dq), rest, numbers(tree.gravity))
+    more = _parts(armature + np.zeros(n))
+    rows = mass_rows(tree, places)
+    matrix = [[total(rows[j][k], more[k]) if j == k else rows[j][k] for k in range(n)]
+              for j in range(n)]
+    left = [total(one, times(-1.0, other)) for one, other in zip(_parts(torque), bias)]
+    return _stacked(solve_symmetric(matrix, left), q)
+
+
+def solve_symmetric(matrix: Sequence[Sequence[Scalar]], right: Sequence[Scalar]) -> list[Scalar]:
+    """Solution of a positive definite system by its L D L' factors, without pivots."""
+    n = len(right)
+    low: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
+    pivot: list[Scalar] = [0.0] * n
+    for j in range(n):
+        pivot[j] = total(matrix[j][j], *(times(-1.0, times(times(low[j][k], low[j][k]), pivot[k]))
+                                         for k in range(j)))
+        for i in range(j + 1, n):
+            left = total(matrix[i][j], *(times(-1.0, times(times(low[i][k], low[j][k]), pivot[k]))
+                                         for k in range(j)))
+            low[i][j] = _over(left, pivot[j])
+    x: list[Scalar] = []
+    for i in range(n):
+        x.append(total(right[i], *(times(-1.0, times(low[i][k], x[k])) for k in range(i))))
+    x = [_over(part, pivot[i]) for i, part in enumerate(x)]
+    for i in reversed(range(n)):
+        x[i] = total(x[i], *(times(-1.0, times(low[k][i], x[k])) for k in range(i + 1, n)))
+    return x
+
+
+def kinetic_energy(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Kinetic energy of the links [J], (...): half of dq' M(q) dq."""
+    return 0.5 * np.einsum("...j,...jk,...k->...", dq, mass_matrix(tree, q), dq)
+
+
+def potential_energy(tree: Tree, q: np.ndarray) -> np.ndarray:
+    """Potential energy of the links [J], (...), zero where their centres are in the base."""
+    places, gravity = poses(tree, _parts(q)), numbers(tree.gravity)
+    parts = [dot(gravity, added(scaled(numbers(tree.mass[k]), place),
+                                product(turn, numbers(tree.moment[k]))))
+             for k, (turn, place) in enumerate(places)]
+    return -1.0 * total(*parts) + 0.0 * np.asarray(q)[..., 0]
+
+
+def poses(tree: Tree, q: Sequence[Scalar]) -> list[tuple[Rows, Three]]:
+    """Rotation and origin of the frame of every joint, in the frame of the base."""
+    found: list[tuple[Rows, Three]] = []
+    for k, (turn, place) in enumerate(_local_poses(tree, q)):
+        if tree.parents[k] >= 0:
+            before, origin = found[tree.parents[k]]
+            place = added(origin, product(before, place))
+            columns = [product(before, column) for column in zip(*turn)]
+            turn = tuple(zip(*columns))
+        found.append((turn, place))
+    return found
+
+
+def _torques(tree: Tree, q: Sequence[Scalar], dq: Sequence[Scalar], ddq: Sequence[Scalar],
+             gravity: Three, rotors: Rotors | None = None) -> list[Scalar]:
+    """Torques of every joint for a motion: outwards the accelerations, inwards the forces."""
+    n, local = tree.n, _local_poses(tree, q)
+    links = [_link(tree, k) for k in range(n)]
+    motion: list[tuple[Three, Three, Three]] = []  # angular velocity, its rate, acceleration
+    force: list[Three] = []
+    moment: list[Three] = []
+    base = ZERO, ZERO, scaled(-1.0, gravity)
+    for k, (turn, place) in enumerate(local):
+        before = motion[tree.parents[k]] if tree.parents[k] >= 0 else base
+        motion.append(_carried(before, turn, place, dq[k], ddq[k], tree.slides[k]))
+        spin, rate, pull = motion[-1]
+        mass, first, inertia = links[k]
+        force.append(added(scaled(mass, pull), _swing(spin, rate, first)))
+        moment.append(added(product(inertia, rate), cross(spin, product(inertia, spin)),
+                            cross(first, pull)))
+    of_rotor = [0.0] * n
+    if rotors is not None:
+        of_rotor = _add_rotors(tree, local, [base, *motion], dq, ddq, rotors, moment)
+    torque: list[Scalar] = [0.0] * n
+    for k in reversed(range(n)):
+        turn, place = local[k]
+        torque[k] = total(force[k][2] if tree.slides[k] else moment[k][2], of_rotor[k])
+        j = tree.parents[k]
+        if j >= 0:
+            push, twist = product(turn, force[k]), product(turn, moment[k])
+            force[j] = added(force[j], push)
+            moment[j] = added(moment[j], twist, cross(place, push))
+    return torque
+
+
+def _carried(before: tuple[Three, Three, Three], turn: Rows, place: Three, speed: Scalar,
+             rate: Scalar, slides: bool) -> tuple[Three, Three, Three]:
+    """Angular velocity, its rate, and acceleration of a frame, from those of its parent."""
+    spin, turning, pull = before
+    pull = transposed_product(turn, added(pull, _swing(spin, turning, place)))
+    spin, turning = (transposed_product(turn, part) for part in (spin, turning))
+    along, faster = scaled(speed, _Z), scaled(rate, _Z)
+    if slides:
+        twice = scaled(2.0, cross(spin, along))
+        return spin, turning, added(pull, twice, faster)
+    return added(spin, along), added(turning, faster, cross(spin, along)), pull
+
+
+def _swing(spin: Three, turning: Three, arm: Three) -> Three:
+    """Acceleration of a point that a turning frame carries, from that of its origin."""
+    return added(cross(turning, arm), cross(spin, cross(spin, arm)))
+
+
+def _add_rotors(tree: Tree, local: Sequence[tuple[Rows, Three]],
+                motion: Sequence[tuple[Three, Three, Three]], dq: Sequence[Scalar],
+                ddq: Sequence[Scalar], rotors: Rotors, moment: list[Three]) -> list[Scalar]:
+    """Torques of the rotors on their joints; their reactions go to the links that carry them."""
+    torque = []
+    for k, (turn, _) in enumerate(local):
+        j, ratio = tree.parents[k], numbers(rotors.gear_ratio[k])
+        inertia = numbers(rotors.inertia[k])
+        spin, turning, _ = motion[j + 1]
+        axis = tuple(row[2] for row in turn)  # of the joint, in the frame of its parent
+        rate = times(inertia, total(dot(axis, turning), times(ratio, ddq[k])))
+        torque.append(times(ratio, rate))
+        if j >= 0:
+            momentum = scaled(times(inertia, times(ratio, dq[k])), axis)
+            moment[j] = added(moment[j], scaled(rate, axis), cross(spin, momentum))
+    return torque
+
+
+def _link(tree: Tree, k: int) -> tuple[Scalar, Three, Rows]:
+    return numbers(tree.mass[k]), numbers(tree.moment[k]), numbers(tree.inertia[k])
+
+
+def _local_poses(tree: Tree, q: Sequence[Scalar]) -> list[tuple[Rows, Three]]:
+    """Rotation and origin of the frame of every joint, in the frame of its parent."""
+    found = []
+    for k in range(tree.n):
+        fixed, place = numbers(tree.rotation[k]), numbers(tree.offset[k])
+        if tree.slides[k]:
+            place = added(place, scaled(q[k], tuple(row[2] for row in fixed)))
+            found.append((fixed, place))
+            continue
+        cosine, sine = np.cos(q[k]), np.sin(q[k])
+        found.append((tuple((total(times(a, cosine), times(b, sine)),
+                             total(times(b, cosine), times(-a, sine)), c)
+                            for a, b, c in fixed), place))
+    return found
+
+
+def _velocity_torques(tree: Tree, q: Sequence[Scalar], dq: Sequence[Scalar]) -> list[Scalar]:
+    return _torques(tree, q, dq, [0.0] * tree.n, ZERO)
+
+
+def _over(part: Scalar, pivot: Scalar) -> Scalar:
+    return 0.0 if isinstance(part, float) and part == 0.0 else part / pivot
+
+
+def _parts(x: Any) -> list[Scalar]:
+    """Entries of the last axis of an array (..., n)."""
+    x = np.asanyarray(x)
+    return [x[..., k] for k in range(x.shape[-1])]
+
+
+def _stacked(parts: Sequence[Scalar], like: Any) -> np.ndarray:
+    """Array (..., n) of some entries, each as long as those of another array."""
+    neutral = 0.0 * np.asanyarray(like)[..., 0]
+    return np.stack([part + neutral for part in parts], axis=-1)
