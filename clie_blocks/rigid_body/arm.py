@@ -89,8 +89,8 @@ def articulated_arm(links: Tree, gear_ratio: ArrayLike, j_motor: ArrayLike, b_mo
               "b_motor": vector(b_motor, f"{name}: b_motor", n=n, unit="N m s/rad", least=0),
               "h": vector(h, f"{name}: h", n=n, unit="N m s/rad", least=0)}
     if not params["gear_ratio"].all():
-        raise DiagramError(f"{name}: gear_ratio holds a zero; a joint that no motor turns has none, "
-                           "and is locked or driven")
+        raise DiagramError(f"{name}: gear_ratio holds a zero; a joint that no motor turns has "
+                           "none: lock it in the model")
 
     def acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray,
                      params: dict[str, np.ndarray]) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""Rigid-body terms of a tree of links: M, C and G of eq. (1), energy, inverse and forward dynamics.
+"""Rigid-body terms of a tree of links: M, C and G of eq. (1), energy, motion and torque.
 
-Recursive Newton-Euler on scalars, so that one text runs on numbers, on time series, on symbols of a
-diagram and as machine code.  Positions are (..., n) [rad, or m for a sliding joint], torques
+Recursive Newton-Euler on scalars, so that one text runs on numbers, on time series, on symbols of
+a diagram and as machine code.  Positions are (..., n) [rad, or m for a sliding joint], torques
 (..., n) on the joint side [N m, or N].
 """
 

@@ -1,4 +1,4 @@
-"""Inertial parameters of a tree: the regressor of its torques, and what of them a motion can show."""
+"""Inertial parameters of a tree: the regressor of its torques, and what motions show of them."""
 
 import dataclasses
 
