@@ -133,7 +133,7 @@ def soften_loop(problem: Problem, method: Method) -> Problem:
 
 def _with_recorded_commands(log: Log, law: StatedLaw) -> Log:
     """Log whose excitation is its command, with the feedback of the measured motion."""
-    excitation = log.u + law.kp * log.q + law.kd * law.rate(log.q)
+    excitation = log.u + law.kp * log.law_q + law.kd * law.rate(log.law_q)
     return dataclasses.replace(log, q_d=np.zeros_like(log.q), pe=excitation,
                                dither=np.zeros_like(log.q))
 

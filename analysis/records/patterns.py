@@ -7,7 +7,7 @@ Every column goes to the pattern with the most literal characters that fits it, 
 import dataclasses
 import functools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from clie_blocks.analysis.records.aliases import GOAL_WORDS, SOURCES, Names
 
@@ -45,8 +45,8 @@ class _Pattern:
     regex: re.Pattern[str]
 
 
-def assign(headers: Sequence[tuple[str, str | None]],
-           user_map: Mapping[str, str]) -> dict[str | None, list[Group]]:
+def assign(headers: Sequence[tuple[str, str | None]], user_map: Mapping[str, str],
+           unused: Collection[str] = ()) -> dict[str | None, list[Group]]:
     """Give each column to the user's pattern, else to the most literal name that fits.
 
     A column that fits letter by letter comes before one that fits in other letters, so that ``T``
@@ -58,6 +58,8 @@ def assign(headers: Sequence[tuple[str, str | None]],
         Name and unit of each column.
     user_map : mapping
         Signal to pattern.
+    unused : collection of str
+        Signals whose names in the table do not count.
 
     Returns
     -------
@@ -73,7 +75,7 @@ def assign(headers: Sequence[tuple[str, str | None]],
         patterns = [*(_compiled(signal, pattern, None, flags, own=True)
                       for signal, pattern in user_map.items()),
                     *(pattern for pattern in _table(marks, flags)
-                      if pattern.signal not in user_map)]
+                      if pattern.signal not in user_map and pattern.signal not in unused)]
         left = [(index, header) for index, header in left
                 if not _take(found, index, header, patterns)]
     groups: dict[str | None, list[Group]] = {}

@@ -38,7 +38,8 @@ PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 class Structure:
     """What of a robot decides the program: everything but its parameters.
 
-    An encoder on the motor sees the motor where motor and link move apart.
+    An encoder on the motor sees the motor where motor and link move apart.  Of two encoders, on
+    motor and link, the other one is that on which the law does not act.
     """
 
     n: int
@@ -48,11 +49,15 @@ class Structure:
     has_coupling: bool
     clipped: bool
     encoder_on_motor: bool = False
+    two_encoders: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoopBlock:
     """The sampled loop as a block with the inputs q_d, pe, noise and the outputs q, u, sum.
+
+    With two encoders ``other`` and its sum, ``sum_other``, follow: the position that the other
+    encoder sees.
 
     Parameters
     ----------
@@ -75,6 +80,8 @@ class LoopBlock:
         rows = {"q": 1, "dq": 1, "law": 2, "sum": 1}
         if self.moves_apart:
             rows.update(q_motor=1, dq_motor=1)
+        if self.shape.two_encoders:
+            rows.update(sum_other=1)
         return StateLayout(self.shape.n, {**rows, **rows_of_pieces(self.pieces)})
 
     @property
@@ -102,7 +109,12 @@ class LoopBlock:
         return ct.nlsys(update, output, name=name, params=dict(params),
                         states=self.layout.labels, dt=self.shape.period,
                         inputs=signals("q_d", "pe", "noise", n=n),
-                        outputs=signals("q", "u", "sum", n=n))
+                        outputs=signals(*self.outputs, n=n))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return ("q", "u", "sum", *(("other", "sum_other") if self.shape.two_encoders else ()))
 
     def _sample_parameters(self) -> dict[str, np.ndarray]:
         """Parameters of the right shapes, harmless for a check of the compiled program."""
@@ -148,10 +160,29 @@ class LoopBlock:
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, chain = self._unpack(x, params)
-        now = self._at_encoder(self._now(t, memory, p, chain), memory)
-        q, _ = measured_position(now, memory, self.pieces, p)
+        joint = self._now(t, memory, p, chain)
+        now = self._at_encoder(joint, memory)
+        q, _ = measured_position(now, memory, self._seen_by_law, p)
         command, _ = self._command(now, q, u, memory, p)
-        return np.concatenate((q, command, memory["sum"][0]))
+        if not self.shape.two_encoders:
+            return np.concatenate((q, command, memory["sum"][0]))
+        other, _ = self._other_position(joint, memory, p)
+        return np.concatenate((q, command, memory["sum"][0], other, memory["sum_other"][0]))
+
+    @functools.cached_property
+    def _seen_by_law(self) -> NamedPieces:
+        """Pieces without those that only the other encoder sees."""
+        if not (self.shape.two_encoders and self.shape.encoder_on_motor):
+            return self.pieces
+        return tuple((name, piece) for name, piece in self.pieces if not piece.of_link)
+
+    def _other_position(self, joint: State, memory: Memory, p: Parameters,
+                        ) -> tuple[np.ndarray, Memory]:
+        """Position that the other encoder sees, and the memory of its pieces a sample later."""
+        if self.shape.encoder_on_motor:
+            of_link = tuple((name, piece) for name, piece in self.pieces if piece.of_link)
+            return measured_position(joint, memory, of_link, p)
+        return memory["q_motor" if self.moves_apart else "q"][0], {}
 
     def _now(self, t: float, memory: Memory, p: Parameters, chain: PlanarChain) -> State:
         """Motion at a sample, before there is a command."""
@@ -171,7 +202,7 @@ class LoopBlock:
         n = self.shape.n
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(
-            dataclasses.replace(now, q=p["start"]), at_rest, self.pieces, p)
+            dataclasses.replace(now, q=p["start"]), at_rest, self._seen_by_law, p)
         return law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start + p["first"],
                            self.shape.clipped, p)
 
@@ -180,7 +211,7 @@ class LoopBlock:
         memory, p, chain = self._unpack(x, params)
         now = self._now(t, memory, p, chain)
         seen = self._at_encoder(now, memory)
-        q, of_sensor = measured_position(seen, memory, self.pieces, p)
+        q, of_sensor = measured_position(seen, memory, self._seen_by_law, p)
         command, of_law = self._command(seen, q, u, memory, p)
         torque, of_drive = delivered_torque(
             dataclasses.replace(now, u=command), memory, self.pieces, p)
@@ -188,6 +219,9 @@ class LoopBlock:
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
         parts = [*motion[:2], *of_law, memory["sum"][0] + q, *motion[2:]]
+        if self.shape.two_encoders:
+            other, of_other = self._other_position(now, memory, p)
+            parts, after = [*parts, memory["sum_other"][0] + other], {**after, **of_other}
         for name, piece in self.pieces:
             parts += after[name] if piece.states else []
         return np.concatenate(parts)

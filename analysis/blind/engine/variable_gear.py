@@ -61,11 +61,26 @@ class VariableGear:
         return (first * second * self.rotor * dq.ravel()**2).reshape(self.shape)
 
 
+def rigid_motor(q: np.ndarray, p: Parameters) -> np.ndarray:
+    """Angle of each motor over its stated ratio, where its link is at q and its gear is stiff.
+
+    The link may wobble, travel further than stated, or be dragged along by the joint before.
+    """
+    before = np.concatenate([np.zeros_like(q[:, :1]), q[:, :-1]], axis=1)
+    return _motor(q - p["travel_of_neighbour"] * before, p) / (1.0 + p["ratio_error"])
+
+
 def motor_per_link(q: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     """First and second derivative of the motor's angle over the ratio by the link's angle."""
+    a, order, phase, m = p["wobble"], p["wobble_order"], p["phase"], _motor(q, p)
+    slope = 1 / (1 + a * order * np.cos(order * m + phase))
+    return slope, a * order**2 * np.sin(order * m + phase) * slope**3
+
+
+def _motor(q: np.ndarray, p: Parameters) -> np.ndarray:
+    """Angle of each motor over the ratio at an angle of its wobbling link."""
     a, order, phase, m = p["wobble"], p["wobble_order"], p["phase"], q
     for _ in range(_TURNS):
         m = m - (m + a * np.sin(order * m + phase) - q) / (1 + a * order * np.cos(
             order * m + phase))
-    slope = 1 / (1 + a * order * np.cos(order * m + phase))
-    return slope, a * order**2 * np.sin(order * m + phase) * slope**3
+    return m

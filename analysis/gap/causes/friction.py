@@ -122,7 +122,7 @@ DIRECTIONAL_EFFICIENCY = cause_of(
 
 def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:
     """Time constants, with the clock started anew in each log or running through all logs."""
-    logs = scene.problem.logs
+    logs = scene.problem.law_logs
     running = np.cumsum([0.0] + [len(log) * scene.problem.period for log in logs[:-1]])
     shape = (len(logs), scene.problem.n)
     anew = np.zeros(shape)

@@ -22,6 +22,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     build_hypothesis,
 )
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Rows, rows_of, whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, ResidualModel
@@ -189,7 +190,7 @@ def screen_residual(screen: Screen, residuals: ResidualModel, fit: Fit) -> Scree
 
 
 def base_motion(hypothesis: Hypothesis) -> list[State]:
-    """States of a hypothesis along each fit log, arrays of shape (N, n)."""
+    """States of a hypothesis along each fit log, arrays of shape (N, n), as its encoder sees it."""
     problem, states = hypothesis.problem, []
     for j, log in enumerate(problem.fit):
         q, u = hypothesis.simulator.run(log, hypothesis.of_log(j))
@@ -211,8 +212,10 @@ def responses(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: l
         return
     if all(piece.port in _FILTERED_PORTS and not piece.states for piece in cause.pieces):
         for values in sets:
-            yield [rows.of_samples(_filtered(hypothesis, state, cause, _of_log(values, j)))
-                   for j, (state, rows) in enumerate(zip(motion, _rows(hypothesis.problem)))]
+            yield [rows.of_samples(_filtered(hypothesis, state, cause, _of_log(values, run), log))
+                   for state, rows, run, log in zip(
+                       motion, _rows(hypothesis.problem), hypothesis.problem.runs,
+                       hypothesis.problem.fit)]
     else:
         yield from _simulated(hypothesis, motion, cause, sets)
 
@@ -222,8 +225,8 @@ def _rows(problem: Problem) -> list[Rows]:
     return [rows_of(log, problem.period) for log in problem.fit]
 
 
-def _of_log(values: Values, j: int) -> Values:
-    return {name: value[j] if np.ndim(value) == 2 else value for name, value in values.items()}
+def _of_log(values: Values, run: int) -> Values:
+    return {name: value[run] if np.ndim(value) == 2 else value for name, value in values.items()}
 
 
 def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: list[Values],
@@ -246,9 +249,14 @@ def _bounded(change: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.clip(change, -DIVERGED, DIVERGED), nan=DIVERGED)
 
 
-def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> np.ndarray:
-    """The change of the positions (N, n), from torques and sensor errors through S."""
+def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values,
+              log: Log) -> np.ndarray:
+    """The change of the positions (N, n) in a log, from torques and sensor errors through S.
+
+    A joint that follows an error of the law's encoder moves by (S - 1) times that error.
+    """
     law, values = hypothesis.problem.law, hypothesis.values
+    problem, unseen = hypothesis.problem, 0.0
     torque, shift = np.zeros_like(state.q), None
     for piece in cause.pieces:
         if piece.port == "load":
@@ -260,6 +268,10 @@ def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> 
             torque = torque + piece.act(state, [], p)[0] - state.u
         else:
             shift = piece.act(state, [], p)[0] - state.q
+            of_link = problem.two_encoders and problem.encoder_on_motor and piece.of_link
+            if of_link:  # which the law does not see
+                return shift if log.of_other_encoder else 0.0 * shift
+            unseen = float(log.of_other_encoder) * shift
     changes = []
     for k in range(torque.shape[1]):
         joint = k, values["inertia"][k], values["damping"][k]
@@ -267,4 +279,4 @@ def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> 
             changes.append(lfilter(*law.torque_sensitivity(*joint), torque[:, k]))
         else:
             changes.append(lfilter(*law.sensor_sensitivity(*joint), shift[:, k]))
-    return np.stack(changes, axis=1)
+    return np.stack(changes, axis=1) - unseen

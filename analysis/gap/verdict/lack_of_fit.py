@@ -7,6 +7,7 @@ was not fitted to, the robot holds something that the hypothesis does not.
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.fitting.ridge import ridge_cv
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -20,14 +21,17 @@ def excess_with_free_torque(fit: Fit, residuals: ResidualModel) -> float:
     """Return the excess that a fitted hypothesis would leave with a free torque added.
 
     It is per sample of one joint; the free torque is validated on logs (or parts of the only
-    one) that it was not fitted to.
+    one) that it was not fitted to.  Of two encoders the law's alone tells: what both saw at once is
+    no validation of each other.
     """
+    excess = fit.excess
+    fit, residuals, _ = law_view(fit, residuals)
     problem, method = residuals.problem, residuals.method.verdict
     logs = range(len(problem.logs))
     errors = [residuals.whitened(fit.hypothesis.error(j), j) for j in logs]
     gain = sum(_gain([(_columns(fit, residuals, j, k), errors[j][k]) for j in logs], method)
                for k in range(problem.n))
-    return fit.excess - gain / (fit.samples.sum() / problem.n)
+    return excess - gain / (fit.samples.sum() / problem.n)
 
 
 def _gain(parts: list[tuple[np.ndarray, np.ndarray]], method: VerdictMethod) -> float:
