@@ -14,7 +14,7 @@ from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import RecordError
 
 OTHER = "q of the other encoder"
-ALIKE = 1.5  # factor between two motions that are the same: a soft gear, or a ratio stated wrongly
+ALIKE = 1.1  # factor between two motions that are the same, but for a soft gear
 LEAST_KNOWN = 0.9  # share of the samples of the motors, below which they are left out
 LEAST_MOTION = 1e-9  # rad, of a joint that moves
 
@@ -44,8 +44,8 @@ def with_law_encoder(records: Sequence[Record], robot: Robot) -> tuple[Record, .
     if not known:
         return tuple(records)
     of_joint, sentence = _joint_per_motor(known, robot)
-    return tuple(record if record.q_motor is None else _one_first(record, robot, of_joint, sentence)
-                 for record in records)
+    return tuple(record if record.q_motor is None
+                 else _one_first(record, robot, of_joint, sentence) for record in records)
 
 
 def _one_first(record: Record, robot: Robot, of_joint: np.ndarray, sentence: str) -> Record:
@@ -57,9 +57,9 @@ def _one_first(record: Record, robot: Robot, of_joint: np.ndarray, sentence: str
     if is_known[record.valid].mean() < LEAST_KNOWN:
         if on_motor:
             raise RecordError(
-                f"{record.source}: q_motor, on which the law acts by mounting = \"motor side\", is "
-                "missing in more than a tenth of the samples; log it in each, or leave it out if "
-                "q is what the law sees")
+                f"{record.source}: q_motor is missing in more than a tenth of the samples, and by "
+                "mounting = \"motor side\" the law acts on it; log it in each, or leave it out "
+                "if q is what the law sees")
         return record.noted("Left out q_motor: it is missing in more than a tenth of the samples.")
     acts = "The law acts on {}, and {} is predicted beside it.".format(
         *(("q_motor", "q") if on_motor else ("q", "q_motor")))

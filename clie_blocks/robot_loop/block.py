@@ -31,6 +31,7 @@ from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
 
+_INVERSIONS = 8  # steps in which the position behind an uneven gear is found
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
 
@@ -131,8 +132,9 @@ class LoopBlock:
                       values: Values) -> np.ndarray:
         """State at a measured position [rad]: at rest, or moving at a speed [rad/s]."""
         where, state = self.layout.slices, np.zeros(self.layout.size)
+        at_start = self._joint_at(start, values) if self.shape.two_encoders else start
         for name in ("q", "q_motor") if self.moves_apart else ("q",):
-            state[where[name]] = start
+            state[where[name]] = at_start
         for name, piece in self.pieces:
             if piece.port == "sensor" and piece.states:
                 state[where[name]] = np.tile(start, piece.states)
@@ -142,6 +144,23 @@ class LoopBlock:
             state[where["law"]] = ramp_memory(
                 speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
+
+    def _joint_at(self, start: np.ndarray, values: Values) -> np.ndarray:
+        """Position of the joint at which the law's encoder reads a start behind an uneven gear."""
+        if self.shape.encoder_on_motor:
+            return start
+        given = {**values, "start": start, "first": np.zeros(self.shape.n)}
+        memory, p, chain = self._unpack(np.zeros(self.layout.size), given)
+        now = dataclasses.replace(self._now(0.0, memory, p, chain), q=start)
+        for _ in range(_INVERSIONS):
+            seen, _ = measured_position(now, memory, self._of_link, p)
+            now = dataclasses.replace(now, q=now.q + start - seen)
+        return now.q
+
+    @functools.cached_property
+    def _of_link(self) -> NamedPieces:
+        """Pieces between motor and link, which an encoder of the link sees."""
+        return tuple((name, piece) for name, piece in self.pieces if piece.of_link)
 
     def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:
         """Memory of every block, parameters of robot and effects, and the links."""
@@ -180,8 +199,7 @@ class LoopBlock:
                         ) -> tuple[np.ndarray, Memory]:
         """Position that the other encoder sees, and the memory of its pieces a sample later."""
         if self.shape.encoder_on_motor:
-            of_link = tuple((name, piece) for name, piece in self.pieces if piece.of_link)
-            return measured_position(joint, memory, of_link, p)
+            return measured_position(joint, memory, self._of_link, p)
         return memory["q_motor" if self.moves_apart else "q"][0], {}
 
     def _now(self, t: float, memory: Memory, p: Parameters, chain: PlanarChain) -> State:

@@ -70,7 +70,8 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
     errors = whitened_errors(residuals, fit)
     for search in (periodic_candidates, fault_candidates, ripple_candidates, jitter_candidates,
                    hold_candidates, step_candidates):
-        candidates += [_from_search(member, views * drop, price, len(residuals.problem.fit), method)
+        candidates += [_from_search(member, views * drop, price, residuals.problem.fit_runs,
+                                    method)
                        for member, drop in search(residuals, fit, errors, causes)]
     return sorted(candidates, key=lambda candidate: -candidate.score)
 

@@ -190,7 +190,7 @@ def screen_residual(screen: Screen, residuals: ResidualModel, fit: Fit) -> Scree
 
 
 def base_motion(hypothesis: Hypothesis) -> list[State]:
-    """States of a hypothesis along each fit log, arrays of shape (N, n), as its encoder sees it."""
+    """States of a hypothesis along each fit log as its encoder sees them, shape (N, n)."""
     problem, states = hypothesis.problem, []
     for j, log in enumerate(problem.fit):
         q, u = hypothesis.simulator.run(log, hypothesis.of_log(j))
