@@ -61,7 +61,8 @@ def _push_of_link(s: State, p: Values) -> BodyTerms:
     slope = 1.0 + p["order"] * (p["sine"] * cosine - p["cosine"] * sine)
     bend = -p["order"] ** 2 * wave
     own = p["link_inertia"] * (slope**2 - 1.0)
-    torque = p["link_inertia"] * slope * bend * s.dq**2
+    bearing = s.chain.bearing_damping / s.ratio
+    torque = p["link_inertia"] * slope * bend * s.dq**2 + bearing * (slope**2 - 1.0) * s.dq
     if s.chain.has_gravity:
         at_link, at_motor = (gravity_torque(s.chain, q) / s.ratio for q in (s.q + wave, s.q))
         torque = torque + slope * at_link - at_motor
