@@ -188,7 +188,8 @@ class _Plant:
         if self.drive.turning:
             now = now._replace(u=self.drive.torque(now))
             data.ctrl[:] = now.u.ravel()
-        turning = self.gear.turn(q, dq) if self.gear.varies else 0.0
+        offset = self.ratio * disturbances.constant
+        turning = self.gear.turn(q, dq, offset) if self.gear.varies else 0.0
         if disturbances.torques or self.gear.varies:
             opposing = self.ratio * disturbances.torque(now) + turning
             data.qfrc_applied[self.motor] = -opposing.ravel()

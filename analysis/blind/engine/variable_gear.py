@@ -2,8 +2,8 @@
 
 The link follows the motor by ``q = m + a sin(order m + phase)`` (m: the motor's angle over the
 ratio).  It is rigid, so the motor is no coordinate of its own: with ``m = g(q)`` its torque acts
-on the link as ``g' u``, its inertia as ``g'^2 J`` with the torque ``g' g'' J dq^2``, its drag as
-``g'^2 D``.
+on the link as ``g' u``, less the offset of its drive as ``g' offset``, its inertia as ``g'^2 J``
+with the torque ``g' g'' J dq^2``, its drag as ``g'^2 D``.
 """
 
 from typing import TYPE_CHECKING
@@ -52,13 +52,17 @@ class VariableGear:
         """Whether any gear has an error."""
         return bool(self.p["wobble"].any())
 
-    def turn(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
-        """Set the gears as they are at an angle; return what opposes the motion [N m, joint]."""
+    def turn(self, q: np.ndarray, dq: np.ndarray, offset: np.ndarray) -> np.ndarray:
+        """Set the gears as they are at an angle; return what opposes the motion [N m, joint].
+
+        The offset of the drives opposes with the stated ratio already.
+        """
         first, second = (x.ravel() for x in motor_per_link(q, self.p))
         self.model.actuator_gear[self.actuator, 0] = first * self.gear
         self.model.dof_armature[self.motor] = first**2 * self.rotor + self.link
         self.model.dof_damping[self.motor] = first**2 * self.drag + self.bearing
-        return (first * second * self.rotor * dq.ravel()**2).reshape(self.shape)
+        turning = (first * second * self.rotor * dq.ravel()**2).reshape(self.shape)
+        return turning + (first.reshape(self.shape) - 1.0) * offset
 
 
 def rigid_motor(q: np.ndarray, p: Parameters) -> np.ndarray:
