@@ -6,6 +6,7 @@ one goes with it as a further channel.
 """
 
 from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 
@@ -91,18 +92,18 @@ def _joint_per_motor(records: Sequence[Record], robot: Robot) -> tuple[np.ndarra
 
 def _motor_per_joint(records: Sequence[Record]) -> np.ndarray:
     """Slope of q_motor over q of each joint, over all records; NaN of one that does not move."""
-    product, square = 0.0, 0.0
+    product, square = np.zeros(records[0].n), np.zeros(records[0].n)
     for record in records:
         motor = record.signal("q_motor")
         rows = record.valid & np.isfinite(motor).all(axis=1)
         if rows.any():
             q = record.q[rows] - record.q[rows].mean(axis=0)
             product, square = product + (q * motor[rows]).sum(axis=0), square + (q**2).sum(axis=0)
-    moves = np.asarray(square) > LEAST_MOTION**2
+    moves = square > LEAST_MOTION**2
     return np.where(moves, product, np.nan) / np.where(moves, square, 1.0)
 
 
-def _refuse(record: Record, robot: Robot, k: int, slope: float) -> None:
+def _refuse(record: Record, robot: Robot, k: int, slope: float) -> NoReturn:
     ratio = robot.motor.gear_ratio
     stated = "no gear_ratio is stated" if ratio is None else f"gear_ratio is {ratio[k]:g}"
     raise RecordError(

@@ -59,6 +59,7 @@ def test_a_trial_with_two_encoders_is_read_with_both(healthy_trial, tmp_path, on
     (q, _), *_ = trial.runs
     one = dataclasses.replace(trial, robot=robot, runs=trial.runs[:1], others=[q + 1e-3])
     write_trial(one, tmp_path)
-    record, = with_law_encoder(*reversed(read_trial(tmp_path)))
+    stated, records = read_trial(tmp_path)
+    record, = with_law_encoder(records, stated)
     assert record.q == pytest.approx(q, abs=1e-8)
     assert other_encoder(record) == pytest.approx(q + 1e-3, abs=1e-8)
