@@ -79,3 +79,12 @@ def test_a_report_of_two_encoders_draws_what_the_law_saw(tmp_path):
         assert diagnosis.plot(name).axes
     assert "predicted beside it" in str(diagnosis.to_dict())
     assert [one.effect.name for one in diagnosis.effects()] == ["joint_elasticity"]
+
+
+@pytest.mark.parametrize("mounting", ["joint side", "motor side"])
+def test_another_ratio_than_stated_is_seen_between_the_encoders(tmp_path, mounting):
+    robot, records = read_trial(trial_folder(tmp_path, mounting, "ratio_error", 40))
+    diagnosis = diagnose(Problem.from_logs(robot, records), seconds=NO_LIMIT)
+    assert diagnosis.verdict == "parametric"
+    assert any(member.cause.variant == "motor.gear_ratio"
+               for member in diagnosis.model.hypothesis.members)
