@@ -5,7 +5,7 @@ product with the error, sent back through the filters of the loop, is what it wo
 transform tries every beat, one sum every stretch that a command may have been held.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,7 @@ _PADDED = 4  # times the length of a log, of its transform
 _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
+_REFINED = 0.1  # of an error, that a fault must explain as it was found for it to be refined
 _FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
 
 
@@ -61,6 +62,11 @@ class _Joint(NamedTuple):
         return range(len(self.residuals.problem.fit))
 
     @property
+    def least(self) -> float:
+        """Drop of chi^2 of a fault that is worth to be refined."""
+        return _REFINED * float(self.target @ self.target)
+
+    @property
     def period(self) -> float:
         """Sample time [s]."""
         return self.residuals.problem.period
@@ -77,41 +83,30 @@ class _Joint(NamedTuple):
         return float(2 * column @ self.target - column @ column)
 
 
-def jitter_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                      causes: Sequence[Cause]) -> Found:
-    """Clocks that beat against each other; empty where they are not among the causes."""
-    return _candidates(TICK_JITTER, _best_beat, residuals, fit, errors, causes)
+def drive_fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                           causes: Sequence[Cause]) -> Found:
+    """Return clocks that beat, held commands and torques in steps, and what they would explain."""
+    searches = [(cause, best) for cause, best in _SEARCHES if cause in causes]
+    joints = _joints(residuals, fit, errors) if searches else []
+    found = Found()
+    for cause, best in searches:
+        uses = [best(joint) for joint in joints]
+        values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
+                  for name in uses[0].values}
+        found.append((Member(cause, tuple(range(len(joints))), values, _sizes(values)),
+                      np.array([use.drop for use in uses])))
+    return found
 
 
-def hold_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                    causes: Sequence[Cause]) -> Found:
-    """Commands that are held at equal intervals."""
-    return _candidates(PACKET_HOLD, _best_hold, residuals, fit, errors, causes)
-
-
-def step_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                    causes: Sequence[Cause]) -> Found:
-    """Torques in steps."""
-    return _candidates(TORQUE_QUANTIZATION, _best_step, residuals, fit, errors, causes)
-
-
-def _candidates(cause: Cause, best: Callable[[_Joint], Use], residuals: ResidualModel, fit: Fit,
-                errors: list[list[np.ndarray]], causes: Sequence[Cause]) -> Found:
-    if cause not in causes:
-        return []
-    problem = residuals.problem
-    uses, (fitted, targets) = [], joint_columns(fit, residuals)
+def _joints(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]]) -> list[_Joint]:
+    problem, (fitted, targets) = residuals.problem, joint_columns(fit, residuals)
+    joints = []
     for k in range(problem.n):
-        basis = np.linalg.qr(fitted[k])[0]
-        of_joint = [of_log[k] for of_log in errors]
-        uses.append(best(_Joint(
-            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
-            [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)],
-            basis, unexplained(targets[k], basis))))
-    values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
-              for name in uses[0].values}
-    return [(Member(cause, tuple(range(problem.n)), values, _sizes(values)),
-             np.array([use.drop for use in uses]))]
+        basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
+        back = [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
+        joints.append(_Joint(residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
+                             back, basis, unexplained(targets[k], basis)))
+    return joints
 
 
 def _sizes(values: Values) -> Values:
@@ -130,12 +125,13 @@ def _best_beat(joint: _Joint) -> Use:
     frequency = np.fft.rfftfreq(size, joint.period)
     lines = _outstanding(frequency, spectrum, *_BEATS)
     none = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
-    best = max((_beat(joint, chords, line) for line in lines), key=lambda use: use.drop,
-               default=none)
-    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]) if lines else ():
+    best = max((_beat(joint, chords, line) for line in lines), key=_drop, default=none)
+    if best.drop <= joint.least:
+        return best
+    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]):
         beat = float(best.values["beat"])
         best = max([best, *(_beat(joint, chords, beat + side * shift) for side in (-1, 1))],
-                   key=lambda use: use.drop)
+                   key=_drop)
     return best
 
 
@@ -172,16 +168,22 @@ def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
 
 
 def _best_hold(joint: _Joint) -> Use:
-    """Length, interval and phases of stretches over which the command is held."""
+    """Length, interval and phases of stretches over which the command is held.
+
+    A line of the spectrum may be a harmonic, so that the holds come less often.
+    """
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
     found = []
     for length in _HOLDS:
         gains = _gains(joint, length)
-        found += [_hold(joint, gains, length, several * interval)
-                  for interval in _intervals(joint, gains, length) for several in (1, 2, 3)]
-    best = max(found, key=lambda use: use.drop, default=none)
-    if best.drop <= 0.0:
-        return none
+        of_lines = [_hold(joint, gains, length, interval)
+                    for interval in _intervals(joint, gains, length)]
+        line = max(of_lines, key=_drop, default=none)
+        found += [line, *(_hold(joint, gains, length, several * line.values["interval"]
+                                / joint.period) for several in (2, 3) if of_lines)]
+    best = max(found, key=_drop)
+    if best.drop <= joint.least:
+        return best if best.drop > 0.0 else none
     length, interval = (round(float(best.values["hold"]) / joint.period),
                         float(best.values["interval"]) / joint.period)
     finest = 1.0 / max(len(u) for u in joint.u)
@@ -192,7 +194,7 @@ def _best_hold(joint: _Joint) -> Use:
             gains = _gains(joint, held)
             tried += [_hold(joint, gains, held, interval * (1 + shift))
                       for shift in step * length * finest * np.arange(-4, 5)]
-        best = max([best, *tried], key=lambda use: use.drop)
+        best = max([best, *tried], key=_drop)
         length, interval = (round(float(best.values["hold"]) / joint.period),
                             float(best.values["interval"]) / joint.period)
     return best
@@ -266,13 +268,13 @@ def _best_step(joint: _Joint) -> Use:
     if not gains.size or not largest:
         return Use(0.0, {"resolution": 0.0})
     leading = np.argsort(gains / np.array(tried))[::-1][:_LINES]
-    uses = [_step(joint, tried[i]) for i in leading]
-    best = max(uses, key=lambda use: use.drop)
+    best = max((_step(joint, tried[i]) for i in leading), key=_drop)
+    if best.drop <= joint.least:
+        return best
     for share in (0.3, 0.1, 0.03, 0.01):
         step = float(best.values["resolution"])
         shifts = share * _SHIFT * step * step / largest * np.arange(-4, 5)
-        best = max([best, *(_step(joint, step + shift) for shift in shifts)],
-                   key=lambda use: use.drop)
+        best = max([best, *(_step(joint, step + shift) for shift in shifts)], key=_drop)
     return best
 
 
@@ -284,3 +286,11 @@ def _rounding_gain(joint: _Joint, step: float) -> float:
 def _step(joint: _Joint, step: float) -> Use:
     return Use(joint.drop([quantized(joint.u[j], step) - joint.u[j] for j in joint.fitted]),
                {"resolution": step})
+
+
+def _drop(use: Use) -> float:
+    return use.drop
+
+
+_SEARCHES = ((TICK_JITTER, _best_beat), (PACKET_HOLD, _best_hold),
+             (TORQUE_QUANTIZATION, _best_step))
