@@ -237,17 +237,17 @@ the simulator of the diagnosis itself, so they do not measure its accuracy.
 
 {stages}
 
-The first run compiles the programs of the hypotheses; later runs read them from disk.  Fits by
-simulation take most of the time.  Second and third causes are fitted only if they are predicted to
-remove a fair share of the remaining excess, so that a robot whose gap no cause explains is
-diagnosed quickly.
+The first run compiles the programs of the hypotheses; later runs read them from disk.  The events
+and orders that are sought anew in what each leading fit leaves take most of the time, then the
+fits by simulation.  Second and third causes are fitted only if they are predicted to remove a fair
+share of the remaining excess.
 
 ## Samples, effects and memory
 
 {growth}
 
-Half of the effects means every other name of the library; a diagnosis fits the best eight of them
-whatever their number, so that only the screening becomes faster.
+Half of the effects means every other name of the library; a diagnosis fits the best fourteen of
+them whatever their number, so that only the screening becomes faster.
 
 ## A peer
 
