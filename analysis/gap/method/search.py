@@ -103,5 +103,5 @@ class SearchMethod:
         3, "orders", "that are tried, with the strongest of each octave")
 
     budget_share: float = threshold(
-        0.7, "share of the budget of a diagnosis",
+        0.8, "share of the budget of a diagnosis",
         "after which the search ends: the rest is for reading, unseen data and the next run")
