@@ -36,6 +36,9 @@ class SearchMethod:
     alternative_rounds: int = threshold(
         3, "rounds", "of alternatives of the best fit, which may be one of them")
 
+    competing_score: float = threshold(
+        0.5, "of the best",
+        "gain that a single cause must promise, to be fitted beside one that leaves only noise")
     single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")
     pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
     triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")
