@@ -119,16 +119,16 @@ def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> 
 def can_compete(candidate: Candidate, best: Fit, most: float, method: Method) -> bool:
     """Whether a candidate may come near the best fit: as predicted, or with a cause of that one.
 
-    Predictions are linear: what they leave of a large excess is blurred.  Of single causes, where
-    one leaves no more than noise, those need not be fitted that were predicted to explain far less
-    than the best, whose gain is `most`.
+    Predictions are linear: what they leave of a large excess is blurred.  Where a cause alone
+    leaves no more than noise, another one need not be fitted that was predicted to explain far
+    less than the best, whose gain is `most`.
     """
     shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
     if shared:
         return True
     if candidate.extends is None:
         return (training_excess(best) > method.calibration.healthy
-                or candidate.score > method.search.competing_score * most)
+                or candidate.score >= method.search.competing_score * most)
     blur = method.search.unresolved_share * training_excess(candidate.extends)
     near = method.search.far_behind * max(training_excess(best), method.calibration.healthy)
     return predicted_excess(candidate) < near + blur
