@@ -20,9 +20,14 @@ _REACHES = 0.5, 0.25, 0.5, 0.1, 0.02  # of the time of a hold, by which its star
 
 
 def refit_holds(fitted: Fit, member: Member, residuals: ResidualModel) -> Values:
-    """Values with the interval and the phase in each log at which the holds leave least."""
+    """Values with the interval and the phase in each log at which the holds leave least.
+
+    They are as close to them as the time allows.
+    """
     hypothesis = fitted.hypothesis
     for reach in _REACHES:
+        if residuals.is_out_of_time:
+            break
         for k in member.joints:
             hypothesis = _with_best_length(hypothesis, member, residuals, reach, k)
             hypothesis = _with_best_interval(hypothesis, member, residuals, reach, k)

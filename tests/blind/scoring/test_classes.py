@@ -62,7 +62,8 @@ def test_every_name_has_a_row_with_what_it_was_taken_for(plain_study, dahl):
     assert list(rows) == ["dahl", "random_torque"]
     assert rows["dahl"]["class"] == "presliding" and rows["dahl"]["right"]["hits"] == 1
     assert rows["dahl"]["wrong"] == {"coulomb": 1}
-    assert rows["random_torque"]["class"] == "unknown" and rows["random_torque"]["right"]["hits"] == 0
+    foreign = rows["random_torque"]
+    assert foreign["class"] == "unknown" and foreign["right"]["hits"] == 0
 
 
 def test_targets_of_the_catalogue_are_compared_over_classes(plain_study, dahl):

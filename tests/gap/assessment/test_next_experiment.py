@@ -16,25 +16,33 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
 )
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.strategy import search_causes
-from clie_blocks.analysis.gap.verdict.posterior import credible_set
+from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals
 from clie_blocks.analysis.records import Record
 
+REACH = 1.5e-4  # rad
 ALTERNATIVES = ("coulomb", "presliding")  # alike where a joint moves far between two reversals
 
 
 @pytest.fixture(scope="module")
 def undecided():
-    """Dry friction, and two causes of even odds: itself, and one that bends before it slides."""
+    """Dry friction, and two causes of even odds: itself, and one that bends before it slides.
+
+    It bends by so little that the log at hand hardly shows it.
+    """
     made = draw_cases(1, 3, ["coulomb"], ["single"], duration=12.0)[0]
     residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records[:1]), METHOD)
-    fits = {name: fit for name, cause in zip(ALTERNATIVES, (COULOMB, PRESLIDING))
-            for fit in search_causes(residuals, nominal, (cause,))
-            if [member.cause for member in fit.hypothesis.members] == [cause]}
-    ranking = [make_ranked(name, 0.5, 0.1, fit) for name, fit in fits.items()]
+    fits = {name: one for name, cause in zip(ALTERNATIVES, (COULOMB, PRESLIDING))
+            for one in search_causes(residuals, nominal, (cause,))
+            if [member.cause for member in one.hypothesis.members] == [cause]}
+    bent = fits["presliding"].hypothesis
+    reach = {"presliding.reach": np.full(made.robot.n, REACH)}
+    fits["presliding"] = fit(bent.with_values({**bent.values, **reach}), residuals, 0)
+    ranking = [make_ranked(name, 0.5, 0.1, one) for name, one in fits.items()]
     return made, residuals, fits, next_experiment(residuals, nominal, ranking)
 
 
@@ -80,7 +88,7 @@ def test_set_points_are_a_table_of_what_was_simulated(undecided, case, tmp_path)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("true", ALTERNATIVES)
-def test_the_run_shrinks_the_set_whichever_cause_is_true(undecided, true):
+def test_the_run_tells_the_cause_whichever_is_true(undecided, true):
     made, residuals, fits, advice = undecided
     model, rng = fits[true].hypothesis, np.random.default_rng(1)
     records = [recorded(model, log, [n.sigma for n in residuals.noises], rng)
@@ -89,6 +97,7 @@ def test_the_run_shrinks_the_set_whichever_cause_is_true(undecided, true):
                 for logs in (records[:1], records)]
     before, after = (diagnose(problem, effects=ALTERNATIVES) for problem in problems)
     assert credible_set(after.ranking) == [true]
+    assert marginals(after.ranking)[true] > marginals(before.ranking)[true]
     if true == "presliding":  # the old log alone leaves both
         assert set(credible_set(before.ranking)) == set(ALTERNATIVES)
 
