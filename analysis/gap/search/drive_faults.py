@@ -191,26 +191,25 @@ def _best_hold(joint: _Joint) -> Use:
     found = []
     for length in _HOLDS:
         gains = _gains(joint, length)
-        of_lines = [_hold(joint, gains, length, interval)
+        of_lines = [(_hold(joint, gains, length, interval), interval)
                     for interval in _intervals(joint, gains, length)]
-        line = max(of_lines, key=_drop, default=none)
-        found += [line, *(_hold(joint, gains, length, several * line.values["interval"]
-                                / joint.period) for several in (2, 3) if of_lines)]
+        line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
+        found += [line, *(_hold(joint, gains, length, several * interval)
+                          for several in (2, 3) if of_lines)]
     best = max(found, key=_drop)
     if best.drop <= joint.least:
         return best if best.drop > 0.0 else none
-    length, interval = (round(float(best.values["hold"]) / joint.period),
-                        float(best.values["interval"]) / joint.period)
     finest = 1.0 / max(len(u) for u in joint.u)
     for step in (0.5, 0.25, 0.1):
-        gains = _gains(joint, length)
-        best = max([best, *(_hold(joint, gains, length, interval * (1 + shift))
-                            for shift in step * length * finest * np.arange(-4, 5))], key=_drop)
-        interval = float(best.values["interval"]) / joint.period
-        other = {max(1, round(length * share)) for share in (1 - 0.5 * step, 1 + 0.5 * step)}
-        best = max([best, *(_hold(joint, _gains(joint, held), held, interval)
-                            for held in sorted(other))], key=_drop)
-        length = round(float(best.values["hold"]) / joint.period)
+        length, interval = (float(best.values[name]) / joint.period
+                            for name in ("hold", "interval"))
+        tried = []
+        for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
+            held = max(1, round(length * share))
+            gains = _gains(joint, held)
+            tried += [_hold(joint, gains, held, interval * (1 + shift))
+                      for shift in step * length * finest * np.arange(-4, 5)]
+        best = max([best, *tried], key=_drop)
     return best
 
 
@@ -300,6 +299,10 @@ def _step(joint: _Joint, step: float) -> Use:
 
 def _drop(use: Use) -> float:
     return use.drop
+
+
+def _drop_of_line(line: tuple[Use, float]) -> float:
+    return line[0].drop
 
 
 _SEARCHES = ((TICK_JITTER, _best_beat), (PACKET_HOLD, _best_hold),
