@@ -201,14 +201,13 @@ def _best_hold(joint: _Joint) -> Use:
         return best if best.drop > 0.0 else none
     finest = 1.0 / max(len(u) for u in joint.u)
     for step in (0.5, 0.25, 0.1):
-        length, interval = (float(best.values[name]) / joint.period
-                            for name in ("hold", "interval"))
+        hold, interval = (float(best.values[name]) / joint.period for name in ("hold", "interval"))
         tried = []
         for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
-            held = max(1, round(length * share))
-            gains = _gains(joint, held)
-            tried += [_hold(joint, gains, held, interval * (1 + shift))
-                      for shift in step * length * finest * np.arange(-4, 5)]
+            length = max(1, round(hold * share))
+            gains = _gains(joint, length)
+            tried += [_hold(joint, gains, length, interval * (1 + shift))
+                      for shift in step * hold * finest * np.arange(-4, 5)]
         best = max([best, *tried], key=_drop)
     return best
 
