@@ -49,8 +49,8 @@ resolution_rad = 2e-5
 """
 FAULTS = {
     "one effect": ({"coulomb": {"level": [0.05, 0.0]}}, 0.0),
-    "two effects": ({"spring": {"stiffness": [0.5, 0.0], "constant": [0.0, 0.0]},
-                     "actuator_lag": {"time": [0.01, 0.01]}}, 0.0),
+    "two effects": ({"spring": {"stiffness": [0.5, 0.0]},
+                     "actuator_lag": {"lag": [0.01, 0.01]}}, 0.0),
     "unexplained": ({}, 0.15)}
 
 

@@ -25,6 +25,7 @@ from timing import markdown
 from clie_blocks import gap
 from clie_blocks.analysis.gap.causes.vocabulary import searched_effects
 from clie_blocks.analysis.gap.diagnosis import STAGES
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.output import run_main, write
 
 SECONDS = 30.0
@@ -146,7 +147,6 @@ def peer(folder, seconds):
     """Return a table: the joint model alone, fitted by us and by python-control with scipy."""
     from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
     from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
-    from clie_blocks.analysis.gap.method.method import METHOD
 
     place = folder / "peer"
     place.mkdir()
@@ -204,6 +204,7 @@ def document(seconds=SECONDS, peer_seconds=1.0):
         parts = [stages(folder, seconds), growth(folder, seconds / 2), peer(folder, peer_seconds)]
     return PAGE.format(seconds=seconds, rate=arm.RATE, stages=parts[0], growth=parts[1],
                        peer=parts[2], machine=_processor(), load=_load(),
+                       leaders=METHOD.search.leaders,
                        python=platform.python_version())
 
 
@@ -237,17 +238,16 @@ the simulator of the diagnosis itself, so they do not measure its accuracy.
 
 {stages}
 
-The first run compiles the programs of the hypotheses; later runs read them from disk.  Fits by
-simulation take most of the time.  Second and third causes are fitted only if they are predicted to
-remove a fair share of the remaining excess, so that a robot whose gap no cause explains is
-diagnosed quickly.
+The first run compiles the programs of the hypotheses; later runs read them from disk.  Second and
+third causes are fitted only if they are predicted to remove a fair share of the remaining excess;
+the events and orders that are sought anew in what each leading fit leaves cost most there.
 
 ## Samples, effects and memory
 
 {growth}
 
-Half of the effects means every other name of the library; a diagnosis fits the best eight of them
-whatever their number, so that only the screening becomes faster.
+Half of the effects means every other name of the library; a diagnosis fits the best {leaders} of
+them whatever their number, so that only the screening becomes faster.
 
 ## A peer
 

@@ -43,12 +43,14 @@ def explain_backlash(first: Explanation, causes: Sequence[Cause], method: Method
                      ) -> Explanation | None:
     """Explain a problem in a softened loop where its first explanation leaves room for backlash.
 
-    None where the first explanation stands, or no time is left.  `explain` explains the softened
-    problem, `restart` improves the fit of backlash alone, by default from many starts.
+    None where the first explanation stands, no time is left, or the stated loop diverges, which
+    softer gains would only hide.  `explain` explains the softened problem, `restart` improves the
+    fit of backlash alone, by default from many starts.
     """
     problem, table = first.residuals.problem, first.evidence
     deadline = first.residuals.deadline
-    if first.residuals.is_out_of_time or not _is_worthwhile(problem, table, causes, method):
+    if (first.residuals.is_out_of_time or first.nominal.has_diverged
+            or not _is_worthwhile(problem, table, causes, method)):
         return None
     softened, thresholds = soften_loop(problem, method), method.backlash
     method = method.with_values(**{"search.negligible_share": thresholds.negligible_share})
@@ -133,21 +135,18 @@ def soften_loop(problem: Problem, method: Method) -> Problem:
 
 def _with_recorded_commands(log: Log, law: StatedLaw) -> Log:
     """Log whose excitation is its command, with the feedback of the measured motion."""
-    excitation = log.u + law.kp * log.q + law.kd * law.rate(log.q)
+    excitation = log.u + law.kp * log.law_q + law.kd * law.rate(log.law_q)
     return dataclasses.replace(log, q_d=np.zeros_like(log.q), pe=excitation,
                                dither=np.zeros_like(log.q))
 
 
 def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], method: Method,
                    ) -> bool:
-    """Whether a loop with feedback leaves something that may be backlash.
-
-    Softer gains would hide that the stated loop diverges, of which backlash is no cause.
-    """
+    """Whether a loop with feedback leaves something that may be backlash."""
     law, leading = problem.law, posterior(table, method.calibration)[0].names
     has_feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
     return (BACKLASH in causes and has_feedback and not problem.quiet
-            and leading != (BACKLASH.name,) and not table.nominal.has_diverged
+            and leading != (BACKLASH.name,)
             and _share(table) * table.nominal_excess > method.calibration.healthy)
 
 

@@ -20,10 +20,12 @@ from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.law import Law
+from clie_blocks.analysis.gap.problem.other_encoder import with_both_views
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.simulators import simulator_of
 from clie_blocks.analysis.gap.simulator_comparison.difference import (
@@ -208,8 +210,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         corrected, decisions = stages.against_simulator(corrected, causes, method, stages.steps)
         controller = controller.with_decisions(decisions)
     causes = causes_missing_in(causes, corrected)
-    first = stages.explain(with_observer(corrected, method), causes, method, stages.steps,
-                           deadline=deadline)
+    first = stages.explain(with_both_views(with_observer(corrected, method)), causes, method,
+                           stages.steps, deadline=deadline)
     second = stages.explain_backlash(first, causes, method, stages.steps)
     established = bool(controller_findings(controller, method.verdict, excluded))
     is_another_law = controller.unknown_part or bool(controller.named and not established)
@@ -227,12 +229,13 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     findings = _signal_findings(problem, first, controller, method, excluded)
     decision = with_signal_findings(verdict(ranking, established, alike), findings)
     mapped = first.nominal if decision == "unexplained" else model
+    seen = law_view(first.nominal, first.residuals)
     return Diagnosis(
         problem, method, controller, first.residuals, first.nominal, (second or first).evidence,
         ranking, model, decision, reduction,
-        torque_map=stages.torque_map(mapped.hypothesis, first.residuals),
-        where=stages.localise(first.residuals, first.nominal, controller),
-        next_experiment=stages.next_experiment(first.residuals, first.nominal, ranking),
+        torque_map=stages.torque_map(mapped.hypothesis.seen_by_law, seen.residuals),
+        where=stages.localise(seen.residuals, seen.fit, controller),
+        next_experiment=stages.next_experiment(seen.residuals, seen.fit, ranking),
         alike=alike, numbers_alike=numbers, findings=findings,
         advice=advice(first.residuals.problem, ranking),
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
@@ -319,10 +322,10 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
     """
     if controller.recorded:
         return first.nominal
-    pooled = len(first.residuals.problem.fit) > len(problem.fit)
+    stated = with_both_views(with_observer(problem, method))
+    pooled = len(first.residuals.problem.fit) > len(stated.fit)
     if not (controller.misdescribed or pooled):
         return first.nominal
-    stated = with_observer(problem, method)
     nominal = stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
     return first.nominal if nominal.has_diverged else nominal
 

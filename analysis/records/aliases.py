@@ -195,6 +195,7 @@ SOURCES = (
                        "{joint}_measured_position pos_meas# q_meas_{joint} measured_q_{joint} "
                        "qm"),
             Names("q", "theta# theta_{joint}", second=True),
+            Names("q_motor", "q_motor# q_motor_{joint} q_motor"),
             Names("qd", "qd# qd_{joint} qd q_d# q_d_{joint} q_d q_des# q_des_{joint} q_ref# "
                         "q_ref_{joint} q_ref qref# pos_des# pos_des_{joint} pos_cmd_{joint} "
                         "cmd_pos_{joint} {joint}_pos_cmd {joint}_cmd_pos {joint}_target_pos "

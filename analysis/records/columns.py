@@ -61,7 +61,7 @@ def find_columns(names: Sequence[str], source: str, user_map: Mapping[str, str] 
     """
     _refuse_twins(names, source)
     user_map = _checked(user_map, source)
-    groups = assign([split_unit(name) for name in names], user_map)
+    groups = _by_signal(names, user_map)
     for signal in ("time", "q"):
         if not groups.get(signal):
             raise RecordError(_missing(signal, names, source, user_map, groups))
@@ -86,6 +86,21 @@ def find_columns(names: Sequence[str], source: str, user_map: Mapping[str, str] 
                   list(names).index("valid") if "valid" in names else None,
                   {signal: group.names.unit for signal, group in chosen.items()
                    if group.names and group.names.unit})
+
+
+def _by_signal(names: Sequence[str], user_map: Mapping[str, str]) -> _Groups:
+    """Groups of columns by signal; positions of motors count only beside those of the joints.
+
+    Without them, or for other joints, they are those of joints with such names.
+    """
+    headers = [split_unit(name) for name in names]
+    groups = assign(headers, user_map)
+    of_joints = [set(group.columns) for group in groups.get("q", ())]
+    beside = any(set(group.columns) >= tokens for group in groups.get("q_motor", ())
+                 for tokens in of_joints)
+    if "q_motor" not in groups or "q_motor" in user_map or beside:
+        return groups
+    return assign(headers, user_map, unused=("q_motor",))
 
 
 def _checked(user_map: Mapping[str, str] | None, source: str) -> dict[str, str]:

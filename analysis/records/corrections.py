@@ -33,6 +33,7 @@ from clie_blocks.analysis.records.proof import (
 from clie_blocks.analysis.records.read_positions import read_positions
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.single_changes import SAME_OFFSET, Change, start_offsets
+from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError
 
 FEW_STEPS = 20.0  # of the encoder, up to which a first position is where it should be
@@ -143,7 +144,7 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
 
 def correct(records: Sequence[Record], robot: Robot) -> Examination:
     """Correct the logs of one robot by what they prove together, before each is checked."""
-    seen = _with_even_clocks(Examination(robot, tuple(records)))
+    seen = _with_even_clocks(Examination(robot, with_law_encoder(records, robot)))
     return _with_the_zero_of_the_file(_by_the_law(seen))
 
 

@@ -23,10 +23,11 @@ SIGNALS = {
     "pe": "injected excitation",
     "dq": "measured joint velocity",
     "tau": "measured or estimated joint torque",
+    "q_motor": "position that a second encoder measures, on the motor",
 }
 WHERE_FINITE: Any = None  # default of a mask that is worked out when the record is built
 DEFAULT_UNITS = {"time": "s", "q": "rad", "u": "N m", "qd": "rad", "pe": "N m", "dq": "rad/s",
-                 "tau": "N m"}
+                 "tau": "N m", "q_motor": "rad"}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -43,6 +44,9 @@ class Record:
         Command of the controller, motor side [N m, or what `units` says]; None when not logged.
     qd, pe, dq, tau : array_like, shape (N, n), optional
         Reference [as q], injected excitation [as u], measured velocity, measured torque [N m].
+    q_motor : array_like, shape (N, n), optional
+        Position of the motors, of the joint or times the gear ratio, where `q` is that of the
+        links [rad]; see `two_encoders`.
     valid : array_like of bool, shape (N,), optional
         False where a sample must not be used; by default where a value of q or u is not finite.
     joints : sequence of str, optional
@@ -74,6 +78,7 @@ class Record:
     pe: np.ndarray | None = None
     dq: np.ndarray | None = None
     tau: np.ndarray | None = None
+    q_motor: np.ndarray | None = None
     valid: np.ndarray = WHERE_FINITE
     joints: tuple[str, ...] = ()
     units: Mapping[str, str | Sequence[str]] = dataclasses.field(default_factory=FixedDict)

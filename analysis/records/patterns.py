@@ -7,7 +7,7 @@ Every column goes to the pattern with the most literal characters that fits it, 
 import dataclasses
 import functools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from clie_blocks.analysis.records.aliases import GOAL_WORDS, SOURCES, Names
 
@@ -37,16 +37,39 @@ class Group:
 
 @dataclasses.dataclass(frozen=True)
 class _Pattern:
-    """A pattern as written, the signal it gives, and its expression."""
+    """A pattern as written, the signal it gives, and how it is read."""
 
     signal: str | None
     text: str
     names: Names | None
-    regex: re.Pattern[str]
+    places: Mapping[str, str]
+    flags: int
+
+    @functools.cached_property
+    def regex(self) -> re.Pattern[str]:
+        """The expression; only those are compiled that a column comes near."""
+        written = "".join(self.places.get(part) or re.escape(part) for part in self._parts)
+        return re.compile(written, self.flags)
+
+    @functools.cached_property
+    def _parts(self) -> list[str]:
+        return re.split(r"(\{\w+\})", self.text)
+
+    @functools.cached_property
+    def _literals(self) -> list[str]:
+        return [part.casefold() for part in self._parts if part not in self.places]
+
+    def match(self, name: str, unit: str | None) -> re.Match[str] | None:
+        """Match of a column's name, alone or with its unit."""
+        written = name if unit is None else f"{name}[{unit}]"
+        if not all(letters in written.casefold() for letters in self._literals):
+            return None
+        return self.regex.fullmatch(name) or (
+            self.regex.fullmatch(written) if unit is not None else None)
 
 
-def assign(headers: Sequence[tuple[str, str | None]],
-           user_map: Mapping[str, str]) -> dict[str | None, list[Group]]:
+def assign(headers: Sequence[tuple[str, str | None]], user_map: Mapping[str, str],
+           unused: Collection[str] = ()) -> dict[str | None, list[Group]]:
     """Give each column to the user's pattern, else to the most literal name that fits.
 
     A column that fits letter by letter comes before one that fits in other letters, so that ``T``
@@ -58,6 +81,8 @@ def assign(headers: Sequence[tuple[str, str | None]],
         Name and unit of each column.
     user_map : mapping
         Signal to pattern.
+    unused : collection of str
+        Signals whose names in the table do not count.
 
     Returns
     -------
@@ -70,10 +95,10 @@ def assign(headers: Sequence[tuple[str, str | None]],
     found: dict[tuple[str | None, str], Group] = {}
     left = list(enumerate(headers))
     for flags in (0, re.IGNORECASE):
-        patterns = [*(_compiled(signal, pattern, None, flags, own=True)
+        patterns = [*(_Pattern(signal, pattern, None, OWN, flags)
                       for signal, pattern in user_map.items()),
                     *(pattern for pattern in _table(marks, flags)
-                      if pattern.signal not in user_map)]
+                      if pattern.signal not in user_map and pattern.signal not in unused)]
         left = [(index, header) for index, header in left
                 if not _take(found, index, header, patterns)]
     groups: dict[str | None, list[Group]] = {}
@@ -95,7 +120,8 @@ def _table(marks: tuple[str, ...], flags: int) -> tuple[_Pattern, ...]:
                if not source.mark or source.mark in marks
                for names in source.names for text in names.patterns()]
     entries.sort(key=lambda entry: (not entry[0], -_literal(entry[2])))
-    return tuple(_compiled(names.signal, text, names, flags) for _, names, text in entries)
+    return tuple(_Pattern(names.signal, text, names, PLACEHOLDERS, flags)
+                 for _, names, text in entries)
 
 
 def _literal(pattern: str) -> int:
@@ -104,21 +130,12 @@ def _literal(pattern: str) -> int:
     return len(re.sub(r"\{\w+\}", lambda place: least.get(place[0], ""), pattern))
 
 
-def _compiled(signal: str | None, text: str, names: Names | None, flags: int,
-              own: bool = False) -> _Pattern:
-    places = OWN if own else PLACEHOLDERS
-    parts = re.split(r"(\{\w+\})", text)
-    written = "".join(places.get(part) or re.escape(part) for part in parts)
-    return _Pattern(signal, text, names, re.compile(written, flags))
-
-
 def _take(found: dict[tuple[str | None, str], Group], index: int,
           header: tuple[str, str | None], patterns: Iterable[_Pattern]) -> bool:
     """Put one column where it belongs; whether it belongs anywhere."""
     name, unit = header
     for pattern in patterns:
-        match = pattern.regex.fullmatch(name) or (
-            unit is not None and pattern.regex.fullmatch(f"{name}[{unit}]"))
+        match = pattern.match(name, unit)
         if match:
             parts = match.groupdict()
             text = pattern.text

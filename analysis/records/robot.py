@@ -210,7 +210,7 @@ class Encoder(_Section):
     Parameters
     ----------
     mounting : str
-        ``joint side`` or ``motor side``.
+        ``joint side`` or ``motor side``; of two encoders, that of the one on which the law acts.
     shaft_ratio : array_like, shape (n,)
         Turns of the encoder's shaft per joint turn.
     resolution : array_like, shape (n,)

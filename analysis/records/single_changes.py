@@ -16,6 +16,7 @@ from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import sample_time, settled_samples, velocity
 from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.two_encoders import OTHER
 from clie_blocks.analysis.records.units import DEGREE, TURN
 
 ANGLE_UNITS = {"degrees": DEGREE, "turns": TURN, "mrad": 1e-3}
@@ -99,8 +100,10 @@ def scaled(record: Record, signals: Sequence[str], joints: Sequence[int],
     """Record with signals of some joints multiplied by factors, shape (n,)."""
     factor = np.ones(record.n)
     factor[list(joints)] = factors[list(joints)]
-    return record.replace(**{name: getattr(record, name) * factor for name in signals
-                             if getattr(record, name) is not None})
+    both = {OTHER} & set(record.extra) if "q" in signals else ()
+    extra = {**record.extra, **{name: record.extra[name] * factor for name in both}}
+    return record.replace(extra=extra, **{name: getattr(record, name) * factor for name in signals
+                                          if getattr(record, name) is not None})
 
 
 def _scaling(check: str, what: str, signals: tuple[str, ...], joints: tuple[int, ...],

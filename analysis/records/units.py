@@ -32,7 +32,7 @@ SPELLINGS = {
 }
 KINDS = {
     "time": ("s",),
-    "q": ("rad", "m", "%"), "qd": ("rad", "m", "%"),
+    "q": ("rad", "m", "%"), "qd": ("rad", "m", "%"), "q_motor": ("rad", "m"),
     "dq": ("rad/s", "m/s"),
     "u": ("N m", "N", "A", "V", "duty", "%", "u"), "pe": ("N m", "N", "A", "V", "duty", "%", "u"),
     "tau": ("N m", "N", "A"),

@@ -31,6 +31,7 @@ from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
 
+_INVERSIONS = 8  # steps in which the position behind an uneven gear is found
 PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 
 
@@ -38,7 +39,8 @@ PER_JOINT = ("inertia", "damping", "load", "kp", "kd", "saturation", "ratio")
 class Structure:
     """What of a robot decides the program: everything but its parameters.
 
-    An encoder on the motor sees the motor where motor and link move apart.
+    An encoder on the motor sees the motor where motor and link move apart.  Of two encoders, on
+    motor and link, the other one is that on which the law does not act.
     """
 
     n: int
@@ -48,11 +50,15 @@ class Structure:
     has_coupling: bool
     clipped: bool
     encoder_on_motor: bool = False
+    two_encoders: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoopBlock:
     """The sampled loop as a block with the inputs q_d, pe, noise and the outputs q, u, sum.
+
+    With two encoders ``other`` and its sum, ``sum_other``, follow: the position that the other
+    encoder sees.
 
     Parameters
     ----------
@@ -75,6 +81,8 @@ class LoopBlock:
         rows = {"q": 1, "dq": 1, "law": 2, "sum": 1}
         if self.moves_apart:
             rows.update(q_motor=1, dq_motor=1)
+        if self.shape.two_encoders:
+            rows.update(sum_other=1)
         return StateLayout(self.shape.n, {**rows, **rows_of_pieces(self.pieces)})
 
     @property
@@ -102,7 +110,12 @@ class LoopBlock:
         return ct.nlsys(update, output, name=name, params=dict(params),
                         states=self.layout.labels, dt=self.shape.period,
                         inputs=signals("q_d", "pe", "noise", n=n),
-                        outputs=signals("q", "u", "sum", n=n))
+                        outputs=signals(*self.outputs, n=n))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return ("q", "u", "sum", *(("other", "sum_other") if self.shape.two_encoders else ()))
 
     def _sample_parameters(self) -> dict[str, np.ndarray]:
         """Parameters of the right shapes, harmless for a check of the compiled program."""
@@ -119,8 +132,9 @@ class LoopBlock:
                       values: Values) -> np.ndarray:
         """State at a measured position [rad]: at rest, or moving at a speed [rad/s]."""
         where, state = self.layout.slices, np.zeros(self.layout.size)
+        at_start = self._joint_at(start, values) if self.shape.two_encoders else start
         for name in ("q", "q_motor") if self.moves_apart else ("q",):
-            state[where[name]] = start
+            state[where[name]] = at_start
         for name, piece in self.pieces:
             if piece.port == "sensor" and piece.states:
                 state[where[name]] = np.tile(start, piece.states)
@@ -130,6 +144,23 @@ class LoopBlock:
             state[where["law"]] = ramp_memory(
                 speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
+
+    def _joint_at(self, start: np.ndarray, values: Values) -> np.ndarray:
+        """Position of the joint at which the law's encoder reads a start behind an uneven gear."""
+        if self.shape.encoder_on_motor:
+            return start
+        given = {**values, "start": start, "first": np.zeros(self.shape.n)}
+        memory, p, chain = self._unpack(np.zeros(self.layout.size), given)
+        now = dataclasses.replace(self._now(0.0, memory, p, chain), q=start)
+        for _ in range(_INVERSIONS):
+            seen, _ = measured_position(now, memory, self._of_link, p)
+            now = dataclasses.replace(now, q=now.q + start - seen)
+        return now.q
+
+    @functools.cached_property
+    def _of_link(self) -> NamedPieces:
+        """Pieces between motor and link, which an encoder of the link sees."""
+        return tuple((name, piece) for name, piece in self.pieces if piece.of_link)
 
     def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:
         """Memory of every block, parameters of robot and effects, and the links."""
@@ -148,10 +179,28 @@ class LoopBlock:
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, chain = self._unpack(x, params)
-        now = self._at_encoder(self._now(t, memory, p, chain), memory)
-        q, _ = measured_position(now, memory, self.pieces, p)
+        joint = self._now(t, memory, p, chain)
+        now = self._at_encoder(joint, memory)
+        q, _ = measured_position(now, memory, self._seen_by_law, p)
         command, _ = self._command(now, q, u, memory, p)
-        return np.concatenate((q, command, memory["sum"][0]))
+        if not self.shape.two_encoders:
+            return np.concatenate((q, command, memory["sum"][0]))
+        other, _ = self._other_position(joint, memory, p)
+        return np.concatenate((q, command, memory["sum"][0], other, memory["sum_other"][0]))
+
+    @functools.cached_property
+    def _seen_by_law(self) -> NamedPieces:
+        """Pieces without those that only the other encoder sees."""
+        if not (self.shape.two_encoders and self.shape.encoder_on_motor):
+            return self.pieces
+        return tuple((name, piece) for name, piece in self.pieces if not piece.of_link)
+
+    def _other_position(self, joint: State, memory: Memory, p: Parameters,
+                        ) -> tuple[np.ndarray, Memory]:
+        """Position that the other encoder sees, and the memory of its pieces a sample later."""
+        if self.shape.encoder_on_motor:
+            return measured_position(joint, memory, self._of_link, p)
+        return memory["q_motor" if self.moves_apart else "q"][0], {}
 
     def _now(self, t: float, memory: Memory, p: Parameters, chain: PlanarChain) -> State:
         """Motion at a sample, before there is a command."""
@@ -171,7 +220,7 @@ class LoopBlock:
         n = self.shape.n
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(
-            dataclasses.replace(now, q=p["start"]), at_rest, self.pieces, p)
+            dataclasses.replace(now, q=p["start"]), at_rest, self._seen_by_law, p)
         return law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start + p["first"],
                            self.shape.clipped, p)
 
@@ -180,7 +229,7 @@ class LoopBlock:
         memory, p, chain = self._unpack(x, params)
         now = self._now(t, memory, p, chain)
         seen = self._at_encoder(now, memory)
-        q, of_sensor = measured_position(seen, memory, self.pieces, p)
+        q, of_sensor = measured_position(seen, memory, self._seen_by_law, p)
         command, of_law = self._command(seen, q, u, memory, p)
         torque, of_drive = delivered_torque(
             dataclasses.replace(now, u=command), memory, self.pieces, p)
@@ -188,6 +237,9 @@ class LoopBlock:
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
         parts = [*motion[:2], *of_law, memory["sum"][0] + q, *motion[2:]]
+        if self.shape.two_encoders:
+            other, of_other = self._other_position(now, memory, p)
+            parts, after = [*parts, memory["sum_other"][0] + other], {**after, **of_other}
         for name, piece in self.pieces:
             parts += after[name] if piece.states else []
         return np.concatenate(parts)

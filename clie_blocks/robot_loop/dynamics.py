@@ -49,6 +49,8 @@ class Piece:
         Of a transmission, ``split(robot, p)``: at which joints motor and link move apart, the
         link's inertia [kg m^2], and the damping behind the gear [N m s/rad]; None where `p` holds
         them as shares of what is stated.
+    of_link : bool
+        Of a sensor: it lies between motor and link, so that only an encoder of the link sees it.
 
     """
 
@@ -56,6 +58,7 @@ class Piece:
     act: Callable[..., Any]
     states: int = 0
     split: Callable[..., Any] | None = None
+    of_link: bool = False
 
     @property
     def identity(self) -> str:

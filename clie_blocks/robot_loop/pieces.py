@@ -251,7 +251,8 @@ def _pieces(build: Any, effect: Effect, constants: Constants) -> tuple[Piece, ..
 
 @_pieces.register
 def _of_static(build: blocks.Static, effect: Effect, constants: Constants) -> tuple[Piece, ...]:
-    return (Piece(_PORTS[effect.port], Static(build.kernel, build.inputs, constants)),)
+    return (Piece(_PORTS[effect.port], Static(build.kernel, build.inputs, constants),
+                  of_link=effect.port == "transmission"),)
 
 
 @_pieces.register
@@ -278,7 +279,8 @@ def _of_dynamic(build: blocks.Dynamic, effect: Effect, constants: Constants) -> 
                            "sampled=Dynamic(step, torque, ...) whose step takes the `period`")
     port = _PORTS[effect.port]
     return (Piece(port, Dynamic(build.kernel, build.inputs, constants, build.rate, build.size,
-                                at_middle=port == "load"), states=build.size),)
+                                at_middle=port == "load"), states=build.size,
+                  of_link=effect.port == "transmission"),)
 
 
 @_pieces.register

@@ -57,7 +57,7 @@ def make_problem(courses: Sequence[np.ndarray] | None = None, n: int = 1, held_o
 def make_member(cause: Cause, problem: Problem, joints: Sequence[int] | None = None,
                 sizes: Mapping[str, float] | None = None, **values: object) -> Member:
     """Cause at all joints, or at some, with parameters of one, but for those that are stated."""
-    n, logs = problem.n, len(problem.logs)
+    n, logs = problem.n, len(problem.law_logs)
     shapes = {number.name: (logs, n) if number.scope == "log" else (n,)
               for number in cause.numbers}
     stated = {name: np.array(np.broadcast_to(values.get(name, 1.0), shape), float)

@@ -30,6 +30,18 @@ def trial(benchmark, tmp_path):
 
 
 @pytest.mark.slow
+def test_every_fault_of_the_benchmark_moves_the_arm(benchmark, tmp_path):
+    positions = {}
+    for fault in benchmark.arm.FAULTS:
+        folder = tmp_path / fault
+        folder.mkdir()
+        benchmark.arm.write_trial(folder, 4.0, fault)
+        positions[fault] = gap.read(folder).logs[0].q
+    one, *others = positions.values()
+    assert all(np.abs(one - other).max() > 20 * benchmark.arm.NOISE for other in others)
+
+
+@pytest.mark.slow
 def test_a_diagnosis_apart_finds_the_fault_and_its_stages_add_up(benchmark, trial):
     found = benchmark.apart(trial)
     assert "coulomb" in found["answer"]

@@ -6,14 +6,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clie_blocks.analysis.blind.engine.chance import LaneRandom
-from clie_blocks.analysis.blind.engine.controller import SampledController, SampledEncoder
+from clie_blocks.analysis.blind.engine.controller import (
+    SampledController,
+    SampledEncoder,
+    SecondEncoder,
+)
 from clie_blocks.analysis.blind.engine.disturbances import Disturbances
 from clie_blocks.analysis.blind.engine.drive import Drive
 from clie_blocks.analysis.blind.engine.experiments import Experiment
 from clie_blocks.analysis.blind.engine.moment import Moment
 from clie_blocks.analysis.blind.engine.parameters import NEUTRAL, Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
-from clie_blocks.analysis.blind.engine.variable_gear import VariableGear
+from clie_blocks.analysis.blind.engine.variable_gear import VariableGear, rigid_motor
 from clie_blocks.analysis.blind.engine.world import build_model
 
 if TYPE_CHECKING:
@@ -26,6 +30,16 @@ DIVERGED = 1e3  # rad: the position that is reported for such a copy
 def run(robot: DrawnRobot, lanes: Sequence[Parameters],
         experiments: Sequence[Experiment], noises: Sequence[np.ndarray],
         seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Run experiments on copies of a robot, in parallel: what the controller saw and commanded.
+
+    Parameters and result are those of `run_both`, without the other encoder.
+    """
+    return [(q, u) for q, u, _ in run_both(robot, lanes, experiments, noises, seed)]
+
+
+def run_both(robot: DrawnRobot, lanes: Sequence[Parameters],
+             experiments: Sequence[Experiment], noises: Sequence[np.ndarray],
+             seed: int = 0) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Run experiments on copies of a robot, in parallel.
 
     Parameters
@@ -43,9 +57,10 @@ def run(robot: DrawnRobot, lanes: Sequence[Parameters],
 
     Returns
     -------
-    list of (q, u)
-        Measured position [rad] and command [N m] of each copy, shape (N, n); the position of a
-        copy whose loop is unstable is `DIVERGED`.
+    list of (q, u, other)
+        Measured position [rad] and command [N m] of each copy, shape (N, n), and the position
+        that an encoder measures on the other side of the gear, in angles of the joint; positions
+        of a copy whose loop is unstable are `DIVERGED`.
 
     """
     import mujoco
@@ -64,14 +79,17 @@ def run(robot: DrawnRobot, lanes: Sequence[Parameters],
     encoder = SampledEncoder(robot, p, duration, chance[2])
     controller, drive = SampledController(robot, p), Drive(robot, p, chance[0])
     plant.attach(drive, Disturbances(robot, p, duration, chance[1], plant.h))
-    measured, commands = np.empty(q_d.shape), np.empty(q_d.shape)
+    second = SecondEncoder(robot, LaneRandom((seed, 4), experiments, robot.n))
+    measured, commands, others = (np.empty(q_d.shape) for _ in range(3))
     for i in range(count):
         t = i * robot.period
         measured[i] = encoder(t, plant.q(), noise[i])
+        if robot.two_encoders:
+            others[i] = second(plant.other_q())
         commands[i] = controller(q_d[i], measured[i], pe[i])
         plant.move(t, drive(t, commands[i]))
-    measured[:, plant.diverged] = DIVERGED
-    return [(measured[:len(one.q_d), j], commands[:len(one.q_d), j])
+    measured[:, plant.diverged] = others[:, plant.diverged] = DIVERGED
+    return [(measured[:len(one.q_d), j], commands[:len(one.q_d), j], others[:len(one.q_d), j])
             for j, one in enumerate(experiments)]
 
 
@@ -104,6 +122,7 @@ class _Plant:
         self.twisted = np.array([twist is not None for twist in twists])
         self.twist = np.array([twist for twist in twists if twist is not None], int)
         self.sees_links = not robot.encoder_on_motor
+        self.p, self.of_both = p, robot.two_encoders
         self.lane = np.array([int(name[1:].partition("_")[0]) for name in names])
         self.hanging = np.array([name[0] == "p" for name in names])
         self.delayed = p["late"] > 0
@@ -129,13 +148,25 @@ class _Plant:
 
     def q(self) -> np.ndarray:
         """Joint angles at the encoders [rad], behind the gears or on the motors."""
-        q = self.data.qpos[self.motor]
-        if len(self.twist) and self.sees_links:
-            q[self.twisted] += self.data.qpos[self.twist]
-        q = q.reshape(self.shape)
+        q = self._links() if self.sees_links else self._motors()
         if self.delayed.any():
             q[self.delayed] = self.data.sensordata
         return q
+
+    def other_q(self) -> np.ndarray:
+        """Joint angles at the other end of the gears [rad]; of motors over the stated ratio."""
+        return self._motors() if self.sees_links else self._links()
+
+    def _links(self) -> np.ndarray:
+        q = self.data.qpos[self.motor]
+        if len(self.twist):
+            q[self.twisted] += self.data.qpos[self.twist]
+        return q.reshape(self.shape)
+
+    def _motors(self) -> np.ndarray:
+        """Angles of the motors over the ratio: with rigid gears those that the links follow."""
+        q = self.data.qpos[self.motor].reshape(self.shape)
+        return rigid_motor(q, self.p) if self.of_both else q
 
     def move(self, t: float, u: np.ndarray) -> None:
         """Advance by one sample of the controller under held commands [N m]."""
@@ -157,7 +188,8 @@ class _Plant:
         if self.drive.turning:
             now = now._replace(u=self.drive.torque(now))
             data.ctrl[:] = now.u.ravel()
-        turning = self.gear.turn(q, dq) if self.gear.varies else 0.0
+        offset = self.ratio * disturbances.constant
+        turning = self.gear.turn(q, dq, offset) if self.gear.varies else 0.0
         if disturbances.torques or self.gear.varies:
             opposing = self.ratio * disturbances.torque(now) + turning
             data.qfrc_applied[self.motor] = -opposing.ravel()

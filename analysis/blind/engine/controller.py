@@ -52,6 +52,27 @@ class SampledEncoder:
         return np.rint(measured / self.resolution) * self.resolution
 
 
+class SecondEncoder:
+    """What an encoder on the other side of the gear reports: noisy, rounded as the first one.
+
+    Parameters
+    ----------
+    robot : DrawnRobot
+        As stated.
+    random : LaneRandom
+        Source of chance.
+
+    """
+
+    def __init__(self, robot: DrawnRobot, random: LaneRandom) -> None:
+        self.sigma, self.resolution, self.random = robot.sigma, robot.resolution, random
+
+    def __call__(self, q: np.ndarray) -> np.ndarray:
+        """Angle that the log keeps, shape (lanes, n) [rad]."""
+        measured = q + self.sigma * self.random("standard_normal")
+        return np.rint(measured / self.resolution) * self.resolution
+
+
 def filter_coefficients(high: np.ndarray, low: np.ndarray, period: float,
                         discretisation: str) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Sampled form of ``high s / (s + high)  low / (s + low)`` as b, a, each three arrays.

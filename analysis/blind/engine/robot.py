@@ -50,6 +50,8 @@ class DrawnRobot:
         Turns of the encoder's shaft per joint turn.
     encoder_on_motor : bool
         The encoder sees the motor, before a soft or loose gear.
+    two_encoders : bool
+        Motor and link have an encoder each, and the log keeps both.
 
     """
 
@@ -75,6 +77,7 @@ class DrawnRobot:
     sigma: np.ndarray
     shaft: float
     encoder_on_motor: bool = False
+    two_encoders: bool = False
 
     @property
     def n(self) -> int:

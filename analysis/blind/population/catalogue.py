@@ -34,7 +34,8 @@ CATALOGUE = Vocabulary(
            "magnetic_detent": _CHAIN, "sloshing_payload": _CARRYING,
            "bending_link": _LEVEL_CHAIN, "soft_mount": _LEVEL_CHAIN},
     first_joint=dict.fromkeys(("coupled_joints", "neighbour_spring", "magnetic_detent"), 1),
-    motor_encoders=1 / 3, joint_encoders=("kinematic_error", "ratio_error", "coupled_joints"))
+    motor_encoders=1 / 3, two_encoders=1 / 3,
+    joint_encoders=("kinematic_error", "ratio_error", "coupled_joints"))
 
 Truth = dict[str, np.ndarray]
 Parameter = tuple[str, Callable[[np.random.Generator, DrawnRobot], tuple[float, float]]]

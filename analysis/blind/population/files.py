@@ -18,16 +18,22 @@ _NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
 def write_trial(trial: Trial, folder: Path) -> None:
     """Write what the diagnosis may see."""
     for j, (experiment, (q, u)) in enumerate(zip(trial.experiments, trial.runs)):
-        packed = gzip.compress(_log(trial.robot.period, experiment, q, u).encode(), mtime=0)
+        text = _log(trial.robot, experiment, q, u, trial.others[j] if trial.others else None)
+        packed = gzip.compress(text.encode(), mtime=0)
         write(folder / f"log-{j + 1}.csv.gz", packed)
     write(folder / "robot.toml", robot_text(trial.robot, trial.experiments))
 
 
-def _log(period: float, experiment: Experiment, q: np.ndarray, u: np.ndarray) -> str:
-    n = q.shape[1]
-    head = ["time"] + [f"{name}{k + 1}" for name in ("q", "u", "qd", "pe") for k in range(n)]
-    time = period * np.arange(len(q))[:, None]
-    rows = np.hstack([time, q, u, experiment.q_d, experiment.pe]).round(12) + 0.0
+def _log(robot: DrawnRobot, experiment: Experiment, q: np.ndarray, u: np.ndarray,
+         other: np.ndarray | None) -> str:
+    """Text of a log; positions of motors beside those of links are angles of the motors."""
+    signals = {"q": q, "u": u, "qd": experiment.q_d, "pe": experiment.pe}
+    if other is not None:
+        link, motor = (other, q) if robot.encoder_on_motor else (q, other)
+        signals |= {"q": link, "q_motor": robot.ratio * motor}
+    head = ["time"] + [f"{name}{k + 1}" for name in signals for k in range(robot.n)]
+    time = robot.period * np.arange(len(q))[:, None]
+    rows = np.hstack([time, *signals.values()]).round(12) + 0.0
     return "\n".join([",".join(head), *(",".join(f"{x:.10g}" for x in row) for row in rows), ""])
 
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from clie_blocks.analysis.blind.engine.robot import G
 from clie_blocks.analysis.blind.population.effect_site import Change, Draw, Site, proportional
-from clie_blocks.analysis.blind.population.outsiders import OUTSIDERS
+from clie_blocks.analysis.blind.population.outsiders import IN_CATALOGUE, OUTSIDERS
 
-KEPT = ("random_torque", "wavy_damping", "wandering_stiffness", "wall")  # of the standard study
+KEPT = tuple(name for name in OUTSIDERS if name not in IN_CATALOGUE)  # of the standard study
 
 
 def _hose(rng: np.random.Generator, site: Site) -> Change:

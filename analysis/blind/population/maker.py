@@ -26,6 +26,7 @@ class Trial:
     experiments: list[Experiment]
     runs: list[Run]
     label: dict[str, Any]
+    others: Sequence[np.ndarray] = ()  # positions of the other encoders [rad], where there are two
 
 
 @dataclass(frozen=True)

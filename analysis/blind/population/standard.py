@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.control_loop import run
+from clie_blocks.analysis.blind.engine.control_loop import run, run_both
 from clie_blocks.analysis.blind.engine.experiments import Experiment, draw_experiments
 from clie_blocks.analysis.blind.engine.exporter import logged_command
 from clie_blocks.analysis.blind.engine.robot import (
@@ -108,17 +108,19 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     soft = affected["half_gap"] + affected["twist_stiffness"] > 0
     if np.any((affected["late"] > 0) & soft):
         raise RejectedError("a delayed encoder behind a soft or loose gear")
-    runs = run(robot, [affected] * len(experiments), experiments, noises, seed=index)
+    both = run_both(robot, [affected] * len(experiments), experiments, noises, seed=index)
+    runs = [(q, u) for q, u, _ in both]
     _check_with_effects(experiments, runs, affected)
     label = _label(kind, hidden, sizes, severity, robot, experiments,
                    relative_prediction_error(robot, ref, runs))
     if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
     if noise_factor != 1.0:
-        runs = run(robot, [affected] * len(experiments), experiments,
-                   [noise_factor * noise for noise in noises], seed=index)
-    logs = [(q, logged_command(u, robot.period, affected)) for q, u in runs]
-    return Trial(restate_links(robot, affected), experiments, logs, label)
+        both = run_both(robot, [affected] * len(experiments), experiments,
+                        [noise_factor * noise for noise in noises], seed=index)
+    logs = [(q, logged_command(u, robot.period, affected)) for q, u, _ in both]
+    return Trial(restate_links(robot, affected), experiments, logs, label,
+                 [other for _, _, other in both] if robot.two_encoders else ())
 
 
 def _check_healthy(experiments: list[Experiment], runs: list[Run],

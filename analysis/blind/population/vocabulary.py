@@ -30,6 +30,8 @@ class Vocabulary:
         By name: first joint that can have it, counted from 0.
     motor_encoders : float
         Share of the robots whose encoders sit on their motors.
+    two_encoders : float
+        Share of these that log the encoders of their links, too.
     joint_encoders : tuple of str
         Names that only an encoder behind the gear can show.
 
@@ -41,6 +43,7 @@ class Vocabulary:
     needs: Mapping[str, Needs]
     first_joint: Mapping[str, int] = dataclasses.field(default_factory=dict)
     motor_encoders: float = 0.0
+    two_encoders: float = 0.0
     joint_encoders: tuple[str, ...] = ()
 
     def joint(self, rng: np.random.Generator, name: str, n: int) -> int:
@@ -52,8 +55,10 @@ class Vocabulary:
         """Robot with its encoders on the motors, if chance and its effects let them be there."""
         if not self.motor_encoders or set(names) & set(self.joint_encoders):
             return robot
-        on_motor = bool(rng.random() < self.motor_encoders)
-        return dataclasses.replace(robot, encoder_on_motor=on_motor)
+        drawn = rng.random()
+        return dataclasses.replace(
+            robot, encoder_on_motor=bool(drawn < self.motor_encoders),
+            two_encoders=bool(drawn < self.two_encoders * self.motor_encoders))
 
     def draw(self, rng: np.random.Generator, name: str, site: Site) -> HiddenEffect:
         """Draw an effect at the joint of a site."""

@@ -58,7 +58,7 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
 
     The residual model serves the refits of the cross-validation.
     """
-    floor = float(np.sqrt(sum(noise.floor**2 for noise in residuals.noises)))
+    floor = float(np.sqrt(sum(residuals.floors**2)))
     judged_on, before, after = _validation(nominal, corrected, residuals)
     method, period = residuals.method.assessment, nominal.problem.period
     percent, drawn = _percent_and_draws(before, after, floor, period, method)

@@ -11,7 +11,8 @@ import numpy as np
 
 PERIOD = 1e-3  # s
 SUBSTEPS = 4
-HELD = 5e-5  # rad/s: speed below which friction holds; ten times that looks like a Stribeck effect
+# rad/s: speed below which friction holds; four times that looks like a Stribeck effect.
+HELD = 5e-5
 DELAY_ROOM = 64
 _NEUTRAL = dict(forward=0.0, asymmetry=0.0, excess=0.0, stribeck=1.0, quadratic=0.0, spring=0.0,
                 lag=0.0, delay=0.0, dead=0.0, limit=1e9, gain=1.0, ripple=0.0, order=1.0,

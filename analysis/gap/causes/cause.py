@@ -230,8 +230,16 @@ class Scene:
         return share * self.torque
 
 
+_MOST_WAVES = 3.0  # over the travel, from which on a spectrum is sharp
+
+
 def waves_over_travel(scene: Scene) -> list[np.ndarray]:
-    """Orders of waves over the position, from half a wave over the travel up."""
-    least = max(3.0, 3.0 / scene.travel.max())
-    step = np.clip(1.2 / scene.travel.max(), 0.6, 3.0)
-    return [order + 0 * scene.travel for order in np.arange(least, max(48.0, 2 * least), step)]
+    """Orders of waves over the position, from half a wave over the travel up to a few waves.
+
+    `search.ripple_spectrum` finds all higher ones.
+    """
+    travel = scene.travel.max()
+    least = max(3.0, 3.0 / travel)
+    step = np.clip(1.2 / travel, 0.6, 3.0)
+    most = max(2 * least, _MOST_WAVES * 2 * np.pi / travel)
+    return [order + 0 * scene.travel for order in np.arange(least, most, step)]

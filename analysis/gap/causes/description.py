@@ -113,9 +113,29 @@ def _geared_links(s: State, p: Values) -> BodyTerms:
             share * (torque + bearing) / s.ratio)
 
 
+def _link_of_motor(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
+    """Position of a link that moves less than the motor over its stated ratio."""
+    return s.q / (1.0 + p[CHANGE]), z
+
+
+def _links_of_motors(s: State, p: Values) -> BodyTerms:
+    """Links that move less than the motors over their stated ratios, as the motors feel them."""
+    slope, chain = 1.0 / (1.0 + p[CHANGE]), s.chain
+    own, cross, torque = _links_terms(chain, slope * s.q, slope * s.dq)
+    stated_own, stated_cross, stated_torque = _links_terms(chain, s.q, s.dq)
+    if not chain.has_coupling:
+        own = stated_own = chain.diagonal
+    bearing = (slope**2 - 1.0) * chain.bearing_damping * s.dq
+    return ((slope**2 * own - stated_own) / s.ratio, (slope**2 * cross - stated_cross) / s.ratio,
+            (slope * torque - stated_torque + bearing) / s.ratio)
+
+
 _DRIVE = Piece("drive", _geared_torque)
+_GEAR = Piece("sensor", _link_of_motor, of_link=True)
 _OF_MOTOR = _number(GEAR_RATIO, (_DRIVE,), needs_links=False)
 _OF_LINKS = _number(GEAR_RATIO, (_DRIVE, Piece("body", _geared_links)))
+_BETWEEN = _number(GEAR_RATIO, (_GEAR,), needs_links=False)  # of two encoders
+_BETWEEN_LINKS = _number(GEAR_RATIO, (_GEAR, Piece("body", _links_of_motors)))
 _MASS = _number(MASS, (Piece("body", _mass),))
 _COM = _number(COM, (Piece("body", _com),), -2.0, 2.0)
 _LENGTH = _number(LENGTH, (Piece("body", _length),))
@@ -198,8 +218,10 @@ def stated_numbers(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]], ...
     robot, chain, every = problem.robot, problem.chain, tuple(range(problem.n))
     geared = tuple(k for k in every if counts_motor_turns(problem.gear_ratio[k]))
     found: list[tuple[Cause, tuple[int, ...]]] = []
+    of_motor, of_links = ((_BETWEEN, _BETWEEN_LINKS) if problem.two_encoders
+                          else (_OF_MOTOR, _OF_LINKS))
     if robot is not None and robot.motor.gear_ratio is not None and geared:
-        found.append((_OF_LINKS if chain.known else _OF_MOTOR, geared))
+        found.append((of_links if chain.known else of_motor, geared))
     if chain.known and (chain.has_gravity or chain.has_coupling):
         found += [(_MASS, every), (_COM, every), (_INERTIA, every), (_ZERO, every)]
         if problem.n > 1:

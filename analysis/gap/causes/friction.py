@@ -62,6 +62,7 @@ LOAD_DEPENDENT_FRICTION = (
 
 
 _REACH = 1e-4, 0.5  # rad: below, no log tells it from dry friction
+_REACHES = 0.001, 0.003, 0.008, 0.02, 0.05, 0.12  # rad
 _STIFF_BRISTLES = "coulomb", "reach"
 
 
@@ -69,15 +70,12 @@ def _presliding_probes(scene: Scene) -> list[Probe]:
     size = scene.small_torque()
     return [Probe({"level": size, "reach": reach + 0 * size,
                    "bristle_damping": _BRISTLE_TIME * size / reach}, ("level", "bristle_damping"))
-            for reach in (0.001, 0.003, 0.008, 0.02, 0.05, 0.12)]
+            for reach in _REACHES]
 
 
 PRESLIDING = cause_of(LIBRARY["presliding"], ("level", "bristle_damping", "reach"),
                       _presliding_probes, held={"static_ratio": 1.0, "velocity": 10.0},
                       within={"reach": _REACH}, without=_STIFF_BRISTLES)
-
-
-_REACHES = 0.001, 0.003, 0.008, 0.02, 0.05, 0.12  # rad
 
 
 def _bending_probes(scene: Scene) -> list[Probe]:
@@ -122,7 +120,7 @@ DIRECTIONAL_EFFICIENCY = cause_of(
 
 def _times(scene: Scene) -> list[tuple[float, np.ndarray]]:
     """Time constants, with the clock started anew in each log or running through all logs."""
-    logs = scene.problem.logs
+    logs = scene.problem.law_logs
     running = np.cumsum([0.0] + [len(log) * scene.problem.period for log in logs[:-1]])
     shape = (len(logs), scene.problem.n)
     anew = np.zeros(shape)

@@ -4,10 +4,22 @@ import dataclasses
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of
+from clie_blocks.analysis.gap.causes.cause import (
+    BodyTerms,
+    Cause,
+    EffectValues,
+    Number,
+    Probe,
+    Scene,
+    Values,
+    cause_of,
+)
 from clie_blocks.analysis.gap.causes.drive import LONGEST_DELAY, counts_motor_turns
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.delay import DelayLine, constant_delay
+from clie_blocks.robot_loop.dynamics import Piece, State
+from clie_blocks.robot_loop.planar_chain import gravity_torque
 
 _WORST = 0.02  # rad: a degree of eccentricity
 
@@ -28,9 +40,50 @@ def _gear_probes(scene: Scene) -> list[Probe]:
                   ("sine", "cosine")) for turns in (1, 2, 4)] if geared else []
 
 
+def _unfelt_probes(scene: Scene) -> list[Probe]:
+    return [] if scene.problem.two_encoders else _gear_probes(scene)
+
+
+def _felt_probes(scene: Scene) -> list[Probe]:
+    """Beside an encoder of the motor, which sees the link push back."""
+    if not scene.problem.two_encoders:
+        return []
+    chain, ratio = scene.problem.chain, scene.problem.gear_ratio
+    link = chain.diagonal / ratio if chain.known else 0.4 * scene.inertia
+    return [Probe({**probe.values, "link_inertia": link}, probe.amplitudes)
+            for probe in _gear_probes(scene)]
+
+
+def _push_of_link(s: State, p: Values) -> BodyTerms:
+    """What a motor feels of a link that it turns by the slope of its gear, beyond a slope of 1."""
+    sine, cosine = np.sin(p["order"] * s.q), np.cos(p["order"] * s.q)
+    wave = p["sine"] * sine + p["cosine"] * cosine
+    slope = 1.0 + p["order"] * (p["sine"] * cosine - p["cosine"] * sine)
+    bend = -p["order"] ** 2 * wave
+    own = p["link_inertia"] * (slope**2 - 1.0)
+    bearing = s.chain.bearing_damping / s.ratio
+    torque = p["link_inertia"] * slope * bend * s.dq**2 + bearing * (slope**2 - 1.0) * s.dq
+    if s.chain.has_gravity:
+        at_link, at_motor = (gravity_torque(s.chain, q) / s.ratio for q in (s.q + wave, s.q))
+        torque = torque + slope * at_link - at_motor
+    return own, np.zeros((s.chain.n, s.chain.n)), torque
+
+
+def _as_effect(problem: Problem, values: Values) -> EffectValues:
+    """The effect, which leaves out what the motor feels."""
+    block = KINEMATIC_ERROR_FELT.block
+    return {"kinematic_error": {name: np.asarray(values[f"{block}.{name}"])
+                                for name in ("sine", "cosine", "order")}}
+
+
 KINEMATIC_ERROR = cause_of(
-    LIBRARY["kinematic_error"], ("sine", "cosine", "order"), _gear_probes, fixed=("order",),
+    LIBRARY["kinematic_error"], ("sine", "cosine", "order"), _unfelt_probes, fixed=("order",),
     within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})
+KINEMATIC_ERROR_FELT = Cause(
+    "kinematic_error", (*KINEMATIC_ERROR.pieces, Piece("body", _push_of_link)),
+    (*KINEMATIC_ERROR.numbers, Number("link_inertia", "kg m^2", 0.0, 1e4, neutral=None,
+                                      nuisance=True)),
+    _felt_probes, variant="felt", of_effect=_as_effect)
 ENCODER_ECCENTRICITY = cause_of(
     LIBRARY["encoder_eccentricity"], ("sine", "cosine", "order"), _probes, fixed=("order",),
     within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})

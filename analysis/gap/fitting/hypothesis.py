@@ -9,6 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
+from clie_blocks.analysis.gap.problem.other_encoder import views_of_law
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import rows_of
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
@@ -16,7 +17,7 @@ from clie_blocks.analysis.gap.simulation.closed_loop import constants
 from clie_blocks.analysis.gap.simulation.simulators import LoopRunner, simulator_of
 
 Values = dict[str, np.ndarray]
-"""Parameter -> array (n,), or (logs, n) where it differs between logs."""
+"""Parameter -> array (n,), or (runs, n) where it differs between logs, see `Problem.runs`."""
 
 DELAY_TOLERANCE = 0.02  # of a delay of one period: how well its length is known
 _JOINT_MODEL = "inertia", "damping", "load"
@@ -34,7 +35,7 @@ class Member:
     joints : tuple of int
         Where it acts; elsewhere it is neutral.
     values : dict
-        Parameter -> array (n,), or (logs, n) for parameters of scope ``log``.
+        Parameter -> array (n,), or (runs, n) for parameters of scope ``log``.
     sizes : dict
         Parameter -> a change that has a visible effect.
 
@@ -70,7 +71,7 @@ class FreeParameter:
     key : str
         Parameter of the simulator.
     joint, log : int or None
-        Where it counts; None for everywhere.
+        Where it counts, the log by its run; None for everywhere.
     size : float
         A change that has a visible effect.
     lower, upper : float
@@ -114,7 +115,7 @@ class Hypothesis:
     members : tuple of Member
         The causes; none of them is the nominal model.
     values : dict
-        Parameter of the simulator -> array (n,), or (logs, n) where it differs between logs.
+        Parameter of the simulator -> array (n,), or (runs, n) where it differs between logs.
 
     """
 
@@ -145,7 +146,8 @@ class Hypothesis:
 
     def of_log(self, j: int, values: Values | None = None) -> Values:
         """Parameters of log j."""
-        return {key: value[j] if value.ndim == 2 and key not in ("a", "b") else value
+        run = self.problem.runs[j]
+        return {key: value[run] if value.ndim == 2 and key not in ("a", "b") else value
                 for key, value in (self.values if values is None else values).items()}
 
     def positions(self, j: int, sets: Sequence[Values]) -> np.ndarray:
@@ -160,10 +162,20 @@ class Hypothesis:
         return self.simulator.means(log, [self.of_log(j, values) for values in sets], rows.width)
 
     def error(self, j: int, dithered: bool = True) -> np.ndarray:
-        """Measured less simulated position in log j, shape (N, n) [rad]."""
+        """Measured less simulated position in log j, shape (N, n) [rad].
+
+        The other encoder of a joint has a zero of its own, so that a level says nothing there.
+        """
         log = self.problem.logs[j]
         q, = self.simulator.positions(log, [self.of_log(j)], dithered)
-        return log.bridged(np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED))
+        error = log.bridged(np.nan_to_num(np.clip(log.q - q.T, -DIVERGED, DIVERGED), nan=DIVERGED))
+        return error - error.mean(axis=0) if log.of_other_encoder else error
+
+    @property
+    def seen_by_law(self) -> "Hypothesis":
+        """The same hypothesis on the logs of the law's encoder alone."""
+        problem = views_of_law(self.problem)
+        return self if problem is self.problem else dataclasses.replace(self, problem=problem)
 
     def with_values(self, values: Values) -> "Hypothesis":
         """Return the same hypothesis with other values."""
@@ -199,8 +211,8 @@ class Hypothesis:
                 yield FreeParameter(key, None, None, size[member.joints[0]],
                                     number.lower, number.upper)
                 continue
-            logs = range(len(self.problem.fit)) if number.scope == "log" else (None,)
-            for log in logs:
+            runs = range(self.problem.fit_runs) if number.scope == "log" else (None,)
+            for log in runs:
                 for k in member.joints:
                     yield FreeParameter(key, k, log, size[k], number.lower, number.upper,
                                         phase=number.phase, is_scale=number.is_scale)

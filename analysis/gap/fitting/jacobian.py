@@ -93,9 +93,9 @@ class _Move:
     value: float
     step: float
 
-    def acts_on(self, log: int, joint: int, coupled: bool) -> bool:
-        """Whether it changes the residual of a joint in a log."""
-        return (self.parameter.log in (None, log)
+    def acts_on(self, run: int, joint: int, coupled: bool) -> bool:
+        """Whether it changes the residual of a joint in a run."""
+        return (self.parameter.log in (None, run)
                 and (coupled or self.parameter.joint in (None, joint)))
 
 
@@ -118,7 +118,7 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
         last = rows.stop
         for group, moved in zip(groups, run[1:]):
             for move in group:
-                if move.acts_on(log, joint, hypothesis.coupled):
+                if move.acts_on(hypothesis.problem.runs[log], joint, hypothesis.coupled):
                     columns[rows, move.index] = (moved - run[0]) / move.step
     for i, parameter in enumerate(hypothesis.free_parameters):
         if parameter.tolerance is not None and violations[i] != 0.0:

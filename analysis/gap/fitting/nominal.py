@@ -41,9 +41,10 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
 def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
     """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
     problem = hypothesis.problem
-    return problem.with_log_list(
-        [dataclasses.replace(log, dither=_noise(hypothesis.error(j), log, problem.period, corner))
-         for j, log in enumerate(problem.logs)])
+    of_runs = [_noise(hypothesis.error(j), log, problem.period, corner)
+               for j, log in enumerate(problem.logs) if not log.of_other_encoder]
+    return problem.with_log_list([dataclasses.replace(log, dither=of_runs[run])
+                                  for run, log in zip(problem.runs, problem.logs)])
 
 
 def _noise(error: np.ndarray, log: Log, period: float, corner: float) -> np.ndarray:

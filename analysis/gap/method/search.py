@@ -36,6 +36,9 @@ class SearchMethod:
     alternative_rounds: int = threshold(
         3, "rounds", "of alternatives of the best fit, which may be one of them")
 
+    competing_score: float = threshold(
+        0.5, "of the best",
+        "gain that a single cause must promise, to be fitted beside one that leaves only noise")
     single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")
     pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
     triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")
@@ -103,5 +106,5 @@ class SearchMethod:
         3, "orders", "that are tried, with the strongest of each octave")
 
     budget_share: float = threshold(
-        0.7, "share of the budget of a diagnosis",
+        0.8, "share of the budget of a diagnosis",
         "after which the search ends: the rest is for reading, unseen data and the next run")

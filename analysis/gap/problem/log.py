@@ -6,6 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.ticks import between_samples, spread
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.two_encoders import other_encoder
 from clie_blocks.errors import RecordError
 from clie_blocks.linear_filters import high_pass
 
@@ -45,6 +46,10 @@ class Log:
         Time of the first sample in its record [s]: a record with a long gap is several logs.
     stride : int
         Ticks of the controller per sample.
+    other_q : ndarray, shape (N, n), or None
+        Positions that another encoder of the joints measured [rad], see `two_encoders`.
+    of_other_encoder : bool
+        Whether `q` is of the encoder on which the law does not act, and `other_q` of the law's.
 
     """
 
@@ -60,6 +65,8 @@ class Log:
     measured: np.ndarray | None = None
     began: float = 0.0
     stride: int = 1
+    other_q: np.ndarray | None = None
+    of_other_encoder: bool = False
 
     def __len__(self) -> int:
         return len(self.q)
@@ -67,6 +74,11 @@ class Log:
     def sample_count(self) -> int:
         """Number of samples, of a log that may have more ticks."""
         return len(self) // self.stride
+
+    @property
+    def law_q(self) -> np.ndarray:
+        """Positions on which the law acts [rad]."""
+        return self.other_q if self.of_other_encoder and self.other_q is not None else self.q
 
     @property
     def measured_q(self) -> np.ndarray:
@@ -154,7 +166,7 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,
                dither=dither, measured=None if record.valid.all() else record.valid,
-               stride=stride)
+               stride=stride, other_q=other_encoder(record))
 
 
 def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | None:

@@ -6,6 +6,8 @@ All torques are motor side [N m], all angles joint side [rad].
 from __future__ import annotations
 
 import dataclasses
+import functools
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 
@@ -25,6 +27,7 @@ from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
+from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.robot_loop.planar_chain import PlanarChain
 
@@ -97,6 +100,8 @@ class Problem:
         What was corrected in the logs before anything else.
     log_warnings : tuple of Finding
         What the checks of the logs found and could not correct.
+    two_encoders : bool
+        Models predict what both encoders of a joint see, see `two_encoders`.
 
     """
 
@@ -118,6 +123,7 @@ class Problem:
     statement: Statement | None = None
     corrections: tuple[Correction, ...] = ()
     log_warnings: tuple[Finding, ...] = ()
+    two_encoders: bool = False
 
     @classmethod
     def from_logs(cls, robot: Robot, records: Sequence[Record],
@@ -144,6 +150,7 @@ class Problem:
             If a log is too short, or nothing says what drove the machine.
 
         """
+        records = with_law_encoder(records, robot)
         seen = Examination(robot, tuple(records)) if trust_logs else examine(records, robot)
         seen.raise_obstacles()
         prepared_robot, prepared = prepare(robot, list(seen.records))
@@ -202,7 +209,7 @@ class Problem:
                             "robot file: Problem.from_logs(robot, records).beside(simulated)")
         robot, records, held_out = self.statement
         logs = [complete(record, j, records) for j, record in enumerate(simulated)]
-        prepared_robot, prepared = prepare(robot, [*records, *logs])
+        prepared_robot, prepared = prepare(robot, [*records, *with_law_encoder(logs, robot)])
         problem = state_problem(prepared_robot, prepared[:len(records)], held_out)
         return dataclasses.replace(problem, statement=self.statement,
                                    simulated=tuple(prepared[len(records):]),
@@ -234,6 +241,22 @@ class Problem:
     def logs(self) -> tuple[Log, ...]:
         """All logs, those that models are fitted to first."""
         return self.fit + self.held_out
+
+    @functools.cached_property
+    def runs(self) -> tuple[int, ...]:
+        """Run of each log, from 0: of two views of one run it is the same."""
+        return tuple(itertools.accumulate(
+            (not log.of_other_encoder for log in self.logs[1:]), initial=0))
+
+    @property
+    def law_logs(self) -> tuple[Log, ...]:
+        """Logs of the encoder on which the law acts: one per run."""
+        return tuple(log for log in self.logs if not log.of_other_encoder)
+
+    @property
+    def fit_runs(self) -> int:
+        """Number of runs to fit."""
+        return self.runs[len(self.fit) - 1] + 1
 
     def with_logs(self, change: Callable[[Log], Log]) -> Self:
         """Return the problem with every log as a function returns it."""

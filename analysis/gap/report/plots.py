@@ -61,7 +61,8 @@ def motions(result: Result, units: Units) -> Figure:
     j = validation_logs(problem)[0]
     log = problem.logs[j]
     before, after = (model.error(j, dithered=False)
-                     for model in (result.nominal.hypothesis, result.model.hypothesis))
+                     for model in (result.nominal.hypothesis.seen_by_law,
+                                   result.model.hypothesis.seen_by_law))
     keep = slice(None, None, max(1, len(log) // POINTS))
     time = problem.period * np.arange(len(log))[keep]
     shown = min(problem.n, PANELS)
@@ -134,7 +135,7 @@ def _regions(ax: Axes, regions: Sequence[Row], names: Sequence[str]) -> None:
 
 def residuals(result: Result, units: Units) -> Figure:
     """Residual of the best model at the joint with the largest error, against its regressors."""
-    problem, model = result.problem, result.model.hypothesis
+    problem, model = result.problem, result.model.hypothesis.seen_by_law
     errors = [model.error(j) for j in range(len(problem.logs))]
     k = int(np.argmax(np.mean(np.concatenate(errors) ** 2, axis=0)))
     e, q, u = (np.concatenate([rows[:, k] for rows in columns]) for columns in (

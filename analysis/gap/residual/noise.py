@@ -3,7 +3,9 @@
 White noise on the measured position goes round the loop: the error that is left is S0 n, with S0
 the sensitivity of the loop.  Its covariance at the rate of the diagnosis follows from the impulse
 response, and an autoregression of that covariance whitens every signal.  So chi^2 per sample is
-absolute: 1 says that nothing but sensor noise is left.
+absolute: 1 says that nothing but sensor noise is left.  What another encoder sees has noise of its
+own, which does not go round the loop, and the motion (S0 - 1) n by which the joint follows that of
+the law's encoder.
 """
 
 import dataclasses
@@ -20,6 +22,7 @@ from clie_blocks.linear_filters import high_pass
 
 RATE = 100.0  # Hz, rate at which errors are compared
 ORDER = 20  # of the autoregression
+LEAST_NOISE = 1e-9  # rad, of an encoder
 _BLOCK = 16  # samples that are whitened by one product
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
@@ -98,17 +101,26 @@ def rows_of(log: Log, period: float) -> Rows:
 
 
 def sensor_noise(problem: Problem, k: int) -> float:
-    """Standard deviation of the noise of joint k, from what lies above all motion [rad]."""
-    whole_band = float(np.median([_noise_of_log(log, k, problem.period) for log in problem.logs]))
+    """Standard deviation of the noise of the law's encoder at joint k [rad].
+
+    It is known from what lies above all motion.
+    """
+    whole_band = _noise_of_logs(problem, k, [log.law_q for log in problem.logs])
     quantum = problem.resolution[k] / np.sqrt(12)
-    return max(whole_band, quantum, 1e-9)
+    return max(whole_band, quantum, LEAST_NOISE)
 
 
-def _noise_of_log(log: Log, k: int, period: float) -> float:
-    """Standard deviation of the noise of joint k in one log, over its whole band [rad]."""
+def _noise_of_logs(problem: Problem, k: int, positions: Sequence[np.ndarray]) -> float:
+    """Median over the logs of the noise of positions of joint k [rad]."""
+    return float(np.median([_noise_of_log(log, q[:, k], problem.period)
+                            for log, q in zip(problem.logs, positions)]))
+
+
+def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
+    """Standard deviation of the noise of a position (N,) in one log, over its whole band [rad]."""
     rate = 1.0 / (period * log.stride)
     corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
-    fast = high_pass(log.q[::log.stride, k], 4, corner, rate)
+    fast = high_pass(q[::log.stride], 4, corner, rate)
     away = min(_START_UP, len(fast) // 4)
     inner: slice | np.ndarray = slice(away, -away)
     if log.counted is not None:
@@ -117,13 +129,19 @@ def _noise_of_log(log: Log, k: int, period: float) -> float:
 
 
 def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]) -> Noise:
-    """Noise of joint k in the closed loop, of logs with the same rows.
+    """Noise of joint k in the closed loop, of logs of the same encoder with the same rows.
 
     `responses` are the errors of joint k after a unit impulse on the sensor of each joint, see
     `sensitivity.noise_responses`.
     """
     sigma = [sensor_noise(problem, j) for j in range(problem.n)]
     responses = [size * response for size, response in zip(sigma, responses)]
+    if problem.logs[0].of_other_encoder:
+        impulse = np.eye(1, len(responses[k]))[0]
+        own = max(_noise_of_logs(problem, k, [log.q for log in problem.logs]), LEAST_NOISE)
+        responses[k] = responses[k] - sigma[k] * impulse
+        responses.append(own * impulse)
+        sigma[k] = own
     rows = rows_of(problem.logs[0], problem.period)
     covariance = np.sum([_covariance(response, rows) for response in responses], axis=0)
     covariance[0] *= 1.0 + 1e-9

@@ -45,7 +45,8 @@ def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray
     """Orthonormal whitened responses of joint k to what is not known of a log, (rows, m)."""
     rows, counted = rows_of(log, problem.period), counted_rows(log, problem.period)
     first = _initial_responses(problem, inertia, damping, k, len(log))
-    white = whiten(rows.of_samples(first), noise.whitener)
+    zero = np.ones((len(log), int(log.of_other_encoder)))  # of an encoder beside the law's
+    white = whiten(rows.of_samples(np.hstack([first, zero])), noise.whitener)
     if counted is None and log.stride == 1:
         return _orthonormal(white)
     ahead = np.pad(first[:, 0], (ORDER * rows.ticks, 0))[:len(first)]
@@ -174,8 +175,8 @@ def _sizes(columns: np.ndarray) -> np.ndarray:
 
 
 def shared_rows(logs: Sequence[Log], period: float) -> list[list[int]]:
-    """Logs with the same rows, by index."""
-    groups: dict[Rows, list[int]] = {}
+    """Logs of one encoder with the same rows, by index."""
+    groups: dict[tuple[Rows, bool], list[int]] = {}
     for j, log in enumerate(logs):
-        groups.setdefault(rows_of(log, period), []).append(j)
+        groups.setdefault((rows_of(log, period), log.of_other_encoder), []).append(j)
     return list(groups.values())

@@ -57,7 +57,7 @@ class ResidualModel:
         Whitened rows of each log that rest on measured samples; None where all do.  The others
         are zero.
     other_noises : mapping
-        Log -> its noises, for logs with other rows than the first.
+        Log -> its noises, for logs with other rows than the first, or of the other encoder.
     deadline : float
         Reading of `time.monotonic` from which no search and no fit goes on [s].
 
@@ -83,6 +83,15 @@ class ResidualModel:
     def noise(self, j: int, k: int) -> Noise:
         """Noise of joint k in the rows of log j."""
         return self.other_noises.get(j, self.noises)[k]
+
+    @property
+    def floors(self) -> np.ndarray:
+        """RMS of the error of each joint that sensor noise leaves, over both encoders [rad]."""
+        if not self.problem.two_encoders:
+            return np.array([noise.floor for noise in self.noises])
+        squares = [[self.noise(j, k).floor**2 for k in range(self.problem.n)]
+                   for j in range(len(self.problem.logs))]
+        return np.sqrt(np.mean(squares, axis=0))
 
     def whitened(self, error: np.ndarray, j: int) -> list[np.ndarray]:
         """Residual of each joint for an error (N, n) of log j, without the initial response."""

@@ -44,9 +44,10 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     Where much is left, also with one left out and another replaced: a second cause may have made
     up for the wrong one of some alternatives.  Causes that were fitted already start again where
     they do better with the leader's parameters as they are: their fit had ended in a false
-    minimum.  Those that were tried for former leaders do not.
+    minimum.  Those that were tried for former leaders do not, nor those that leave no more than
+    the leader does.
     """
-    method = residuals.method
+    method, least = residuals.method, residuals.method.search.false_minimum_gain
     much_left = leader.excess > method.calibration.healthy
     reached: dict[Keys, float] = {}
     for fit in fits:
@@ -56,8 +57,9 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     by_keys = {_keys(candidate.members): candidate
                for candidate in _all_alternatives(leader, causes, much_left, residuals)}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
-            and (keys not in reached or _start_cost(candidate, residuals)
-                 < reached[keys] - method.search.false_minimum_gain)]
+            and (keys not in reached or (
+                reached[keys] > leader.cost + least
+                and _start_cost(candidate, residuals) < reached[keys] - least))]
 
 
 def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,

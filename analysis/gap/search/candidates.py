@@ -10,13 +10,10 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.drive_faults import (
-    hold_candidates,
-    jitter_candidates,
-    step_candidates,
-)
+from clie_blocks.analysis.gap.search.drive_faults import drive_fault_candidates
 from clie_blocks.analysis.gap.search.events import (
     fault_candidates,
     periodic_candidates,
@@ -65,10 +62,12 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
         by_cause.setdefault(column.cause.key, []).append(column)
     candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
                   else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
+    fit, residuals, views = law_view(fit, residuals)
     errors = whitened_errors(residuals, fit)
-    for search in (periodic_candidates, fault_candidates, ripple_candidates, jitter_candidates,
-                   hold_candidates, step_candidates):
-        candidates += [_from_search(member, drop, price, len(residuals.problem.fit), method)
+    for search in (periodic_candidates, fault_candidates, ripple_candidates,
+                   drive_fault_candidates):
+        candidates += [_from_search(member, views * drop, price, residuals.problem.fit_runs,
+                                    method)
                        for member, drop in search(residuals, fit, errors, causes)]
     return sorted(candidates, key=lambda candidate: -candidate.score)
 

@@ -5,7 +5,7 @@ product with the error, sent back through the filters of the loop, is what it wo
 transform tries every beat, one sum every stretch that a command may have been held.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,11 +24,14 @@ from clie_blocks.measurement import quantized
 _CHORD = 4  # samples over which the slope of a command is taken
 _BEATS = 0.2, 40.0  # Hz: slower ones do not come back in a log, faster ones the loop averages
 _LINES = 6  # of a spectrum that are looked at
+_LINES_OF_HOLD = 3  # of each length
 _AROUND = 101  # bins of a spectrum over which a line stands out
 _PADDED = 4  # times the length of a log, of its transform
 _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
+_SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
+_REFINED = 0.1  # of an error, that a fault must explain as it was found for it to be refined
 _FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
 
 
@@ -61,6 +64,11 @@ class _Joint(NamedTuple):
         return range(len(self.residuals.problem.fit))
 
     @property
+    def least(self) -> float:
+        """Drop of chi^2 of a fault that is worth to be refined."""
+        return _REFINED * float(self.target @ self.target)
+
+    @property
     def period(self) -> float:
         """Sample time [s]."""
         return self.residuals.problem.period
@@ -77,41 +85,30 @@ class _Joint(NamedTuple):
         return float(2 * column @ self.target - column @ column)
 
 
-def jitter_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                      causes: Sequence[Cause]) -> Found:
-    """Clocks that beat against each other; empty where they are not among the causes."""
-    return _candidates(TICK_JITTER, _best_beat, residuals, fit, errors, causes)
+def drive_fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
+                           causes: Sequence[Cause]) -> Found:
+    """Return clocks that beat, held commands and torques in steps, and what they would explain."""
+    searches = [(cause, best) for cause, best in _SEARCHES if cause in causes]
+    joints = _joints(residuals, fit, errors) if searches else []
+    found = Found()
+    for cause, best in searches:
+        uses = [best(joint) for joint in joints]
+        values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
+                  for name in uses[0].values}
+        found.append((Member(cause, tuple(range(len(joints))), values, _sizes(values)),
+                      np.array([use.drop for use in uses])))
+    return found
 
 
-def hold_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                    causes: Sequence[Cause]) -> Found:
-    """Commands that are held at equal intervals."""
-    return _candidates(PACKET_HOLD, _best_hold, residuals, fit, errors, causes)
-
-
-def step_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]],
-                    causes: Sequence[Cause]) -> Found:
-    """Torques in steps."""
-    return _candidates(TORQUE_QUANTIZATION, _best_step, residuals, fit, errors, causes)
-
-
-def _candidates(cause: Cause, best: Callable[[_Joint], Use], residuals: ResidualModel, fit: Fit,
-                errors: list[list[np.ndarray]], causes: Sequence[Cause]) -> Found:
-    if cause not in causes:
-        return []
-    problem = residuals.problem
-    uses, (fitted, targets) = [], joint_columns(fit, residuals)
+def _joints(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]]) -> list[_Joint]:
+    problem, (fitted, targets) = residuals.problem, joint_columns(fit, residuals)
+    joints = []
     for k in range(problem.n):
-        basis = np.linalg.qr(fitted[k])[0]
-        of_joint = [of_log[k] for of_log in errors]
-        uses.append(best(_Joint(
-            residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
-            [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)],
-            basis, unexplained(targets[k], basis))))
-    values = {name: np.stack([np.asarray(use.values[name], float) for use in uses], axis=-1)
-              for name in uses[0].values}
-    return [(Member(cause, tuple(range(problem.n)), values, _sizes(values)),
-             np.array([use.drop for use in uses]))]
+        basis, of_joint = np.linalg.qr(fitted[k])[0], [of_log[k] for of_log in errors]
+        back = [sent_back(residuals, fit, error, j, k) for j, error in enumerate(of_joint)]
+        joints.append(_Joint(residuals, fit, of_joint, k, [log.u[:, k] for log in problem.logs],
+                             back, basis, unexplained(targets[k], basis)))
+    return joints
 
 
 def _sizes(values: Values) -> Values:
@@ -124,23 +121,37 @@ def _sizes(values: Values) -> Values:
 def _best_beat(joint: _Joint) -> Use:
     """Beat that explains most, of the lines that stand out of slope times error."""
     chords = [np.concatenate([np.repeat(u[:1], _CHORD), u[:-_CHORD]]) - u for u in joint.u]
-    size = _PADDED * max(len(u) for u in joint.u)
-    spectrum = np.sum([np.abs(np.fft.rfft(joint.back[j] * chords[j], size)) ** 2
-                       for j in joint.fitted], axis=0)
-    frequency = np.fft.rfftfreq(size, joint.period)
+    products = [joint.back[j] * chords[j] for j in joint.fitted]
+    frequency, spectrum = _power(products, joint.period, 2 * _BEATS[1])
     lines = _outstanding(frequency, spectrum, *_BEATS)
     none = Use(0.0, {"spread": 0.0, "beat": 1.0, "phase": np.zeros(len(joint.u))})
-    best = max((_beat(joint, chords, line) for line in lines), key=lambda use: use.drop,
-               default=none)
-    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]) if lines else ():
+    best = max((_beat(joint, chords, line) for line in lines), key=_drop, default=none)
+    if best.drop <= joint.least:
+        return best
+    for shift in frequency[1] * np.array([0.5, 0.25, 0.125]):
         beat = float(best.values["beat"])
         best = max([best, *(_beat(joint, chords, beat + side * shift) for side in (-1, 1))],
-                   key=lambda use: use.drop)
+                   key=_drop)
     return best
 
 
+def _power(signals: Sequence[np.ndarray], period: float, highest: float,
+           ) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz], up to a highest one at least, and the power of some signals together.
+
+    They are averaged over as many samples as that frequency allows: it is most of the time.
+    """
+    width = max(1, int(1.0 / (2.0 * highest * period)))
+    slow = [signal[:len(signal) // width * width].reshape(-1, width).mean(axis=1)
+            for signal in signals]
+    size = 1 << (_PADDED * max(map(len, slow)) - 1).bit_length()
+    power = np.sum([np.abs(np.fft.rfft(signal - signal.mean(), size)) ** 2
+                    for signal in slow], axis=0)
+    return np.fft.rfftfreq(size, width * period), power
+
+
 def _outstanding(frequency: np.ndarray, power: np.ndarray, lowest: float, highest: float,
-                 ) -> list[float]:
+                 count: int = _LINES) -> list[float]:
     """Frequencies of the lines that stand out most from their neighbours."""
     inside = np.flatnonzero((frequency > lowest) & (frequency < highest))
     if len(inside) < _AROUND:
@@ -149,7 +160,7 @@ def _outstanding(frequency: np.ndarray, power: np.ndarray, lowest: float, highes
     score = np.where(smooth > 0, power / np.where(smooth > 0, smooth, 1.0) * np.sqrt(power), 0.0)
     kept, found = np.zeros(len(power)), list[float]()
     kept[inside] = score[inside]
-    for _ in range(_LINES):
+    for _ in range(count):
         best = int(np.argmax(kept))
         found.append(float(frequency[best]))
         kept[max(best - 2 * _PADDED, 0):best + 2 * _PADDED + 1] = 0.0
@@ -172,29 +183,32 @@ def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
 
 
 def _best_hold(joint: _Joint) -> Use:
-    """Length, interval and phases of stretches over which the command is held."""
+    """Length, interval and phases of stretches over which the command is held.
+
+    A line of the spectrum may be a harmonic, so that the holds come less often.
+    """
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
     found = []
     for length in _HOLDS:
         gains = _gains(joint, length)
-        found += [_hold(joint, gains, length, several * interval)
-                  for interval in _intervals(joint, gains, length) for several in (1, 2, 3)]
-    best = max(found, key=lambda use: use.drop, default=none)
-    if best.drop <= 0.0:
-        return none
-    length, interval = (round(float(best.values["hold"]) / joint.period),
-                        float(best.values["interval"]) / joint.period)
+        of_lines = [(_hold(joint, gains, length, interval), interval)
+                    for interval in _intervals(joint, gains, length)]
+        line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
+        found += [line, *(_hold(joint, gains, length, several * interval)
+                          for several in (2, 3) if of_lines)]
+    best = max(found, key=_drop)
+    if best.drop <= joint.least:
+        return best if best.drop > 0.0 else none
     finest = 1.0 / max(len(u) for u in joint.u)
     for step in (0.5, 0.25, 0.1):
+        hold, interval = (float(best.values[name]) / joint.period for name in ("hold", "interval"))
         tried = []
         for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
-            held = max(1, round(length * share))
-            gains = _gains(joint, held)
-            tried += [_hold(joint, gains, held, interval * (1 + shift))
-                      for shift in step * length * finest * np.arange(-4, 5)]
-        best = max([best, *tried], key=lambda use: use.drop)
-        length, interval = (round(float(best.values["hold"]) / joint.period),
-                            float(best.values["interval"]) / joint.period)
+            length = max(1, round(hold * share))
+            gains = _gains(joint, length)
+            tried += [_hold(joint, gains, length, interval * (1 + shift))
+                      for shift in step * hold * finest * np.arange(-4, 5)]
+        best = max([best, *tried], key=_drop)
     return best
 
 
@@ -212,21 +226,18 @@ def _gains_in_log(u: np.ndarray, back: np.ndarray, length: int) -> np.ndarray:
 
 def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[float]:
     """Intervals [samples] whose harmonics stand out together in the gains of a length."""
-    size = _PADDED * max(len(u) for u in joint.u)
-    power = np.zeros(size // 2 + 1)
-    for j in joint.fitted:
-        gains = by_log[j]
-        power += np.abs(np.fft.rfft(gains - gains.mean(), size)) ** 2
-    frequency = np.fft.rfftfreq(size, joint.period)
-    longest = min(_INTERVALS[1], 0.3 * size / _PADDED * joint.period)
+    length_of_log = max(len(joint.u[j]) for j in joint.fitted) * joint.period
+    longest = min(_INTERVALS[1], 0.3 * length_of_log)
     shortest = max(_INTERVALS[0], 2 * length * joint.period)
+    if shortest >= longest:
+        return []
+    frequency, power = _power([by_log[j] for j in joint.fitted], joint.period,
+                              (_HARMONICS + 1) / shortest)
     bins = np.arange(1, len(power) // (_HARMONICS + 1))
     comb = np.zeros(len(power))
     comb[bins] = sum(power[m * bins] for m in range(1, _HARMONICS + 1))
-    if shortest >= longest:
-        return []
-    return [1.0 / (line * joint.period)
-            for line in _outstanding(frequency, comb, 1.0 / longest, 1.0 / shortest)]
+    return [1.0 / (line * joint.period) for line in _outstanding(
+        frequency, comb, 1.0 / longest, 1.0 / shortest, _LINES_OF_HOLD)]
 
 
 def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float) -> Use:
@@ -235,10 +246,8 @@ def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float)
     for j, (u, gains) in enumerate(zip(joint.u, by_log)):
         laps = np.round(np.arange(0.0, len(gains), interval)).astype(int)
         first = np.arange(int(interval))
-        where = first[:, None] + laps
-        inside = where < len(gains)
-        folded = np.where(inside, gains[np.minimum(where, len(gains) - 1)], 0.0).sum(axis=1)
-        start = int(np.argmax(folded))
+        padded = np.concatenate([gains, np.zeros(len(first))])
+        start = int(np.argmax(padded[first[:, None] + laps].sum(axis=1)))
         phases.append(-(start - 0.5) / interval % 1.0)
         if j in joint.fitted:
             torques.append(_held(u, start + laps, length) - u)
@@ -266,21 +275,34 @@ def _best_step(joint: _Joint) -> Use:
     if not gains.size or not largest:
         return Use(0.0, {"resolution": 0.0})
     leading = np.argsort(gains / np.array(tried))[::-1][:_LINES]
-    uses = [_step(joint, tried[i]) for i in leading]
-    best = max(uses, key=lambda use: use.drop)
+    best = max((_step(joint, tried[i]) for i in leading), key=_drop)
+    if best.drop <= joint.least:
+        return best
     for share in (0.3, 0.1, 0.03, 0.01):
         step = float(best.values["resolution"])
         shifts = share * _SHIFT * step * step / largest * np.arange(-4, 5)
-        best = max([best, *(_step(joint, step + shift) for shift in shifts)],
-                   key=lambda use: use.drop)
+        best = max([best, *(_step(joint, step + shift) for shift in shifts)], key=_drop)
     return best
 
 
 def _rounding_gain(joint: _Joint, step: float) -> float:
-    return float(sum(joint.back[j] @ (quantized(joint.u[j], step) - joint.u[j])
+    few = slice(None, None, _SKIPPED)
+    return float(sum(joint.back[j][few] @ (quantized(joint.u[j][few], step) - joint.u[j][few])
                      for j in joint.fitted))
 
 
 def _step(joint: _Joint, step: float) -> Use:
     return Use(joint.drop([quantized(joint.u[j], step) - joint.u[j] for j in joint.fitted]),
                {"resolution": step})
+
+
+def _drop(use: Use) -> float:
+    return use.drop
+
+
+def _drop_of_line(line: tuple[Use, float]) -> float:
+    return line[0].drop
+
+
+_SEARCHES = ((TICK_JITTER, _best_beat), (PACKET_HOLD, _best_hold),
+             (TORQUE_QUANTIZATION, _best_step))

@@ -74,9 +74,16 @@ def _grid(cause: Cause, member: Member, leader: Fit) -> list[Values]:
 
 def _torque_and_stiffness(frequency: np.ndarray, member: Member, leader: Fit,
                           ) -> tuple[np.ndarray, np.ndarray]:
-    """RMS torque, and stiffness of a gear whose link swings at a frequency [Hz]."""
+    """RMS torque, and stiffness of a gear whose link swings at a frequency [Hz].
+
+    Two encoders show the twist, and with it the torque that the gear itself passes on.
+    """
     problem, values = leader.hypothesis.problem, leader.hypothesis.values
     link, _ = link_share_of_joint(
         problem.chain, problem.gear_ratio, values, member.values["link_share"])
+    stiffness = link * (2 * np.pi * frequency) ** 2
+    twists = [log.q - log.law_q for log in problem.fit if log.of_other_encoder]
+    if twists:
+        return stiffness * np.std(np.concatenate(twists), axis=0), stiffness
     u = np.concatenate([log.u for log in problem.fit])
-    return np.sqrt(np.mean(u**2, axis=0)), link * (2 * np.pi * frequency) ** 2
+    return np.sqrt(np.mean(u**2, axis=0)), stiffness

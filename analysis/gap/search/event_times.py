@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     Values,
     chi2_by_joint,
 )
+from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import (
@@ -39,8 +40,8 @@ def refit_event_times(fitted: Fit, residuals: ResidualModel) -> Fit:
         for member in timed:
             new_values = {PERIODIC_DISTURBANCE: refit_phases, PACKET_HOLD: refit_holds}.get(
                 member.cause, refit_onsets)
-            hypothesis = hypothesis.with_values(new_values(
-                dataclasses.replace(fitted, hypothesis=hypothesis), member, residuals))
+            seen = law_view(dataclasses.replace(fitted, hypothesis=hypothesis), residuals)
+            hypothesis = hypothesis.with_values(new_values(seen.fit, member, seen.residuals))
         before, refitted = fitted.total, fit(hypothesis, residuals, method.event_iterations)
         fitted = refitted if refitted.total < before else fitted
         if fitted.total > (1.0 - method.event_round_gain) * before:

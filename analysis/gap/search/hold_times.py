@@ -16,18 +16,22 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _SIDE_BY_SIDE = 15  # simulations
+_TIMES = 17  # intervals, and phases of each log with each of them
 _REACHES = 0.5, 0.25, 0.5, 0.1, 0.02  # of the time of a hold, by which its start may be off
 
 
 def refit_holds(fitted: Fit, member: Member, residuals: ResidualModel) -> Values:
-    """Values with the interval and the phase in each log at which the holds leave least."""
+    """Values with the interval and the phase in each log at which the holds leave least.
+
+    They are as close to them as the time allows.
+    """
     hypothesis = fitted.hypothesis
     for reach in _REACHES:
+        if residuals.is_out_of_time:
+            break
         for k in member.joints:
             hypothesis = _with_best_length(hypothesis, member, residuals, reach, k)
-            hypothesis = _with_best_interval(hypothesis, member, residuals, reach, k)
-            for j in range(len(residuals.problem.logs)):
-                hypothesis = _with_best_phase(hypothesis, member, residuals, reach, j, k)
+            hypothesis = _with_best_times(hypothesis, member, residuals, reach, k)
     return hypothesis.values
 
 
@@ -39,41 +43,49 @@ def _with_best_length(hypothesis: Hypothesis, member: Member, residuals: Residua
         holds = values[hold].copy()
         holds[k] *= share
         tried.append({**values, hold: holds})
-    return _best(hypothesis, tried, residuals, range(len(residuals.problem.fit)))
+    return _best(hypothesis, tried, residuals)
 
 
-def _with_best_interval(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
-                        reach: float, k: int) -> Hypothesis:
-    """Holds that begin earlier or later by a reach at the ends of a log, not in its middle."""
+def _with_best_times(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
+                     reach: float, k: int) -> Hypothesis:
+    """Holds of another interval, that begin earlier or later in each log.
+
+    An interval and a phase that are both a little wrong may match a part of a log: neither alone
+    is better then, so they are tried together.
+    """
     problem, values = residuals.problem, hypothesis.values
     hold, interval, phase = (f"{member.name}.{name}" for name in ("hold", "interval", "phase"))
     middle = np.array([len(log) * problem.period / 2 for log in problem.logs])
     length = values[interval][k]
-    off = reach * values[hold][k] * np.linspace(-1.0, 1.0, _SIDE_BY_SIDE)
-    tried = []
-    for longer in length * (1.0 + off / middle.max()):
-        phases, intervals = values[phase].copy(), values[interval].copy()
-        phases[:, k] = (phases[:, k] + middle / length - middle / longer) % 1.0
+    off = reach * values[hold][k] * np.linspace(-1.0, 1.0, _TIMES)
+    tried, costs = [], []
+    for longer in length * (1.0 + off / middle.max()):  # by so much at the ends of the longest log
+        intervals = values[interval].copy()
         intervals[k] = longer
+        of_middle = values[phase][:, k] + middle / length - middle / longer
+        phases, cost = values[phase].copy(), 0.0
+        for j in range(len(problem.logs)):
+            some = []
+            for later in off / longer:
+                some.append(phases.copy())
+                some[-1][j, k] = (of_middle[j] + later) % 1.0
+            left = _left_in_log(hypothesis, [{**values, interval: intervals, phase: one}
+                                             for one in some], residuals, j)
+            phases[j, k] = some[int(np.argmin(left))][j, k]
+            cost += float(left.min()) if j < len(problem.fit) else 0.0
         tried.append({**values, phase: phases, interval: intervals})
-    return _best(hypothesis, tried, residuals, range(len(problem.fit)))
+        costs.append(cost)
+    return hypothesis.with_values(tried[int(np.argmin(costs))])
 
 
-def _with_best_phase(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
-                     reach: float, j: int, k: int) -> Hypothesis:
-    values = hypothesis.values
-    hold, interval, phase = (f"{member.name}.{name}" for name in ("hold", "interval", "phase"))
-    off = reach * values[hold][k] / values[interval][k] * np.linspace(-1.0, 1.0, _SIDE_BY_SIDE)
-    tried = []
-    for later in off:
-        phases = values[phase].copy()
-        phases[j, k] = (phases[j, k] + later) % 1.0
-        tried.append({**values, phase: phases})
-    return _best(hypothesis, tried, residuals, (j,))
+def _best(hypothesis: Hypothesis, tried: list[Values], residuals: ResidualModel) -> Hypothesis:
+    left = np.sum([_left_in_log(hypothesis, tried, residuals, j)
+                   for j in range(len(residuals.problem.fit))], axis=0)
+    return hypothesis.with_values(tried[int(np.argmin(left))])
 
 
-def _best(hypothesis: Hypothesis, tried: list[Values], residuals: ResidualModel,
-          logs: range | tuple[int, ...]) -> Hypothesis:
+def _left_in_log(hypothesis: Hypothesis, tried: list[Values], residuals: ResidualModel, j: int,
+                 ) -> np.ndarray:
+    """Chi^2 that each of some sets of values leaves in log j."""
     variants = [hypothesis.with_values(values) for values in tried]
-    left = sum(sum(chi2_by_joint(variants, residuals, j)) for j in logs)
-    return variants[int(np.argmin(left))]
+    return np.sum(chi2_by_joint(variants, residuals, j), axis=0)

@@ -22,14 +22,17 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     build_hypothesis,
 )
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import Rows, rows_of, whiten
+from clie_blocks.analysis.gap.residual.noise import Rows, block_means, rows_of, whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
+from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.dynamics import State
 
 _FILTERED_PORTS = "load", "friction", "drive", "sensor"
+_TICKS_TO_SKIP = 8  # of the controller in a row, from which on every other one is enough
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -189,7 +192,7 @@ def screen_residual(screen: Screen, residuals: ResidualModel, fit: Fit) -> Scree
 
 
 def base_motion(hypothesis: Hypothesis) -> list[State]:
-    """States of a hypothesis along each fit log, arrays of shape (N, n)."""
+    """States of a hypothesis along each fit log as its encoder sees them, shape (N, n)."""
     problem, states = hypothesis.problem, []
     for j, log in enumerate(problem.fit):
         q, u = hypothesis.simulator.run(log, hypothesis.of_log(j))
@@ -210,9 +213,13 @@ def responses(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: l
     if not sets:
         return
     if all(piece.port in _FILTERED_PORTS and not piece.states for piece in cause.pieces):
+        moved = (_moved_by_sensors if any(piece.port == "sensor" for piece in cause.pieces)
+                 else _moved_by_torques)
         for values in sets:
-            yield [rows.of_samples(_filtered(hypothesis, state, cause, _of_log(values, j)))
-                   for j, (state, rows) in enumerate(zip(motion, _rows(hypothesis.problem)))]
+            yield [moved(hypothesis, state, rows, cause, _of_log(values, run), log)
+                   for state, rows, run, log in zip(
+                       motion, _rows(hypothesis.problem), hypothesis.problem.runs,
+                       hypothesis.problem.fit)]
     else:
         yield from _simulated(hypothesis, motion, cause, sets)
 
@@ -222,8 +229,8 @@ def _rows(problem: Problem) -> list[Rows]:
     return [rows_of(log, problem.period) for log in problem.fit]
 
 
-def _of_log(values: Values, j: int) -> Values:
-    return {name: value[j] if np.ndim(value) == 2 else value for name, value in values.items()}
+def _of_log(values: Values, run: int) -> Values:
+    return {name: value[run] if np.ndim(value) == 2 else value for name, value in values.items()}
 
 
 def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: list[Values],
@@ -246,10 +253,28 @@ def _bounded(change: np.ndarray) -> np.ndarray:
     return np.nan_to_num(np.clip(change, -DIVERGED, DIVERGED), nan=DIVERGED)
 
 
-def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> np.ndarray:
-    """The change of the positions (N, n), from torques and sensor errors through S."""
+def _moved_by_torques(hypothesis: Hypothesis, state: State, rows: Rows, cause: Cause, p: Values,
+                      log: Log) -> np.ndarray:
+    """Change of the rows (N, n) of the positions in a log, from torques through S.
+
+    The loop moves little within a row, so that the torque's mean over it decides.  That is taken
+    over half of the samples.  Both encoders see it.
+    """
+    every = 2 if rows.ticks % 2 == 0 and rows.ticks >= _TICKS_TO_SKIP else 1
+    few = slice(None, len(log) // rows.ticks * rows.ticks, every)
+    torque = _torque(dataclasses.replace(
+        state, q=state.q[few], dq=state.dq[few], u=state.u[few], t=np.asarray(state.t)[few]),
+        cause, p)
+    means = block_means(np.broadcast_to(torque, state.q[few].shape), rows.ticks // every)
     law, values = hypothesis.problem.law, hypothesis.values
-    torque, shift = np.zeros_like(state.q), None
+    return np.stack([lfilter(*decimated_filter(
+        *law.torque_sensitivity(k, values["inertia"][k], values["damping"][k]),
+        rows.ticks, rows.stride), mean) for k, mean in enumerate(means.T)], axis=1)
+
+
+def _torque(state: State, cause: Cause, p: Values) -> np.ndarray:
+    """Torque (N, n) that a cause adds along a motion."""
+    torque = np.zeros_like(state.q)
     for piece in cause.pieces:
         if piece.port == "load":
             torque = torque - piece.act(state, [], p)[0]
@@ -258,13 +283,21 @@ def _filtered(hypothesis: Hypothesis, state: State, cause: Cause, p: Values) -> 
             torque = torque - np.where(state.dq > 0, forward, -np.asarray(backward))
         elif piece.port == "drive":
             torque = torque + piece.act(state, [], p)[0] - state.u
-        else:
-            shift = piece.act(state, [], p)[0] - state.q
-    changes = []
-    for k in range(torque.shape[1]):
-        joint = k, values["inertia"][k], values["damping"][k]
-        if shift is None:
-            changes.append(lfilter(*law.torque_sensitivity(*joint), torque[:, k]))
-        else:
-            changes.append(lfilter(*law.sensor_sensitivity(*joint), shift[:, k]))
-    return np.stack(changes, axis=1)
+    return torque
+
+
+def _moved_by_sensors(hypothesis: Hypothesis, state: State, rows: Rows, cause: Cause, p: Values,
+                      log: Log) -> np.ndarray:
+    """Change of the rows (N, n) of the positions in a log, from errors of the sensors through S.
+
+    A joint that follows an error of the law's encoder moves by (S - 1) times that error.
+    """
+    problem, law, values = hypothesis.problem, hypothesis.problem.law, hypothesis.values
+    (piece,) = cause.pieces
+    shift = piece.act(state, [], p)[0] - state.q
+    if problem.two_encoders and problem.encoder_on_motor and piece.of_link:  # unseen by the law
+        return rows.of_samples(shift if log.of_other_encoder else 0.0 * shift)
+    moved = np.stack([lfilter(*law.sensor_sensitivity(
+        k, values["inertia"][k], values["damping"][k]), of_joint)
+        for k, of_joint in enumerate(shift.T)], axis=1)
+    return rows.of_samples(moved - float(log.of_other_encoder) * shift)

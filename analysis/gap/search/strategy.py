@@ -101,18 +101,21 @@ class _Search:
             return found
         more = [candidate for fit in self.near_the_best(alone[:1])
                 for candidate in self.one_more_cause(screen, fit)]
-        more += [number_beside(fit, member, self.residuals)
-                 for fit in of_causes for member in members]
+        more += [number_beside(fit, member, self.residuals) for fit in of_causes
+                 for member in members if not self.residuals.is_out_of_time]
         worth = [candidate for candidate in _distinct(more)
                  if worth_extending(candidate, self.nominal, self.method)]
         return self.with_raced(found, worth, method.pair_finalists)
 
     def fits_of_numbers(self, hypotheses: Sequence[tuple[Member, ...]]) -> list[Fit]:
-        """Fits of hypotheses with a number of the robot file, each set of causes once."""
+        """Fits of hypotheses with a number of the robot file, each set of causes once.
+
+        Those for which there is no time are not there.
+        """
         distinct = {frozenset(member.cause.key for member in members): members
                     for members in hypotheses}
         return [self.steps.fit_numbers(members, self.residuals, self.nominal)
-                for members in distinct.values()]
+                for members in distinct.values() if not self.residuals.is_out_of_time]
 
     def fits_of_causes(self, screen: Screen) -> list[Fit]:
         """Single causes, pairs and triples."""

@@ -34,7 +34,7 @@ def structure(problem: Problem) -> Structure:
     chain, law = problem.chain, problem.law
     return Structure(problem.n, problem.period, chain.known, chain.has_gravity,
                      chain.has_coupling, bool(np.isfinite(law.saturation).all()),
-                     problem.encoder_on_motor)
+                     problem.encoder_on_motor, problem.two_encoders)
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:
@@ -45,6 +45,11 @@ def constants(problem: Problem) -> dict[str, np.ndarray]:
               "saturation": np.minimum(law.saturation, 1e9), "ratio": problem.gear_ratio}
     values.update({f"chain.{name}": getattr(chain, name) for name in chain.parameters})
     return {key: np.array(value, float) for key, value in values.items()}
+
+
+def _seen(log: Log) -> str:
+    """Output that a log holds."""
+    return "other" if log.of_other_encoder else "q"
 
 
 @functools.lru_cache(maxsize=512)
@@ -89,7 +94,7 @@ class Simulator:
         DivergedError
             If the model diverges.
         """
-        rows, = batch_signals(self, log, [values], ("q", "u"), dithered)
+        rows, = batch_signals(self, log, [values], (_seen(log), "u"), dithered)
         if not np.isfinite(rows).all():
             raise DivergedError(f"the model diverges in {log.name}: its closed loop is unstable "
                                 "with these parameters")
@@ -101,7 +106,7 @@ class Simulator:
 
         A run that diverges is NaN.
         """
-        return batch_signals(self, log, sets, ("q",), dithered)[..., :len(log)]
+        return batch_signals(self, log, sets, (_seen(log),), dithered)[..., :len(log)]
 
     def means(self, log: Log, sets: Sequence[Values], width: int) -> np.ndarray:
         """The same, averaged over `width` neighbouring samples, shape (sets, n, N // width).
@@ -109,12 +114,13 @@ class Simulator:
         A tenth of the rows saves a quarter of the time.
         """
         if log.stride > 1:
-            samples = batch_signals(self, log, sets, ("q",), every=log.stride)
+            samples = batch_signals(self, log, sets, (_seen(log),), every=log.stride)
             rows = len(log) // (log.stride * width)
             return samples[..., :rows * width].reshape(
                 *samples.shape[:-1], rows, width).mean(axis=-1)
         with np.errstate(invalid="ignore"):  # a run that diverges goes on as NaN
-            return np.diff(batch_signals(self, log, sets, ("sum",), every=width)) / width
+            sums = "sum_other" if log.of_other_encoder else "sum"
+            return np.diff(batch_signals(self, log, sets, (sums,), every=width)) / width
 
     def check(self, log: Log) -> None:
         """A stated loop runs with any log; its fit shows whether it diverges."""

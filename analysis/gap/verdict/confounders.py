@@ -89,7 +89,7 @@ def _positions_by_fault(problem: Problem, onsets: Sequence[float] | np.ndarray,
                         travel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions with the fault, and without it, in shares of the travel, thinned out."""
     with_fault, without = [], []
-    for log, onset in zip(problem.logs, onsets):
+    for log, onset in zip(problem.law_logs, onsets):
         is_after = np.arange(len(log)) * problem.period >= onset
         with_fault.append(log.q[is_after] / travel)
         without.append(log.q[~is_after] / travel)

@@ -155,7 +155,7 @@ def is_contradicted(nominal: Fit, residuals: ResidualModel) -> bool:
 
 def gap_beyond_noise(fit: Fit, residuals: ResidualModel) -> float:
     """Squared gap on the validation logs over that of sensor noise, less one."""
-    floor = sum(noise.floor**2 for noise in residuals.noises)
+    floor = sum(residuals.floors**2)
     return gap(fit.hypothesis)**2 / floor - 1.0
 
 
@@ -166,7 +166,7 @@ def parameter_count(fit: Fit) -> float:
     What differs between the logs is spent in each of them.
     """
     hypothesis = fit.hypothesis
-    onsets = len(hypothesis.problem.fit) * sum(
+    onsets = hypothesis.problem.fit_runs * sum(
         number.name == _ONSET for member in hypothesis.members
         for number in member.cause.numbers)
     return onsets + sum(_determined_at_worst_joint(fit, member) for member in hypothesis.members)

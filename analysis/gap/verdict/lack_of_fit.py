@@ -4,6 +4,8 @@ Such a torque holds no physics: it is a sum of bumps.  If it predicts what is le
 was not fitted to, the robot holds something that the hypothesis does not.
 """
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -25,23 +27,34 @@ def excess_with_free_torque(fit: Fit, residuals: ResidualModel) -> float:
     problem, method = residuals.problem, residuals.method.verdict
     logs = range(len(problem.logs))
     errors = [residuals.whitened(fit.hypothesis.error(j), j) for j in logs]
-    gain = sum(_gain([(_columns(fit, residuals, j, k), errors[j][k]) for j in logs], method)
-               for k in range(problem.n))
+    gain = sum(_gain([(_columns(fit, residuals, j, k), errors[j][k]) for j in logs],
+                     problem.runs, method) for k in range(problem.n))
     return fit.excess - gain / (fit.samples.sum() / problem.n)
 
 
-def _gain(parts: list[tuple[np.ndarray, np.ndarray]], method: VerdictMethod) -> float:
+def _gain(parts: list[tuple[np.ndarray, np.ndarray]], runs: Sequence[int],
+          method: VerdictMethod) -> float:
     """Drop of chi^2 on each part, where it is one, by columns fitted to the others, summed.
 
-    Each part has columns (N, c) and an error (N,).
+    Each part has columns (N, c) and an error (N,), and its run: what two encoders saw at once is
+    one part.
     """
-    folds = [fold for columns, error in parts
-             for fold in zip(np.array_split(columns, method.free_torque_folds),
-                             np.array_split(error, method.free_torque_folds))]
+    folds = [fold for run in dict.fromkeys(runs)
+             for fold in _folds([part for part, own in zip(parts, runs) if own == run],
+                                method.free_torque_folds)]
     scale = np.sqrt(sum((columns**2).sum(axis=0) for columns, _ in folds)) + 1e-12
     grams = np.array([(columns / scale).T @ (columns / scale) for columns, _ in folds])
     rights = np.array([(columns / scale).T @ error for columns, error in folds])
     return _gained(ridge_cv(grams, rights, method.free_torque_ridges, _gained).drops)
+
+
+def _folds(views: Sequence[tuple[np.ndarray, np.ndarray]], count: int,
+           ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Columns and errors of all views of one run, piece by piece."""
+    split = [[np.array_split(signal, count) for signal in view] for view in views]
+    for i in range(count):
+        columns, errors = zip(*((of_columns[i], of_error[i]) for of_columns, of_error in split))
+        yield np.concatenate(columns), np.concatenate(errors)
 
 
 def _gained(drops: np.ndarray) -> float:

@@ -50,7 +50,7 @@ def _sets_in_at_once(hypothesis: Hypothesis, fault: Member, method: VerdictMetho
     sizes = np.broadcast_to(hypothesis.values[key], problem.n)[joints]
     typical = np.broadcast_to(fault.sizes[fault.cause.numbers[0].name], problem.n)[joints]
     onsets = hypothesis.values[f"{fault.name}.onset"][:, joints[acting(sizes / typical, method)]]
-    for log, of_log in zip(problem.logs, onsets):
+    for log, of_log in zip(problem.law_logs, onsets):
         duration = len(log) * problem.period
         seen = of_log[of_log < duration]
         if seen.size and (np.ptp(seen) > method.same_moment or seen.min() < method.away_from_ends
@@ -96,7 +96,8 @@ def _neutral(hypothesis: Hypothesis, member: Member) -> dict[str, np.ndarray]:
 def _first_moment(hypothesis: Hypothesis, member: Member, j: int, k: int) -> float:
     """Time at which a cause first acts on joint k in log j [s]."""
     if member.cause in STEP_FAULT:
-        return float(hypothesis.values[f"{member.name}.onset"][j, k])
+        run = hypothesis.problem.runs[j]
+        return float(hypothesis.values[f"{member.name}.onset"][run, k])
     u = hypothesis.problem.logs[j].u[:, k]
     beyond = np.flatnonzero(np.abs(u) > hypothesis.values[f"{member.name}.limit"][k])
     return beyond[0] * hypothesis.problem.period if beyond.size else np.inf

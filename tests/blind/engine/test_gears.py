@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.blind.engine.control_loop import run_both
 from clie_blocks.analysis.blind.engine.disturbances import Disturbances
 from clie_blocks.analysis.blind.engine.moment import Moment
 from clie_blocks.analysis.blind.engine.variable_gear import motor_per_link
@@ -117,3 +118,33 @@ def test_a_gear_of_another_ratio_accelerates_as_its_own_ratio_says(quiet_robot):
     expected = ratio * torque / (robot.link[0] + joint.truth["rotor"][0] * ratio**2)
     t = robot.period * (len(q) - 1)
     assert (q[-1, 0] - q[0, 0]) / (0.5 * t**2) == pytest.approx(expected, rel=0.08)
+
+
+def both_encoders(joint, **parameters):
+    """Positions at the law's encoder and at the other one, without noise."""
+    lane = {**joint.truth, **{key: np.full(joint.robot.n, value)
+                              for key, value in parameters.items()}}
+    quiet = dataclasses.replace(joint.robot, sigma=0.0 * joint.robot.sigma)
+    experiment = joint.experiment(0.4, torque=0.3 * joint.robot.kp)
+    (log,) = run_both(quiet, [lane], [experiment], [np.zeros(experiment.q_d.shape)])
+    return log[0], log[2]
+
+
+@pytest.mark.parametrize("on_motor", [False, True])
+def test_encoders_of_motor_and_link_see_their_ends_of_a_gear(quiet_robot, on_motor):
+    joint = quiet_robot()
+    joint.robot = dataclasses.replace(joint.robot, encoder_on_motor=on_motor, two_encoders=True)
+    step = joint.robot.resolution[0]
+
+    def link_and_motor(**parameters):
+        law, other = both_encoders(joint, **parameters)
+        return (other, law) if on_motor else (law, other)
+
+    link, motor = link_and_motor()
+    assert np.abs(link - motor).max() < step
+    link, motor = link_and_motor(wobble=2e-3, wobble_order=12.0, phase=0.4)
+    assert link == pytest.approx(motor + 2e-3 * np.sin(12 * motor + 0.4), abs=1.5 * step)
+    link, motor = link_and_motor(ratio_error=0.05)
+    assert link == pytest.approx(1.05 * motor, abs=1.5 * step)
+    link, motor = link_and_motor(twist_stiffness=50.0, twist_damping=0.5)
+    assert 10 * step < np.abs(link - motor).max() < 0.1

@@ -1,5 +1,6 @@
 """The folder of a trial: fixed for published seeds, readable, silent about its label."""
 
+import dataclasses
 import gzip
 import hashlib
 
@@ -13,6 +14,7 @@ from clie_blocks.analysis.blind.engine.robot import (
 )
 from clie_blocks.analysis.blind.population.files import robot_text, write_trial
 from clie_blocks.analysis.records import read_trial
+from clie_blocks.analysis.records.two_encoders import other_encoder, with_law_encoder
 
 
 @pytest.mark.parametrize(("index", "digest"), [
@@ -48,3 +50,16 @@ def test_the_file_of_a_spatial_arm_does_not_describe_its_links():
     text = robot_text(robot, draw_experiments(rng, robot))
     assert "[links]" not in text and "gravity = false" in text and "coupling = false" in text
     assert np.all(robot.rotor * robot.ratio**2 > robot.link)
+
+
+@pytest.mark.parametrize("on_motor", [False, True])
+def test_a_trial_with_two_encoders_is_read_with_both(healthy_trial, tmp_path, on_motor):
+    _, trial = healthy_trial
+    robot = dataclasses.replace(trial.robot, encoder_on_motor=on_motor, two_encoders=True)
+    (q, _), *_ = trial.runs
+    one = dataclasses.replace(trial, robot=robot, runs=trial.runs[:1], others=[q + 1e-3])
+    write_trial(one, tmp_path)
+    stated, records = read_trial(tmp_path)
+    record, = with_law_encoder(records, stated)
+    assert record.q == pytest.approx(q, abs=1e-8)
+    assert other_encoder(record) == pytest.approx(q + 1e-3, abs=1e-8)

@@ -128,8 +128,10 @@ def driven(name, k):
             moved = {"actuator_saturation": np.clip(u, -0.5, 0.5), "time_delay": queue[0],
                      "dead_zone": u - np.clip(u, -0.06, 0.06), "actuator_lag": lagged,
                      "torque_gain_error": 1.15 * u}.get(name, u)
-            bristle += 1e-4 * (dq - abs(dq) * bristle) / 0.02
-            lost = 0.08 * bristle if name == "dahl" else 0.0
+            bend = (dq - abs(dq) * bristle) / 0.02
+            bristle += 1e-4 * bend
+            lost = {"dahl": 0.08 * bristle, "presliding": 0.08 * bristle + 4e-4 * bend}.get(
+                name, 0.0)
             dq += 1e-4 * (moved - lost - DAMPING * dq) / INERTIA
             q += 1e-4 * dq
     q, u = np.array(rows).T
@@ -161,7 +163,7 @@ def test_an_encoder_error_enters_at_a_port_of_its_own():
 @pytest.mark.parametrize("name, key, value", [
     ("actuator_saturation", "limit", 0.5), ("dead_zone", "width", 0.06),
     ("actuator_lag", "lag", 0.012), ("time_delay", "delay", 6e-3),
-    ("dahl", "reach", 0.02), ("torque_gain_error", "error", 0.15)])
+    ("dahl", "reach", 0.02), ("presliding", "reach", 0.02), ("torque_gain_error", "error", 0.15)])
 def test_a_drive_and_bristles_act_in_a_loop_cut_at_the_motor(name, key, value):
     diagnosis = diagnose(Problem.from_loop(cut_loop(), [driven(name, k) for k in range(2)]))
     assert diagnosis.ranking[0].names == (name,)
