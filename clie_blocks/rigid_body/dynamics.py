@@ -35,6 +35,9 @@ _Z: Three = (0.0, 0.0, 1.0)
 class Rotors:
     """Motors that turn about the axes of their joints, each on the link before.
 
+    The inertia of a link holds the rotor that it carries as if that were locked, as models from
+    CAD do.
+
     Parameters
     ----------
     inertia : array_like, shape (n,)
@@ -248,11 +251,10 @@ def _add_rotors(tree: Tree, local: Sequence[tuple[Rows, Three]],
         inertia = numbers(rotors.inertia[k])
         spin, turning, _ = motion[j + 1]
         axis = tuple(row[2] for row in turn)  # of the joint, in the frame of its parent
-        rate = times(inertia, total(dot(axis, turning), times(ratio, ddq[k])))
-        torque.append(times(ratio, rate))
+        speed, faster = (times(inertia, times(ratio, rate[k])) for rate in (dq, ddq))
+        torque.append(times(ratio, total(times(inertia, dot(axis, turning)), faster)))
         if j >= 0:
-            momentum = scaled(times(inertia, times(ratio, dq[k])), axis)
-            moment[j] = added(moment[j], scaled(rate, axis), cross(spin, momentum))
+            moment[j] = added(moment[j], scaled(faster, axis), cross(spin, scaled(speed, axis)))
     return torque
 
 

@@ -12,6 +12,7 @@ from clie_blocks.errors import ClieError, nearest
 REVOLUTE, PRISMATIC = "revolute", "prismatic"
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in the frame of the base
 _ALONG = 1e-12  # of an axis, across z, below which it is z itself
+_ROUNDED = 0.01  # of the largest moment of inertia: files hold two or three digits
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -104,7 +105,7 @@ class Tree:
 
     @property
     def com(self) -> np.ndarray:
-        """Centres of mass in the frames of the joints, (n, 3) [m]; the joint of a massless link."""
+        """Centres of mass in the frames of the joints, (n, 3) [m]; zero for massless links."""
         mass = np.where(self.mass > 0.0, self.mass, 1.0)
         return np.where(self.mass[:, None] > 0.0, self.moment / mass[:, None], 0.0)
 
@@ -176,8 +177,8 @@ def _in_order(bodies: Sequence[Body]) -> list[Body]:
             raise ClieError(f"two joints are called {name!r}; rename one")
     for body in bodies:
         if body.parent is not None and body.parent not in names:
-            raise ClieError(f"joint {body.name!r} is carried by {body.parent!r}, which is no joint; "
-                            f"{nearest(body.parent, names)}")
+            raise ClieError(f"joint {body.name!r} is carried by {body.parent!r}, which is no "
+                            f"joint; {nearest(body.parent, names)}")
     ordered: list[Body] = []
     waiting = list(bodies)
     while waiting:
@@ -185,8 +186,8 @@ def _in_order(bodies: Sequence[Body]) -> list[Body]:
         ready = [body for body in waiting if body.parent in placed]
         if not ready:
             loop = ", ".join(body.name for body in waiting)
-            raise ClieError(f"joints {loop} carry each other; a tree has no loop: cut it, and model "
-                            "the closing link as a load")
+            raise ClieError(f"joints {loop} carry each other; a tree has no loop: cut it, and "
+                            "model the closing link as a load")
         ordered.append(ready[0])
         waiting.remove(ready[0])
     return ordered
@@ -217,7 +218,7 @@ def _check_body(body: Body) -> None:
     if not np.allclose(inertia, inertia.T, rtol=1e-6, atol=1e-12):
         raise ClieError(f"the inertia of link {link!r} is not symmetric; write Ixy once")
     principal = np.linalg.eigvalsh(inertia)
-    room = 1e-6 * max(principal[-1], 1e-12)
+    room = _ROUNDED * principal[-1] + 1e-12
     if principal[0] < -room:
         raise ClieError(f"the inertia of link {link!r} has a moment of {principal[0]:.3g} kg m^2; "
                         "about its centre of mass no moment is negative: check the signs of Ixy, "

@@ -1,74 +1,27 @@
 """Reader of URDF: the tree of links and joints of a robot description, without meshes."""
 
-import dataclasses
+import functools
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.rigid_body.tree import GRAVITY, PRISMATIC, REVOLUTE, Body, Tree, steiner, tree
+from clie_blocks.rigid_body.description import (
+    FIXED,
+    Description,
+    Inertial,
+    Joint,
+    Pose,
+    turn_about,
+)
+from clie_blocks.rigid_body.tree import GRAVITY, PRISMATIC, REVOLUTE, Tree, tree
+from clie_blocks.rigid_body.xml_file import attribute_numbers, read_root
 
-LARGEST_FILE = 20_000_000  # bytes
-_MOVING = {"revolute": REVOLUTE, "continuous": REVOLUTE, "prismatic": PRISMATIC}
-_OTHER = {"floating": "a base that moves freely", "planar": "a joint of three axes",
-          "ball": "a joint of three axes"}
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Pose:
-    """Frame in another one: rotation (3, 3) and origin (3,) [m]."""
-
-    rotation: np.ndarray
-    origin: np.ndarray
-
-    def then(self, other: "_Pose") -> "_Pose":
-        return _Pose(self.rotation @ other.rotation,
-                     self.origin + self.rotation @ other.origin)
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Inertial:
-    """Mass [kg], first moment (3,) [kg m] and inertia (3, 3) about the origin [kg m^2]."""
-
-    mass: float
-    moment: np.ndarray
-    inertia: np.ndarray
-
-    def __add__(self, other: "_Inertial") -> "_Inertial":
-        return _Inertial(self.mass + other.mass, self.moment + other.moment,
-                         self.inertia + other.inertia)
-
-    def seen_from(self, pose: _Pose) -> "_Inertial":
-        """The same link in the frame in which its own frame has a pose."""
-        com = self.moment / self.mass if self.mass else np.zeros(3)
-        about_com = self.inertia - self.mass * steiner(com)
-        there = pose.origin + pose.rotation @ com
-        return _Inertial(self.mass, self.mass * there,
-                         pose.rotation @ about_com @ pose.rotation.T + self.mass * steiner(there))
-
-    def as_com(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centre of mass [m] and inertia about it."""
-        com = self.moment / self.mass if self.mass else np.zeros(3)
-        return com, self.inertia - self.mass * steiner(com)
-
-
-_NOTHING = _Inertial(0.0, np.zeros(3), np.zeros((3, 3)))
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Joint:
-    name: str
-    kind: str
-    parent: str
-    child: str
-    pose: _Pose
-    axis: np.ndarray
-    lower: float
-    upper: float
+_KINDS = {"revolute": REVOLUTE, "continuous": REVOLUTE, "prismatic": PRISMATIC, "fixed": FIXED}
+_OTHER = {"floating": "a base that moves freely", "planar": "a joint of three axes"}
 
 
 def read_urdf(path: str | PathLike[str], base: str | None = None, tip: str | None = None,
@@ -83,8 +36,8 @@ def read_urdf(path: str | PathLike[str], base: str | None = None, tip: str | Non
     path : path-like
         The file.
     base, tip : str, optional
-        Links between which the joints are kept: the joints that lead to the tip, with all that
-        they carry, or all joints behind the base.
+        Links between which the joints are kept: those that lead to the tip move, all others are
+        held at zero; by default all joints behind the base move.
     locked : mapping of str to float, optional
         Joints that are held, and where [rad or m].
     gravity : sequence of float
@@ -93,216 +46,101 @@ def read_urdf(path: str | PathLike[str], base: str | None = None, tip: str | Non
     Raises
     ------
     ClieError
-        If the file is no URDF, is not expanded (xacro), couples joints (mimic), has a link that
-        could not exist, or does not name what is asked for.
+        If the file is no URDF, is not expanded (xacro), couples joints that move (mimic), has a
+        link that could not exist, or does not name what is asked for.
 
     """
-    place = Path(path)
-    robot = _root(place)
-    links = {_name(link, place): _inertial(link, place) for link in robot.iterfind("link")}
-    joints = [_joint(joint, place) for joint in robot.iterfind("joint")]
-    _check_links(joints, links, place)
-    held = dict(locked or {})
-    for name in held:
-        if name not in [joint.name for joint in joints]:
-            raise ClieError(f"{place}: there is no joint {name!r} to lock; "
-                            f"{nearest(name, [joint.name for joint in joints])}")
-    root = _base_of(joints, links, base, place)
-    kept = None if tip is None else _joints_between(joints, links, root, tip, place)
-    return tree(_bodies(joints, links, root, held, kept), gravity)
+    return tree(describe_urdf(path).bodies(base, tip, locked), gravity)
 
 
-def _root(place: Path) -> ElementTree.Element:
-    """The robot of a file, of which no part comes from elsewhere."""
-    if not place.is_file():
-        raise ClieError(f"{place} is no file; name the URDF of the robot")
-    if place.stat().st_size > LARGEST_FILE:
-        raise ClieError(f"{place} has {place.stat().st_size / 1e6:.0f} MB; a robot description "
-                        "has less than 20 MB, without its meshes")
-    text = place.read_text(encoding="utf-8", errors="replace")
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ClieError(f"{place} defines entities, which are not expanded here; remove the "
-                        "<!DOCTYPE ...> from it")
-    if "xacro:" in text:
-        raise ClieError(f"{place} is not expanded; run: xacro {place} > robot.urdf")
-    try:
-        robot = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise ClieError(f"{place} is no XML: {error}") from None
+def describe_urdf(path: str | PathLike[str]) -> Description:
+    """Read what a URDF file says of links and joints.
+
+    Raises
+    ------
+    ClieError
+        If the file is no URDF, or a number in it is none.
+
+    """
+    robot, source = read_root(path, "URDF"), str(path)
     if robot.tag != "robot":
-        raise ClieError(f"{place} begins with <{robot.tag}>, not with <robot>; a URDF is needed")
-    return robot
+        raise ClieError(f"{source} begins with <{robot.tag}>, not with <robot>; a URDF is needed")
+    numbers = functools.partial(_Numbers, source)
+    return Description(
+        source, {_name(link, source): _inertial(link, numbers(f"link {_name(link, source)!r}"))
+                 for link in robot.iterfind("link")},
+        tuple(_joint(joint, source, numbers(f"joint {_name(joint, source)!r}"))
+              for joint in robot.iterfind("joint")))
 
 
-def _name(element: ElementTree.Element, place: Path) -> str:
+class _Numbers:
+    """Numbers of the attributes of one link or joint."""
+
+    def __init__(self, source: str, what: str) -> None:
+        self.source, self.what = source, what
+
+    def __call__(self, element: Element | None, key: str, count: int, default: str) -> np.ndarray:
+        return attribute_numbers(element, key, (count,), default, self.what, self.source)
+
+    def one(self, element: Element | None, key: str) -> float:
+        """One number; 0 where it is not stated."""
+        return float(self(element, key, 1, "0")[0])
+
+
+def _name(element: Element, source: str) -> str:
     name = element.get("name")
     if not name:
-        raise ClieError(f"{place}: a <{element.tag}> has no name; give it one")
+        raise ClieError(f"{source}: a <{element.tag}> has no name; give it one")
     return name
 
 
-def _numbers(element: ElementTree.Element | None, key: str, count: int, default: str,
-             what: str, place: Path) -> np.ndarray:
-    """Some numbers of an attribute."""
-    text = default if element is None else element.get(key, default)
-    try:
-        values = np.array([float(word) for word in text.split()])
-    except ValueError:
-        values = np.full(0, np.nan)
-    if values.size != count or not np.isfinite(values).all():
-        raise ClieError(f"{place}: {key}={text!r} of {what} must be {count} finite number"
-                        f"{'s' if count > 1 else ''}")
-    return values
-
-
-def _pose(element: ElementTree.Element, what: str, place: Path) -> _Pose:
+def _pose(element: Element, numbers: _Numbers) -> Pose:
     origin = element.find("origin")
-    roll, pitch, yaw = _numbers(origin, "rpy", 3, "0 0 0", what, place)
-    return _Pose(_turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll),
-                 _numbers(origin, "xyz", 3, "0 0 0", what, place))
+    roll, pitch, yaw = numbers(origin, "rpy", 3, "0 0 0")
+    x, y, z = np.eye(3)
+    return Pose(turn_about(z, yaw) @ turn_about(y, pitch) @ turn_about(x, roll),
+                numbers(origin, "xyz", 3, "0 0 0"))
 
 
-def _turn(axis: int, angle: float) -> np.ndarray:
-    """Rotation about a coordinate axis."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    turn = np.eye(3)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    turn[i, i] = turn[j, j] = cosine
-    turn[i, j], turn[j, i] = -sine, sine
-    return turn
-
-
-def _inertial(link: ElementTree.Element, place: Path) -> _Inertial:
+def _inertial(link: Element, numbers: _Numbers) -> Inertial:
     """Inertial of a link in the frame of the link; nothing where it has none."""
     inertial = link.find("inertial")
     if inertial is None:
-        return _NOTHING
-    what = f"link {_name(link, place)!r}"
-    (mass,) = _numbers(inertial.find("mass"), "value", 1, "0", what, place)
+        return Inertial()
     tensor = inertial.find("inertia")
-    xx, xy, xz, yy, yz, zz = (_numbers(tensor, key, 1, "0", what, place)[0]
+    xx, xy, xz, yy, yz, zz = (numbers.one(tensor, key)
                               for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    return _Inertial(mass, np.zeros(3), own).seen_from(_pose(inertial, what, place))
+    about_com = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    own = Inertial(numbers.one(inertial.find("mass"), "value"), inertia=about_com)
+    return own.seen_from(_pose(inertial, numbers))
 
 
-def _joint(joint: ElementTree.Element, place: Path) -> _Joint:
-    name = _name(joint, place)
-    kind, what = joint.get("type", ""), f"joint {name!r}"
-    if joint.find("mimic") is not None:
-        raise ClieError(f"{place}: {what} follows another joint (<mimic>), which is a loop; lock "
-                        "it where it stands, or give it a drive of its own")
-    if kind not in (*_MOVING, "fixed"):
-        reason = _OTHER.get(kind, f"no kind of joint that is known; "
-                                  f"{nearest(kind, (*_MOVING, 'fixed'))}")
-        raise ClieError(f"{place}: {what} is {kind!r}: {reason}")
-    ends = []
-    for end in ("parent", "child"):
-        element = joint.find(end)
-        if element is None or not element.get("link"):
-            raise ClieError(f"{place}: {what} has no <{end} link=...>")
-        ends.append(element.get("link", ""))
-    lower, upper = _limits(joint, kind, what, place)
-    return _Joint(name, kind, *ends, _pose(joint, what, place),
-                  _numbers(joint.find("axis"), "xyz", 3, "1 0 0", what, place), lower, upper)
+def _joint(joint: Element, source: str, numbers: _Numbers) -> Joint:
+    kind = joint.get("type", "")
+    if kind not in _KINDS:
+        reason = _OTHER.get(kind) or f"no kind of joint; {nearest(kind, list(_KINDS))}"
+        raise ClieError(f"{source}: {numbers.what} is {kind!r}: {reason}")
+    parent, child = (_end(joint, end, numbers) for end in ("parent", "child"))
+    lower, upper = _limits(joint, kind, numbers)
+    mimic = joint.find("mimic")
+    obstacle = "" if mimic is None else (
+        f"follows {mimic.get('joint')!r} (<mimic>), which is a loop; lock it where it stands, or "
+        "give it a drive of its own")
+    return Joint(_name(joint, source), _KINDS[kind], parent, child, _pose(joint, numbers),
+                 numbers(joint.find("axis"), "xyz", 3, "1 0 0"), lower, upper, obstacle)
 
 
-def _limits(joint: ElementTree.Element, kind: str, what: str, place: Path) -> tuple[float, float]:
+def _end(joint: Element, end: str, numbers: _Numbers) -> str:
+    element = joint.find(end)
+    link = None if element is None else element.get("link")
+    if not link:
+        raise ClieError(f"{numbers.source}: {numbers.what} has no <{end} link=...>; name the link")
+    return link
+
+
+def _limits(joint: Element, kind: str, numbers: _Numbers) -> tuple[float, float]:
     limit = joint.find("limit")
     if limit is None or kind == "continuous":
         return -math.inf, math.inf
-    lower, upper = (_numbers(limit, key, 1, "0", what, place)[0] for key in ("lower", "upper"))
+    lower, upper = numbers.one(limit, "lower"), numbers.one(limit, "upper")
     return (lower, upper) if lower < upper else (-math.inf, math.inf)
-
-
-def _check_links(joints: Sequence[_Joint], links: Mapping[str, _Inertial], place: Path) -> None:
-    """Each joint between two links that are there, and no link carried twice."""
-    carried: dict[str, str] = {}
-    for joint in joints:
-        for link in (joint.parent, joint.child):
-            if link not in links:
-                raise ClieError(f"{place}: joint {joint.name!r} names link {link!r}, which is not "
-                                f"there; {nearest(link, list(links))}")
-        if joint.child in carried:
-            raise ClieError(f"{place}: link {joint.child!r} is carried by joints "
-                            f"{carried[joint.child]!r} and {joint.name!r}; a tree has no loop")
-        carried[joint.child] = joint.name
-
-
-def _base_of(joints: Sequence[_Joint], links: Mapping[str, _Inertial], base: str | None,
-             place: Path) -> str:
-    """The link that stands still: the one that is asked for, or the one that nothing carries."""
-    if base is not None:
-        if base not in links:
-            raise ClieError(f"{place}: there is no link {base!r}; {nearest(base, list(links))}")
-        return base
-    roots = [link for link in links if link not in {joint.child for joint in joints}]
-    if len(roots) != 1:
-        names = ", ".join(map(repr, roots)) or "none"
-        raise ClieError(f"{place}: a robot has one base, this file has {len(roots)} ({names}); "
-                        "name the one that stands still: base = ...")
-    return roots[0]
-
-
-def _joints_between(joints: Sequence[_Joint], links: Mapping[str, _Inertial], base: str, tip: str,
-                    place: Path) -> set[str]:
-    """Joints on the way from the base to a tip."""
-    if tip not in links:
-        raise ClieError(f"{place}: there is no link {tip!r}; {nearest(tip, list(links))}")
-    carrying = {joint.child: joint for joint in joints}
-    names, link = set(), tip
-    while link != base:
-        if link not in carrying:
-            raise ClieError(f"{place}: link {tip!r} is not carried by {base!r}; choose a base on "
-                            "its way to the root")
-        names.add(carrying[link].name)
-        link = carrying[link].parent
-    return names
-
-
-def _bodies(joints: Sequence[_Joint], links: Mapping[str, _Inertial], base: str,
-            locked: Mapping[str, float], kept: set[str] | None) -> list[Body]:
-    """Joints that move, each with all that it carries rigidly.
-
-    A joint off the way to the tip is held at zero.
-    """
-    behind: dict[str, list[_Joint]] = {}
-    for joint in joints:
-        behind.setdefault(joint.parent, []).append(joint)
-    moving: dict[str, tuple[_Joint, str | None, _Pose]] = {}
-    carried: dict[str | None, _Inertial] = {None: _NOTHING}
-    waiting: list[tuple[str, str | None, _Pose]] = [(base, None, _Pose(np.eye(3), np.zeros(3)))]
-    while waiting:
-        link, carrier, pose = waiting.pop(0)
-        carried[carrier] = carried[carrier] + links[link].seen_from(pose)
-        for joint in behind.get(link, []):
-            there = pose.then(joint.pose)
-            moves = (joint.kind in _MOVING and joint.name not in locked
-                     and (kept is None or joint.name in kept))
-            if moves:
-                moving[joint.name] = joint, carrier, there
-                carried[joint.name] = _NOTHING
-                waiting.append((joint.child, joint.name, _Pose(np.eye(3), np.zeros(3))))
-            else:
-                waiting.append((joint.child, carrier, _held(joint, there, locked)))
-    bodies = []
-    for name, (joint, carrier, pose) in moving.items():
-        com, inertia = carried[name].as_com()
-        bodies.append(Body(name, carrier, pose.rotation, pose.origin, joint.axis,
-                           carried[name].mass, com, inertia, _MOVING[joint.kind], joint.lower,
-                           joint.upper, joint.child))
-    return bodies
-
-
-def _held(joint: _Joint, pose: _Pose, locked: Mapping[str, float]) -> _Pose:
-    """Frame behind a joint that is held where it is locked, or at zero."""
-    where = locked.get(joint.name, 0.0)
-    if joint.kind == "fixed" or not where:
-        return pose
-    axis = joint.axis / np.linalg.norm(joint.axis)
-    if _MOVING[joint.kind] == PRISMATIC:
-        return pose.then(_Pose(np.eye(3), where * axis))
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn = np.eye(3) + math.sin(where) * across + (1.0 - math.cos(where)) * across @ across
-    return pose.then(_Pose(turn, np.zeros(3)))
