@@ -89,8 +89,9 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
     for candidate in sorted(candidates, key=predicted_excess):
         if begun and residuals.is_out_of_time:
             break
-        if not begun or can_compete(candidate, min(begun, key=training_excess), most,
-                                    residuals.method):
+        best = min(begun, key=training_excess, default=nominal)
+        if not begun or (can_compete(candidate, best, residuals.method) and not is_outclassed(
+                candidate, best, most, nominal, residuals.method)):
             begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
                                       residuals, nominal))
     return begun
@@ -116,22 +117,29 @@ def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> 
     return training_excess(start) > limit
 
 
-def can_compete(candidate: Candidate, best: Fit, most: float, method: Method) -> bool:
+def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:
     """Whether a candidate may come near the best fit: as predicted, or with a cause of that one.
 
-    Predictions are linear: what they leave of a large excess is blurred.  Where a cause alone
-    leaves no more than noise, another one need not be fitted that was predicted to explain far
-    less than the best, whose gain is `most`.
+    Predictions are linear: what they leave of a large excess is blurred.
     """
     shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    if shared:
+    if shared or candidate.extends is None:
         return True
-    if candidate.extends is None:
-        return (training_excess(best) > method.calibration.healthy
-                or candidate.score >= method.search.competing_score * most)
     blur = method.search.unresolved_share * training_excess(candidate.extends)
     near = method.search.far_behind * max(training_excess(best), method.calibration.healthy)
     return predicted_excess(candidate) < near + blur
+
+
+def is_outclassed(candidate: Candidate, best: Fit, most: float, nominal: Fit, method: Method,
+                  ) -> bool:
+    """Whether a cause alone is explained away: one leaves only noise of a large gap.
+
+    It was predicted to explain far less than the best, whose gain is `most`.
+    """
+    healthy, whole = method.calibration.healthy, training_excess(nominal)
+    return (candidate.extends is None
+            and training_excess(best) < healthy < method.search.fair_share * whole
+            and candidate.score < method.search.competing_score * most)
 
 
 def predicted_excess(candidate: Candidate) -> float:

@@ -32,7 +32,7 @@ from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.dynamics import State
 
 _FILTERED_PORTS = "load", "friction", "drive", "sensor"
-_TICKS_TO_SKIP = 8  # of the controller in a row, from which on every other one is enough
+_MANY_TICKS = 8  # of the controller in a row, of which every other one is enough
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -257,19 +257,23 @@ def _moved_by_torques(hypothesis: Hypothesis, state: State, rows: Rows, cause: C
                       log: Log) -> np.ndarray:
     """Change of the rows (N, n) of the positions in a log, from torques through S.
 
-    The loop moves little within a row, so that the torque's mean over it decides.  That is taken
-    over half of the samples.  Both encoders see it.
+    The loop moves little within a row of many ticks, so that the torque's mean over it decides,
+    and that is taken over half of them.  Both encoders see it.
     """
-    every = 2 if rows.ticks % 2 == 0 and rows.ticks >= _TICKS_TO_SKIP else 1
-    few = slice(None, len(log) // rows.ticks * rows.ticks, every)
+    law, values = hypothesis.problem.law, hypothesis.values
+    filters = [law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
+               for k in range(state.q.shape[1])]
+    if rows.ticks < _MANY_TICKS or rows.ticks % 2:
+        torque = _torque(state, cause, p)
+        return rows.of_samples(np.stack(
+            [lfilter(*each, of_joint) for each, of_joint in zip(filters, torque.T)], axis=1))
+    few = slice(None, len(log) // rows.ticks * rows.ticks, 2)
     torque = _torque(dataclasses.replace(
         state, q=state.q[few], dq=state.dq[few], u=state.u[few], t=np.asarray(state.t)[few]),
         cause, p)
-    means = block_means(np.broadcast_to(torque, state.q[few].shape), rows.ticks // every)
-    law, values = hypothesis.problem.law, hypothesis.values
-    return np.stack([lfilter(*decimated_filter(
-        *law.torque_sensitivity(k, values["inertia"][k], values["damping"][k]),
-        rows.ticks, rows.stride), mean) for k, mean in enumerate(means.T)], axis=1)
+    means = block_means(torque, rows.ticks // 2)
+    return np.stack([lfilter(*decimated_filter(*each, rows.ticks, rows.stride), mean)
+                     for each, mean in zip(filters, means.T)], axis=1)
 
 
 def _torque(state: State, cause: Cause, p: Values) -> np.ndarray:

@@ -76,7 +76,8 @@ def test_emps_is_dry_friction_without_delay(shared):
 
 # BAM's own models of it: m3 and m4 lose a share of the load, m5 and m6 more in one direction.
 GROWS_WITH_LOAD = {"load_dependent_friction", "directional_efficiency"}
-DRY = {"coulomb", "asymmetric_coulomb", "dahl", "maxwell_slip", "presliding", "stribeck"}
+ALIKE_AT_ANY_LOAD = {"coulomb", "asymmetric_coulomb", "dahl", "maxwell_slip", "presliding",
+                     "stribeck"}
 
 
 def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
@@ -88,7 +89,10 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     assert saturated_share(diagnosis)[0] > 0.1
     flagged = " ".join(checks_section(diagnosis, units_of(records)).points)
     assert "is at its limit for up to 16 % of the time" in flagged
-    assert GROWS_WITH_LOAD & set(stored["set_90"]) and not DRY & set(stored["set_90"])
+    assert GROWS_WITH_LOAD & set(stored["set_90"])
+    without = sum(row.probability for row in diagnosis.ranking
+                  if not GROWS_WITH_LOAD & set(row.names))
+    assert without < 0.1  # friction that does not grow may stand beside it, as in m5 and m6
     leading = diagnosis.ranking[0]
     assert set(leading.names) - {"actuator_saturation", "payload"} <= GROWS_WITH_LOAD
     assert leading.probability > 0.5 and stored["verdict"] == "effect"
@@ -96,7 +100,7 @@ def test_bam_servo_saturates_and_its_friction_grows_with_load(shared):
     assert stored["closed_percent"]["unseen_data"]
     alone = {row.names[0]: row.excess for row in diagnosis.ranking if len(row.names) == 1}
     assert (min(alone[name] for name in GROWS_WITH_LOAD & set(alone))
-            < 0.2 * min(alone[name] for name in DRY & set(alone)))
+            < 0.2 * min(alone[name] for name in ALIKE_AT_ANY_LOAD & set(alone)))
     assert stored["gap_after"] < 0.3 * stored["gap_before"]
 
 

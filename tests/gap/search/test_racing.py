@@ -42,13 +42,13 @@ def test_what_is_predicted_of_a_candidate_is_the_excess_that_it_would_leave():
 @pytest.mark.parametrize("left, competes", [(5.0, True), (24.0, True), (26.0, False)])
 def test_a_cause_that_is_predicted_to_stay_far_behind_the_best_is_not_begun(left, competes):
     best = fitted(2.0, SPRING, ACTUATOR_LAG)
-    assert racing.can_compete(candidate(left, SPRING, COULOMB), best, 0.0, METHOD) == competes
+    assert racing.can_compete(candidate(left, SPRING, COULOMB), best, METHOD) == competes
 
 
 def test_a_cause_of_the_best_is_begun_with_another_one_whatever_is_predicted():
     best = fitted(0.0, SPRING, ACTUATOR_LAG)
-    assert racing.can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best, 0.0, METHOD)
-    assert not racing.can_compete(candidate(90.0, COULOMB, TIME_DELAY), best, 0.0, METHOD)
+    assert racing.can_compete(candidate(90.0, COULOMB, ACTUATOR_LAG), best, METHOD)
+    assert not racing.can_compete(candidate(90.0, COULOMB, TIME_DELAY), best, METHOD)
 
 
 @pytest.mark.parametrize("left, whole, worth_it", [
@@ -114,11 +114,15 @@ def test_alternatives_and_pairs_that_extend_the_nominal_model_are_always_begun()
     best = fitted(0.0, SPRING)
     for after in (None, fitted(100.0, COULOMB)):
         alike = Candidate((SimpleNamespace(cause=COULOMB),), 0.0, after)
-        assert racing.can_compete(alike, best, 0.0, METHOD)
+        assert racing.can_compete(alike, best, METHOD)
 
 
-@pytest.mark.parametrize("left, score, competes", [
-    (0.0, 60.0, True), (0.0, 40.0, False), (2.0, 40.0, True)])
-def test_beside_a_cause_that_leaves_noise_only_near_predictions_are_fitted(left, score, competes):
+@pytest.mark.parametrize("left, score, whole, outclassed", [
+    (0.0, 60.0, 300.0, False), (0.0, 40.0, 300.0, True), (2.0, 40.0, 300.0, False),
+    (0.0, 40.0, 0.1, False)])
+def test_beside_a_cause_that_leaves_noise_of_a_large_gap_only_near_predictions_are_fitted(
+    left, score, whole, outclassed
+):
     alone = Candidate((SimpleNamespace(cause=COULOMB),), score * SAMPLES)
-    assert racing.can_compete(alone, fitted(left, SPRING), 100.0 * SAMPLES, METHOD) == competes
+    assert racing.is_outclassed(alone, fitted(left, SPRING), 100.0 * SAMPLES, fitted(whole),
+                                METHOD) == outclassed
