@@ -27,6 +27,9 @@ from .joints import normalised as normalised
 from .manipulator import two_link_arm as two_link_arm
 from .measurement import encoder as encoder
 from .measurement import noisy_measurement as noisy_measurement
+from .rigid_body.arm import articulated_arm as articulated_arm
+from .rigid_body.mjcf import read_mjcf as read_mjcf
+from .rigid_body.urdf import read_urdf as read_urdf
 from .signals import interconnect as interconnect
 from .signals import summing as summing
 
