@@ -38,6 +38,7 @@ def test_another_noise_model_reaches_the_whitening(own_robot, noise_model):
     assert ablations.with_noise_model(noise_model).steps.noise_model is noise_model
 
 
+@pytest.mark.slow
 def test_a_diagnosis_without_whitening_still_looks_at_the_right_cause(own_robot):
     problem, _ = own_robot("coulomb")
     answer = Answer(ablations.ABLATIONS["no whitening"](problem))

@@ -73,6 +73,7 @@ def test_where_nothing_can_be_removed_nothing_need_be_earned():
     assert judged(1.0, 1.0).earned == 1.0
 
 
+@pytest.mark.slow
 def test_a_short_log_is_judged_by_a_model_that_saw_the_other_one_only(case):
     made = case("coulomb")
     residuals, nominal = fit_nominal(

@@ -89,6 +89,7 @@ def test_nothing_left_needs_no_table():
     assert torque_map(model, bench) is None
 
 
+@pytest.mark.slow
 def test_what_does_not_come_back_is_no_table():
     model, bench = model_of(random_torque=3.0)
     assert np.std(model.error(1)) > 3 * bench.noises[0].floor

@@ -97,6 +97,7 @@ def test_the_page_runs_as_printed(robot_folder, capsys):
     assert float(joint.get("frictionloss")) > 0.0
 
 
+@pytest.mark.slow
 def test_the_loop_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     """The log is that of the page's joint with dry friction, in Euler steps of 0.1 ms."""
     from clie_blocks.analysis.records import Record, write_record

@@ -76,6 +76,7 @@ def most_probable(diagnosis):
     return max(answer(diagnosis)["effects"], key=lambda row: row["probability"])["effect"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dry", [0.0, 1.0])
 def test_noise_alone_is_no_difference(pendulum, dry):
     level = {"level": dry * pendulum.dry}
@@ -86,6 +87,7 @@ def test_noise_alone_is_no_difference(pendulum, dry):
     assert held == ({"coulomb"} if dry else set())
 
 
+@pytest.mark.slow
 def test_only_an_effect_that_the_simulator_does_not_have_is_named(pendulum):
     level = {"level": pendulum.dry}
     diagnosis = compare(pendulum, {**level, "quadratic": 0.02 * pendulum.robot.kp}, level)

@@ -80,6 +80,7 @@ def test_another_value_of_an_effect_that_both_have_is_parametric(machine):
     assert simulated == pytest.approx(level, rel=0.05)
 
 
+@pytest.mark.slow
 def test_logs_of_other_experiments_are_refused(machine):
     robot, logs = machine
     robots, simulated = logs(), logs(noise=0.5)

@@ -21,6 +21,7 @@ def test_a_healthy_robot_leaves_nothing_to_a_free_torque(case):
     assert base.excess == pytest.approx(excess_with_free_torque(base, bench), abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_stop_on_one_side_is_explained_on_logs_that_the_torque_was_not_fitted_to(monkeypatch):
     monkeypatch.setattr(robots, "UNKNOWN", ("soft_stop",))
     made, = robots.draw_cases(1, 4, ["coulomb"], ["unknown"], duration=8.0)
