@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from clie_blocks.errors import ClieError, nearest
 
@@ -122,14 +123,14 @@ class Tree:
         return tuple(sorted(carried))
 
 
-def tree(bodies: Sequence[Body], gravity: Sequence[float] = GRAVITY) -> Tree:
+def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
     """Return the tree of some bodies, in frames whose z is the axis of the joint.
 
     Parameters
     ----------
     bodies : sequence of Body
         In any order.
-    gravity : sequence of float
+    gravity : array_like, shape (3,)
         In the frame of the base [m/s^2].
 
     Raises
@@ -142,10 +143,11 @@ def tree(bodies: Sequence[Body], gravity: Sequence[float] = GRAVITY) -> Tree:
     if not bodies:
         raise ClieError("a robot has at least one joint that moves; all of these are fixed")
     ordered = _in_order(bodies)
-    turns = {None: np.eye(3)}
+    turns: dict[str | None, np.ndarray] = {None: np.eye(3)}
     fields: dict[str, list[np.ndarray | float | bool | int]] = {name: [] for name in (
         "parents", "slides", "rotation", "offset", "mass", "moment", "inertia", "lower", "upper")}
-    places = {None: -1, **{body.name: k for k, body in enumerate(ordered)}}
+    places: dict[str | None, int] = {None: -1}
+    places.update((body.name, k) for k, body in enumerate(ordered))
     for body in ordered:
         _check_body(body)
         turn = turns[body.name] = _onto(np.asarray(body.axis, float), body.name)
