@@ -144,26 +144,24 @@ def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
         raise ClieError("a robot has at least one joint that moves; all of these are fixed")
     ordered = _in_order(bodies)
     turns: dict[str | None, np.ndarray] = {None: np.eye(3)}
-    fields: dict[str, list[np.ndarray | float | bool | int]] = {name: [] for name in (
-        "parents", "slides", "rotation", "offset", "mass", "moment", "inertia", "lower", "upper")}
+    columns: list[tuple[np.ndarray | float, ...]] = []
     places: dict[str | None, int] = {None: -1}
-    places.update((body.name, k) for k, body in enumerate(ordered))
-    for body in ordered:
+    for k, body in enumerate(ordered):
         _check_body(body)
+        places[body.name] = k
         turn = turns[body.name] = _onto(np.asarray(body.axis, float), body.name)
         before, mass = turns[body.parent].T, float(body.mass)
         com = _clean(turn.T @ np.asarray(body.com, float))
         about_com = turn.T @ np.asarray(body.inertia, float) @ turn
-        values = (places[body.parent], body.kind == PRISMATIC,
-                  _clean(before @ np.asarray(body.rotation, float) @ turn),
-                  _clean(before @ np.asarray(body.offset, float)), mass, mass * com,
-                  _clean(about_com + mass * steiner(com)), body.lower, body.upper)
-        for name, value in zip(fields, values):
-            fields[name].append(value)
-    arrays = {name: np.array(fields[name], float) for name in (
-        "rotation", "offset", "mass", "moment", "inertia", "lower", "upper")}
-    return Tree(tuple(body.name for body in ordered), tuple(map(int, fields["parents"])),
-                tuple(map(bool, fields["slides"])), gravity=np.array(gravity, float), **arrays)
+        columns.append((_clean(before @ np.asarray(body.rotation, float) @ turn),
+                        _clean(before @ np.asarray(body.offset, float)), mass, mass * com,
+                        _clean(about_com + mass * steiner(com)), body.lower, body.upper))
+    rotation, offset, masses, moment, inertia, lower, upper = (
+        np.array(column, float) for column in zip(*columns))
+    return Tree(tuple(body.name for body in ordered),
+                tuple(places[body.parent] for body in ordered),
+                tuple(body.kind == PRISMATIC for body in ordered), rotation, offset, masses,
+                moment, inertia, np.array(gravity, float), lower, upper)
 
 
 def steiner(arm: np.ndarray) -> np.ndarray:
