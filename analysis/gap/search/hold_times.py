@@ -16,23 +16,38 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _SIDE_BY_SIDE = 15  # simulations
-_TIMES = 17  # intervals, and phases of each log with each of them
-_REACHES = 0.5, 0.25, 0.5, 0.1, 0.02  # of the time of a hold, by which its start may be off
+_LEAST_SHARE = 0.1  # of what is left without the holds of a joint, that they must explain
+_REACHES = (0.5, 16), (0.25, 8), (0.1, 8), (0.02, 8)
+"""Share of the time of a hold by which its start may be off, and how many starts are tried there,
+with as many intervals."""
 
 
 def refit_holds(fitted: Fit, member: Member, residuals: ResidualModel) -> Values:
     """Values with the interval and the phase in each log at which the holds leave least.
 
-    They are as close to them as the time allows.
+    They are as close to them as the time allows.  Joints whose holds explain little are left as
+    they are.
     """
     hypothesis = fitted.hypothesis
-    for reach in _REACHES:
+    joints = _joints_that_count(hypothesis, member, residuals)
+    for reach, count in _REACHES if joints else ():
         if residuals.is_out_of_time:
             break
-        for k in member.joints:
+        for k in joints:
             hypothesis = _with_best_length(hypothesis, member, residuals, reach, k)
-            hypothesis = _with_best_times(hypothesis, member, residuals, reach, k)
+            hypothesis = _with_best_times(hypothesis, member, residuals, reach, count, k)
     return hypothesis.values
+
+
+def _joints_that_count(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
+                       ) -> list[int]:
+    """Joints without whose holds clearly more would be left."""
+    values, hold = hypothesis.values, f"{member.name}.hold"
+    without = [{**values, hold: np.where(np.arange(len(values[hold])) == k, 0.0, values[hold])}
+               for k in member.joints]
+    left = np.sum([_left_in_log(hypothesis, [values, *without], residuals, j)
+                   for j in range(len(residuals.problem.fit))], axis=0)
+    return [k for k, more in zip(member.joints, left[1:]) if left[0] < (1 - _LEAST_SHARE) * more]
 
 
 def _with_best_length(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
@@ -47,7 +62,7 @@ def _with_best_length(hypothesis: Hypothesis, member: Member, residuals: Residua
 
 
 def _with_best_times(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
-                     reach: float, k: int) -> Hypothesis:
+                     reach: float, count: int, k: int) -> Hypothesis:
     """Holds of another interval, that begin earlier or later in each log.
 
     An interval and a phase that are both a little wrong may match a part of a log: neither alone
@@ -57,7 +72,7 @@ def _with_best_times(hypothesis: Hypothesis, member: Member, residuals: Residual
     hold, interval, phase = (f"{member.name}.{name}" for name in ("hold", "interval", "phase"))
     middle = np.array([len(log) * problem.period / 2 for log in problem.logs])
     length = values[interval][k]
-    off = reach * values[hold][k] * np.linspace(-1.0, 1.0, _TIMES)
+    off = reach * values[hold][k] * np.arange(-count // 2, count // 2) / (count // 2)
     tried, costs = [], []
     for longer in length * (1.0 + off / middle.max()):  # by so much at the ends of the longest log
         intervals = values[interval].copy()
