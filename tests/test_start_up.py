@@ -49,6 +49,7 @@ def test_a_diagnosis_needs_neither_python_control_nor_scipy():
     assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [
     ["-m", "clie_blocks.analysis.stability_report"], ["-m", "clie_blocks.analysis.reproduction"],
     [str(ANALYSIS / "stability_report")], [str(ANALYSIS / "reproduction")]])

@@ -189,6 +189,7 @@ def test_settings_read_as_they_are_written():
     assert repr(LIBRARY["coulomb"]) == "<effect coulomb(level, width) at the load>"
 
 
+@pytest.mark.slow
 def test_all_neutral_effects_at_once_are_bitwise_invisible():
     own_motion = {"stiffening_elasticity", "backlash", "torsional_hysteresis"}
     loop = joint_loop(joints(), [10, 10], [5, 5])

@@ -25,6 +25,7 @@ def test_a_planar_tree_moves_as_the_arm_of_the_paper():
         np.testing.assert_allclose(arm.dynamics(0, x, u), paper.dynamics(0, x, u), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_spatial_arm_compiled_and_by_scipy_moves_alike():
     links = random_tree(1, 3)
     arm = articulated_arm(links, np.full(3, 50.0), np.full(3, 1e-3), np.full(3, 1e-3), h=0.2)
@@ -35,6 +36,7 @@ def test_a_spatial_arm_compiled_and_by_scipy_moves_alike():
     np.testing.assert_allclose(run.outputs[:, -1], expected, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_an_arm_without_friction_keeps_its_energy():
     links = random_tree(2, 3)
     ratio, rotor = np.full(3, 30.0), np.full(3, 1e-4)

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 NOISE_MODELS = ablations.noise_without_whitening, ablations.noise_without_sensitivity
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_model", NOISE_MODELS)
 def test_other_weighing_keeps_healthy_errors_at_size_one(own_robot, noise_model):
     problem, _ = own_robot("none")

@@ -95,6 +95,7 @@ def test_a_block_is_judged_by_a_model_that_did_not_see_it(alone):
     assert np.mean(unseen) > np.mean(seen)  # the fit saw all of it
 
 
+@pytest.mark.slow
 def test_a_single_log_is_judged_by_blocks_and_the_answer_says_so(alone):
     made, *_ = alone
     found = diagnose(Problem.from_logs(made.robot, made.records[:1]))

@@ -109,6 +109,7 @@ def test_a_fault_that_never_sets_in_has_no_confounder_and_one_that_always_was_no
     assert confounder(faulted([HELD] * 3, 0.0, 0.0, 0.0)) == UNMARKED
 
 
+@pytest.mark.slow
 @given(st.integers(1, 4), st.integers(0, 2**32 - 1), st.floats(0.0, 0.5))
 def test_positions_on_two_sides_of_a_plane_are_apart_in_any_number_of_joints(n, seed, between):
     rng = np.random.default_rng(seed)

@@ -1,6 +1,7 @@
 """The torque of a cause on the measured motion."""
 
 import numpy as np
+import pytest
 
 from clie_blocks.analysis.blind.comparison.baselines.smoothed_motion import (
     opposing_torque,
@@ -9,6 +10,7 @@ from clie_blocks.analysis.blind.comparison.baselines.smoothed_motion import (
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 
 
+@pytest.mark.slow
 def test_the_measured_motion_has_the_torque_of_a_cause(own_robot):
     problem, _ = own_robot("coulomb")
     (motion,) = smooth_motions(problem, problem.fit[:1])
