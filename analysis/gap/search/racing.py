@@ -89,8 +89,8 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
     for candidate in sorted(candidates, key=predicted_excess):
         if begun and residuals.is_out_of_time:
             break
-        best = min(begun, key=training_excess, default=nominal)
-        if not begun or (can_compete(candidate, best, residuals.method) and not is_outclassed(
+        best = min(begun, key=training_excess, default=None)
+        if best is None or (can_compete(candidate, best, residuals.method) and not is_outclassed(
                 candidate, best, most, nominal, residuals.method)):
             begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
                                       residuals, nominal))
