@@ -13,6 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from clie_blocks.errors import ClieError, nearest
+from clie_blocks.rigid_body.rotations import turn_about, unit
 from clie_blocks.rigid_body.tree import PRISMATIC, Body, steiner
 
 FIXED = "fixed"
@@ -93,7 +94,7 @@ class Joint:
         """Pose of the child in the frame of the parent, where the joint is held [rad or m]."""
         if self.kind == FIXED or not position:
             return self.pose
-        axis = self.axis / np.linalg.norm(self.axis)
+        axis = unit(self.axis, f"the axis of joint {self.name!r}")
         if self.kind == PRISMATIC:
             return self.pose.then(Pose(origin=position * axis))
         return self.pose.then(Pose(turn_about(axis, position)))
@@ -225,10 +226,3 @@ class Description:
         com, inertia = inertial.about_com()
         return Body(joint.name, carrier, pose.rotation, pose.origin, joint.axis, inertial.mass,
                     com, inertia, joint.kind, joint.lower, joint.upper, joint.child)
-
-
-def turn_about(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Rotation about a unit axis, by Rodrigues' formula."""
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * across + (1.0 - math.cos(angle)) * across @ across

@@ -62,8 +62,7 @@ class BaseParameters:
 def base_parameters(tree: Tree, seed: int = 0) -> BaseParameters:
     """Return the base parameters of a tree, by QR with pivots of the regressor at random motions.
 
-    Those of a link are preferred to those of the links behind it, so that a combination is led by
-    the parameter that is nearest to the base.
+    A combination is led by the parameter that acts most.
     """
     from scipy.linalg import qr, solve_triangular
 

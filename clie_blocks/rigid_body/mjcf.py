@@ -16,8 +16,8 @@ from clie_blocks.rigid_body.description import (
     Inertial,
     Joint,
     Pose,
-    turn_about,
 )
+from clie_blocks.rigid_body.rotations import of_quaternion, rotation_from_z, turn_about, unit
 from clie_blocks.rigid_body.solids import SOLIDS, solid
 from clie_blocks.rigid_body.tree import PRISMATIC, REVOLUTE, Tree, tree
 from clie_blocks.rigid_body.xml_file import attribute_numbers, read_root
@@ -249,22 +249,24 @@ class _Model:
     def _pose(self, element: Element, what: str) -> Pose:
         """Pose that an element states, in one of five ways."""
         origin = self.numbers(element, "pos", "0 0 0", what, 3)
+        named = f"{self.source}: an axis of {what}"
         scale = math.radians(1.0) if self.degrees else 1.0
         if element.get("quat"):
-            return Pose(_of_quaternion(self.numbers(element, "quat", "", what, 4)), origin)
+            return Pose(of_quaternion(self.numbers(element, "quat", "", what, 4), named), origin)
         if element.get("axisangle"):
             x, y, z, angle = self.numbers(element, "axisangle", "", what, 4)
-            return Pose(turn_about(_unit(np.array([x, y, z])), scale * angle), origin)
+            return Pose(turn_about(unit(np.array([x, y, z]), named), scale * angle), origin)
         if element.get("euler"):
             angles = scale * self.numbers(element, "euler", "", what, 3)
             return Pose(self._of_euler(angles), origin)
         if element.get("xyaxes"):
             x, y = self.numbers(element, "xyaxes", "", what, 6).reshape(2, 3)
-            x = _unit(x)
-            y = _unit(y - x * (x @ y))
+            x = unit(x, named)
+            y = unit(y - x * (x @ y), named)
             return Pose(np.stack([x, y, np.cross(x, y)], axis=1), origin)
         if element.get("zaxis"):
-            return Pose(rotation_from_z(self.numbers(element, "zaxis", "", what, 3)), origin)
+            z = self.numbers(element, "zaxis", "", what, 3)
+            return Pose(rotation_from_z(z, named), origin)
         return Pose(origin=origin)
 
     def _of_euler(self, angles: np.ndarray) -> np.ndarray:
@@ -310,7 +312,8 @@ class _Model:
             if geom.get("fromto"):
                 ends = self.numbers(geom, "fromto", "", what, 6).reshape(2, 3)
                 along = ends[0] - ends[1]
-                pose = frame.then(Pose(rotation_from_z(along), ends.mean(axis=0)))
+                pose = frame.then(Pose(rotation_from_z(along, f"{self.source}: fromto of {what}"),
+                                       ends.mean(axis=0)))
                 half = np.linalg.norm(along) / 2
                 size = np.array([size[0], half] if SOLIDS[kind] == 2 else [size[0], size[0], half])
             whole = whole + self._solid(kind, size, mass, density, what).seen_from(pose)
@@ -349,27 +352,3 @@ def _frames(body: Element) -> Iterator[Element]:
     for frame in body.iterfind("frame"):
         yield frame
         yield from _frames(frame)
-
-
-def rotation_from_z(axis: np.ndarray) -> np.ndarray:
-    """Shortest rotation that turns z into the direction of an axis."""
-    axis = _unit(axis)
-    across = np.array([-axis[1], axis[0], 0.0])
-    sine = np.linalg.norm(across)
-    if sine < 1e-12:
-        return np.diag([1.0, math.copysign(1.0, axis[2]), math.copysign(1.0, axis[2])])
-    return turn_about(across / sine, math.atan2(sine, axis[2]))
-
-
-def _of_quaternion(quaternion: np.ndarray) -> np.ndarray:
-    w, x, y, z = _unit(quaternion)
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                     [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                     [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]])
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    length = np.linalg.norm(vector)
-    if length == 0.0:
-        raise ClieError(f"{vector.tolist()} has no direction; one of its numbers must not be zero")
-    return vector / length

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clie_blocks.errors import ClieError, nearest
+from clie_blocks.rigid_body.rotations import rotation_from_z
 
 REVOLUTE, PRISMATIC = "revolute", "prismatic"
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, in the frame of the base
-_ALONG = 1e-12  # of an axis, across z, below which it is z itself
 _ROUNDED = 0.01  # of the largest moment of inertia: files hold two or three digits
 
 
@@ -149,7 +149,8 @@ def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
     for k, body in enumerate(ordered):
         _check_body(body)
         places[body.name] = k
-        turn = turns[body.name] = _onto(np.asarray(body.axis, float), body.name)
+        turn = turns[body.name] = rotation_from_z(np.asarray(body.axis, float),
+                                                  f"the axis of joint {body.name!r}")
         before, mass = turns[body.parent].T, float(body.mass)
         com = _clean(turn.T @ np.asarray(body.com, float))
         about_com = turn.T @ np.asarray(body.inertia, float) @ turn
@@ -191,22 +192,6 @@ def _in_order(bodies: Sequence[Body]) -> list[Body]:
         ordered.append(ready[0])
         waiting.remove(ready[0])
     return ordered
-
-
-def _onto(axis: np.ndarray, name: str) -> np.ndarray:
-    """Rotation whose third column is an axis, the identity where that is z."""
-    length = np.linalg.norm(axis)
-    if not np.isfinite(length) or length == 0.0:
-        raise ClieError(f"the axis of joint {name!r} is {axis.tolist()}, which has no direction; "
-                        "give three numbers, one of them not zero")
-    z = axis / length
-    if np.hypot(z[0], z[1]) < _ALONG:
-        return np.diag([1.0, np.sign(z[2]), np.sign(z[2])])
-    across = np.zeros(3)
-    across[np.argmin(np.abs(z))] = 1.0
-    x = np.cross(across, z)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=1)
 
 
 def _check_body(body: Body) -> None:

@@ -15,8 +15,8 @@ from clie_blocks.rigid_body.description import (
     Inertial,
     Joint,
     Pose,
-    turn_about,
 )
+from clie_blocks.rigid_body.rotations import turn_about
 from clie_blocks.rigid_body.tree import GRAVITY, PRISMATIC, REVOLUTE, Tree, tree
 from clie_blocks.rigid_body.xml_file import attribute_numbers, read_root
 

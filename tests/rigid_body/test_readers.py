@@ -187,20 +187,21 @@ def test_no_file_and_a_huge_one_are_refused(tmp_path, monkeypatch):
         read_urdf(written(tmp_path, URDF))
 
 
+INSIDE = {  # solids of size 0.3, 0.2, 0.1
+    "sphere": lambda x, y, z: x**2 + y**2 + z**2 < 0.3**2,
+    "capsule": lambda x, y, z: np.hypot(np.hypot(x, y), np.maximum(np.abs(z) - 0.2, 0)) < 0.3,
+    "cylinder": lambda x, y, z: (np.hypot(x, y) < 0.3) & (np.abs(z) < 0.2),
+    "ellipsoid": lambda x, y, z: (x / 0.3)**2 + (y / 0.2)**2 + (z / 0.1)**2 < 1.0,
+    "box": lambda x, y, z: (np.abs(x) < 0.3) & (np.abs(y) < 0.2) & (np.abs(z) < 0.1)}
+
+
 @pytest.mark.parametrize("kind", SOLIDS)
 def test_moments_of_solids_are_those_of_their_points(kind):
     """Second route: the mean over points drawn inside."""
-    size, rng = np.array([0.3, 0.2, 0.1])[:SOLIDS[kind]], np.random.default_rng(0)
-    reach = np.array([0.3, 0.3, 0.5]) if SOLIDS[kind] == 2 else np.full(3, 0.3)
-    x, y, z = points = rng.uniform(-1.0, 1.0, (400_000, 3)).T * reach[:, None]
-    radius = np.hypot(x, y)
-    inside = {
-        "sphere": radius**2 + z**2 < 0.09, "box": (np.abs(points.T) < size[:3]).all(axis=1)
-        if len(size) == 3 else None,
-        "ellipsoid": (points.T**2 / size**2).sum(axis=1) < 1.0 if len(size) == 3 else None,
-        "cylinder": (radius < 0.3) & (np.abs(z) < 0.2),
-        "capsule": np.hypot(radius, np.maximum(np.abs(z) - 0.2, 0.0)) < 0.3}[kind]
+    size = np.array([0.3, 0.2, 0.1])[:SOLIDS[kind]]
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (3, 2_000_000))
+    inside = INSIDE[kind](*points)
     volume, moments = solid(kind, size)
-    assert 8 * reach.prod() * inside.mean() == pytest.approx(volume, rel=0.01)
+    assert inside.mean() == pytest.approx(volume, rel=0.01)
     square = (points[:, inside] ** 2).mean(axis=1)
     np.testing.assert_allclose(square.sum() - square, moments, rtol=0.01)

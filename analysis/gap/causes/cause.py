@@ -230,7 +230,8 @@ class Scene:
         return share * self.torque
 
 
-_MOST_WAVES = 3.0  # over the travel, from which on a spectrum is sharp
+_MOST_WAVES = 3.0  # over the travel of any joint, from which on a spectrum is sharp
+_HIGHEST = 48.0  # waves per joint turn, however little a joint travels
 
 
 def waves_over_travel(scene: Scene) -> list[np.ndarray]:
@@ -238,8 +239,8 @@ def waves_over_travel(scene: Scene) -> list[np.ndarray]:
 
     `search.ripple_spectrum` finds all higher ones.
     """
-    travel = scene.travel.max()
-    least = max(3.0, 3.0 / travel)
-    step = np.clip(1.2 / travel, 0.6, 3.0)
-    most = max(2 * least, _MOST_WAVES * 2 * np.pi / travel)
+    longest, shortest = scene.travel.max(), scene.travel.min()
+    least = max(3.0, 3.0 / longest)
+    step = np.clip(1.2 / longest, 0.6, 3.0)
+    most = max(2 * least, min(_HIGHEST, _MOST_WAVES * 2 * np.pi / shortest))
     return [order + 0 * scene.travel for order in np.arange(least, most, step)]

@@ -39,6 +39,8 @@ class SearchMethod:
     competing_score: float = threshold(
         0.5, "of the best",
         "gain that a single cause must promise, to be fitted beside one that leaves only noise")
+    refined_share: float = threshold(
+        0.1, "of what is left", "that a fault of a drive must explain at a joint to be refined")
     single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")
     pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
     triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")

@@ -31,7 +31,6 @@ _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
-_REFINED = 0.1  # of an error, that a fault must explain as it was found for it to be refined
 _FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
 
 
@@ -65,8 +64,9 @@ class _Joint(NamedTuple):
 
     @property
     def least(self) -> float:
-        """Drop of chi^2 of a fault that is worth to be refined."""
-        return _REFINED * float(self.target @ self.target)
+        """Drop of chi^2 from which a fault is worth refining."""
+        share = self.residuals.method.search.refined_share
+        return share * float(self.target @ self.target)
 
     @property
     def period(self) -> float:

@@ -16,7 +16,6 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _SIDE_BY_SIDE = 15  # simulations
-_LEAST_SHARE = 0.1  # of what is left without the holds of a joint, that they must explain
 _REACHES = (0.5, 16), (0.25, 8), (0.1, 8), (0.02, 8)
 """Share of the time of a hold by which its start may be off, and how many starts are tried there,
 with as many intervals."""
@@ -47,7 +46,8 @@ def _joints_that_count(hypothesis: Hypothesis, member: Member, residuals: Residu
                for k in member.joints]
     left = np.sum([_left_in_log(hypothesis, [values, *without], residuals, j)
                    for j in range(len(residuals.problem.fit))], axis=0)
-    return [k for k, more in zip(member.joints, left[1:]) if left[0] < (1 - _LEAST_SHARE) * more]
+    kept = 1.0 - residuals.method.search.refined_share
+    return [k for k, more in zip(member.joints, left[1:]) if left[0] < kept * more]
 
 
 def _with_best_length(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,

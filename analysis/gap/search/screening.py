@@ -8,7 +8,7 @@ output error, linearised; fits by full simulation follow for the leaders.
 
 import dataclasses
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.dynamics import State
 
-_FILTERED_PORTS = "load", "friction", "drive", "sensor"
+_TORQUE_PORTS = frozenset(("load", "friction", "drive"))
 _MANY_TICKS = 8  # of the controller in a row, of which every other one is enough
 
 
@@ -212,9 +212,8 @@ def responses(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: l
     """
     if not sets:
         return
-    if all(piece.port in _FILTERED_PORTS and not piece.states for piece in cause.pieces):
-        moved = (_moved_by_sensors if any(piece.port == "sensor" for piece in cause.pieces)
-                 else _moved_by_torques)
+    moved = _filter_of(cause)
+    if moved is not None:
         for values in sets:
             yield [moved(hypothesis, state, rows, cause, _of_log(values, run), log)
                    for state, rows, run, log in zip(
@@ -222,6 +221,16 @@ def responses(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: l
                        hypothesis.problem.fit)]
     else:
         yield from _simulated(hypothesis, motion, cause, sets)
+
+
+def _filter_of(cause: Cause) -> Callable[..., np.ndarray] | None:
+    """How a cause moves the positions through a filter; None where it must be simulated."""
+    ports = [piece.port for piece in cause.pieces]
+    if any(piece.states for piece in cause.pieces):
+        return None
+    if set(ports) <= _TORQUE_PORTS:
+        return _moved_by_torques
+    return _moved_by_sensor if ports == ["sensor"] else None
 
 
 def _rows(problem: Problem) -> list[Rows]:
@@ -290,9 +299,9 @@ def _torque(state: State, cause: Cause, p: Values) -> np.ndarray:
     return torque
 
 
-def _moved_by_sensors(hypothesis: Hypothesis, state: State, rows: Rows, cause: Cause, p: Values,
-                      log: Log) -> np.ndarray:
-    """Change of the rows (N, n) of the positions in a log, from errors of the sensors through S.
+def _moved_by_sensor(hypothesis: Hypothesis, state: State, rows: Rows, cause: Cause, p: Values,
+                     log: Log) -> np.ndarray:
+    """Change of the rows (N, n) of the positions in a log, from an error of a sensor through S.
 
     A joint that follows an error of the law's encoder moves by (S - 1) times that error.
     """

@@ -1,6 +1,7 @@
 """What the diagnosis fits is what the catalogue describes: each cause against its effect's law."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from clie_blocks.analysis.gap.causes import (
     friction,
     transmission,
 )
+from clie_blocks.analysis.gap.causes.cause import waves_over_travel
 from clie_blocks.analysis.gap.causes.vocabulary import FOUND_BY_REPLAY
 from clie_blocks.effects import (
     backlash,
@@ -202,3 +204,11 @@ def test_a_flank_never_pulls():
     leaving = passed(transmission.BACKLASH, twist, -50.0 * np.sign(twist), numbers, np.ones(N),
                      np.ones(N))
     assert np.all(leaving * twist >= 0.0)
+
+
+@pytest.mark.parametrize("travel", [(2.0, 2.0), (2.0, 0.3)])
+def test_waves_over_the_travel_reach_where_the_spectrum_begins_at_every_joint(travel):
+    """It finds no less than a wave over the travel of a joint, whatever the others travel."""
+    orders = np.array(waves_over_travel(SimpleNamespace(travel=np.array(travel))))
+    assert (orders.max(axis=0) > 2 * np.pi / np.array(travel)).all()
+    assert orders.min() == pytest.approx(3.0) and orders.max() <= 48.0
