@@ -14,6 +14,8 @@ VERBS = {
                   "every number of the paper against ours"),
     "check": ("clie_blocks.analysis.records.check_report",
               "is this log sound, and what can be diagnosed from it"),
+    "robot": ("clie_blocks.analysis.records.robot_command",
+              "start a robot file from a URDF, an MJCF or logs, or check one"),
     "identify": ("clie_blocks.analysis.identification.command",
                  "CLIE and four other estimators on a recorded robot"),
     "diagnose": ("clie_blocks.analysis.gap.command",

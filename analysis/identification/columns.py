@@ -9,9 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.identification.motion import Run, stiction
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Nominal, Robot
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.manipulator import coriolis, gravity, mass_matrix
+from clie_blocks.rigid_body import dynamics as tree_dynamics
+from clie_blocks.rigid_body.tree import Tree
 
 BASE = ("inertia", "viscous", "offset")
 EXTRA = {"coulomb": "dry friction, constant against the motion",
@@ -49,10 +51,13 @@ def known_load(run: Run, robot: Robot) -> np.ndarray:
     """Torque of the links that the nominal model contains, in the unit of u, shape (N, n).
 
     Weight, and the inertia coupling beyond the constant inertia at the first position, by eqs.
-    (1) to (7) for one or two links; zero for what `robot.toml` does not state.
+    (1) to (7) for one or two links, or for those of a model; zero for what `robot.toml` does not
+    state.
     """
     zero = np.zeros(run.q.shape)
     links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
+    if robot.tree is not None and ratio is not None:
+        return _load_of_tree(run, robot.tree, nominal) / _torque_scale(robot)
     mass, com, length = links.mass, links.com, links.length
     if mass is None or com is None or ratio is None or robot.n > 2:
         return zero
@@ -64,7 +69,24 @@ def known_load(run: Run, robot: Robot) -> np.ndarray:
     if nominal.coupling and robot.n == 2 and length is not None:
         own = np.zeros(2) if links.inertia is None else links.inertia
         load = load + _coupling(run, mass, length, com, own)
-    return load / (ratio if robot.motor.torque_gain is None else ratio * robot.motor.torque_gain)
+    return load / _torque_scale(robot)
+
+
+def _torque_scale(robot: Robot) -> np.ndarray:
+    """Torque on the joint side per command, shape (n,)."""
+    motor, one = robot.motor, np.ones(robot.n)
+    ratio = one if motor.gear_ratio is None else motor.gear_ratio
+    return ratio if motor.torque_gain is None else ratio * motor.torque_gain
+
+
+def _load_of_tree(run: Run, links: Tree, nominal: Nominal) -> np.ndarray:
+    """Torque of the links of a model beyond their inertia at the first position, (N, n)."""
+    if nominal.gravity is False:
+        links = links.with_gravity((0.0, 0.0, 0.0))
+    if nominal.coupling is False:
+        return tree_dynamics.gravity_torque(links, run.q)
+    inertia = tree_dynamics.mass_matrix(links, run.q[0]).diagonal()
+    return tree_dynamics.inverse_dynamics(links, run.q, run.dq, run.ddq) - inertia * run.ddq
 
 
 def _coupling(run: Run, mass: np.ndarray, length: np.ndarray, com: np.ndarray,

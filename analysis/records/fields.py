@@ -30,7 +30,8 @@ def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
                choices: Sequence[str] = ()) -> Any:
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
-    Kinds are ``joints``, ``number``, ``lists``, ``choice``, ``text`` and ``flag``.
+    Kinds are ``joints``, ``number``, ``vector`` of three, ``lists``, ``positions`` by name,
+    ``names``, ``choice``, ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={
@@ -49,6 +50,12 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
         return value
     if kind == "lists":
         return _lists(value, where)
+    if kind == "positions":
+        return _positions(value, where)
+    if kind == "names":
+        return _names(value, where)
+    if kind == "vector":
+        return _vector(value, where)
     return _numbers(value, rules, where)
 
 
@@ -75,6 +82,27 @@ def _numbers(value: Any, rules: Any, where: str) -> float | np.ndarray:
     if least is not None and not (array >= least).all():
         raise RecordError(f"{where} must be at least {least}, got {value!r}")
     return float(array) if one else _frozen(np.atleast_1d(array))
+
+
+def _positions(value: Any, where: str) -> FixedDict:
+    if not isinstance(value, dict):
+        raise RecordError(f"{where} must be names with numbers, such as {{ finger = 0.0 }}, got "
+                          f"{value!r}")
+    return FixedDict({name: float(_float_array(one, f"{where}: {name}", "a number"))
+                      for name, one in value.items()})
+
+
+def _names(value: Any, where: str) -> tuple[str, ...]:
+    if not isinstance(value, (list, tuple)) or not all(isinstance(one, str) for one in value):
+        raise RecordError(f"{where} must be a list of names, got {value!r}")
+    return tuple(check_name(one, where) for one in value)
+
+
+def _vector(value: Any, where: str) -> np.ndarray:
+    array = _float_array(value, where, "three numbers")
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise RecordError(f"{where} must be three numbers along x, y and z, got {value!r}")
+    return _frozen(array)
 
 
 def _lists(value: Any, where: str) -> tuple[np.ndarray, ...]:

@@ -19,12 +19,14 @@ from clie_blocks.analysis.records.fields import (
     per_joint,
 )
 from clie_blocks.errors import RecordError
+from clie_blocks.rigid_body.tree import Tree
 
 LAWS = ("pd", "cascade", "servo", "unknown")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
 DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
 Part = TypeVar("Part", bound="_Section")
+OF_MODEL = ("base", "tip", "locked", "model_joints", "sign", "zero", "gravity", "payload")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
 
 
@@ -95,6 +97,22 @@ class Links(_Section):
         Inertia about the centre of mass [kg m^2].
     joint_viscous_friction : array_like, shape (n,)
         Damping of the bearing [N m s].
+    mass_tolerance : float
+        Relative tolerance of the masses; 0 where it is not stated.
+    model : str
+        URDF or MJCF file in the place of the numbers above, seen from the robot file.
+    base, tip : str
+        Links of it between which the joints move; a load sits at the tip.
+    locked : mapping of str to float
+        Joints of it that are held, and where [rad or m].
+    model_joints : tuple of str
+        Its joints in the order of the logs; by default `joint_names`, if they are those of it.
+    sign, zero : array_like, shape (n,)
+        Position in the model is the logged one times the sign, and the zero [rad or m] more.
+    gravity : array_like, shape (3,)
+        In the frame of the base [m/s^2].
+    payload : float
+        Mass that the robot always carries at the tip [kg].
 
     """
 
@@ -104,6 +122,28 @@ class Links(_Section):
     inertia: np.ndarray | None = file_field("inertia_kgm2", "joints", least=0)
     joint_viscous_friction: np.ndarray | None = file_field("joint_viscous_friction_nms", "joints",
                                                            least=0)
+    mass_tolerance: float | None = file_field("mass_tolerance", "number", least=0)
+    model: str | None = file_field("model", "text")
+    base: str | None = file_field("base", "text")
+    tip: str | None = file_field("tip", "text")
+    locked: Mapping[str, float] | None = file_field("locked", "positions")
+    model_joints: tuple[str, ...] | None = file_field("model_joints", "names")
+    sign: np.ndarray | None = file_field("sign", "joints")
+    zero: np.ndarray | None = file_field(("zero_rad", "zero"), "joints")
+    gravity: np.ndarray | None = file_field("gravity_m_s2", "vector")
+    payload: float | None = file_field("payload_kg", "number", least=0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        numbers = [name for name in ("length", "mass", "com", "inertia")
+                   if getattr(self, name) is not None]
+        of_model = [name for name in OF_MODEL if getattr(self, name) is not None]
+        if self.model is not None and numbers:
+            raise RecordError(f"both a model and {numbers[0]} of the links are stated; the model "
+                              f"holds the links: take {numbers[0]} out, or the model")
+        if self.model is None and of_model:
+            raise RecordError(f"{of_model[0]} belongs to a model, and none is stated; write "
+                              'model = "arm.urdf" beside it')
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -114,15 +154,16 @@ class Nominal(_Section):
     ----------
     gravity : bool or None
         Whether it has the gravity vector of `Links`; None where that is not stated.
-    coupling : bool
-        Whether it has the inertia coupling and Coriolis terms of `Links`.
+    coupling : bool or None
+        Whether it has the inertia coupling and Coriolis terms of `Links`; None where that is not
+        stated: a model has them, numbers per link have not.
     g : float
         Acceleration of gravity [m/s^2].
 
     """
 
     gravity: bool | None = file_field("gravity", "flag")
-    coupling: bool = file_field("coupling", "flag", False)
+    coupling: bool | None = file_field("coupling", "flag")
     g: float = file_field("g", "number", 9.81, least=0)
 
 
@@ -286,6 +327,8 @@ class Robot:
         Column patterns of the logs, such as ``{"q": "actual_pos_{joint}"}``.
     source : str
         The file.
+    tree : Tree or None
+        Links of the model that the file names, or that is given here.
 
     Raises
     ------
@@ -306,8 +349,14 @@ class Robot:
     units: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
     columns: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
     source: str = ""
+    tree: Tree | None = None
 
     def __post_init__(self) -> None:
+        if self.tree is not None and self.tree.n != self.n:
+            raise RecordError(f"{self.source or 'robot'}: the model of the links has "
+                              f"{self.tree.n} joints that move, {', '.join(self.tree.names)}, the "
+                              f"robot {self.n}; lock those that the logs do not hold, or name the "
+                              "tip of the arm")
         names = tuple(self.joints) or tuple(f"joint{k + 1}" for k in range(self.n))
         if len(set(names)) != self.n:
             raise RecordError(f"{self.source or 'robot'}: {self.n} joints need {self.n} different "
@@ -334,4 +383,4 @@ def speaks_of_torque(robot: Robot) -> bool:
     motor = dataclasses.asdict(robot.motor)
     del motor["gear_ratio"]
     return (robot.controller.law != "unknown" or robot.links.mass is not None
-            or any(value is not None for value in motor.values()))
+            or robot.tree is not None or any(value is not None for value in motor.values()))

@@ -4,7 +4,7 @@ import dataclasses
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,9 @@ from clie_blocks.analysis.records.robot import (
     Nominal,
     Robot,
 )
-from clie_blocks.errors import RecordError, nearest
+from clie_blocks.errors import ClieError, RecordError, nearest
+from clie_blocks.rigid_body.model_file import joint_names, read_model
+from clie_blocks.rigid_body.tree import Tree
 
 SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Controller,
             "encoder": Encoder}
@@ -138,15 +140,34 @@ def _lines(text: str) -> dict[str, int]:
 def _robot(file: _RobotFile) -> Robot:
     _refuse_unknown(file, (), file.table, TOP)
     n = _count(file)
-    experiments = _table(file, "experiment")
+    experiments, joints = _table(file, "experiment"), _names(file, n)
+    sections = {name: _section(file, (name,), _table(file, name), kind, n)
+                for name, kind in SECTIONS.items()}
+    links = _tree(file, sections["links"], joints)
     return Robot(
-        n=n, name=str(file.table.get("name", "")), joints=_names(file, n),
-        **{name: _section(file, (name,), _table(file, name), kind, n)
-           for name, kind in SECTIONS.items()},
+        n=n, name=str(file.table.get("name", "")),
+        joints=joints or (links.names if links is not None and links.n == n else ()),
+        tree=links, **sections,
         experiments={name: _section(file, ("experiment", name), _entry(file, name), Experiment, n)
                      for name in experiments},
         units=_words(file, "units", DEFAULT_UNITS), columns=_words(file, "columns", DEFAULT_UNITS),
         source=str(file.path))
+
+
+def _tree(file: _RobotFile, links: Links, joints: Sequence[str]) -> Tree | None:
+    """Links of the model that the file names."""
+    if links.model is None:
+        return None
+    path = file.path.parent / links.model
+    listed: Sequence[str] = links.model_joints or ()
+    try:
+        if not listed and joints and set(joints) <= set(joint_names(path)):
+            listed = joints
+        return read_model(path, links.base, links.tip, links.locked, joints=listed,
+                          sign=links.sign, zero=links.zero, gravity=links.gravity,
+                          payload=links.payload or 0.0)
+    except ClieError as error:
+        raise RecordError(f"{file.where('links', 'model')}: {error}") from None
 
 
 def _count(file: _RobotFile) -> int:

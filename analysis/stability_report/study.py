@@ -222,8 +222,8 @@ def _arm(robot: Robot, remarks: list[str]) -> _Arm:
                                  ("com", links.com), ("inertia", links.inertia),
                                  ("h", links.joint_viscous_friction))}
     if not complete:
-        remarks.append("Links are left out: the file does not state mass, length and centre of "
-                       "mass of one or two links.")
+        remarks.append("Links are left out: the bounds take them for arms of one or two links "
+                       "whose mass, length and centre of mass the file states.")
     return _Arm(**stated, g=robot.nominal.g)
 
 

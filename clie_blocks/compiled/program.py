@@ -28,6 +28,7 @@ from clie_blocks.compiled.verification import POINTS, check
 from clie_blocks.errors import ClieError, nearest
 
 QUICK_POINTS = 4
+LARGE = 2000  # operations; python-control takes tens of milliseconds to evaluate so many once
 
 
 def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
@@ -69,7 +70,7 @@ def compile_diagram(diagram: ct.NonlinearIOSystem, engine: str = "llvm",
     if isinstance(diagram, ct.TransferFunction):
         diagram = ct.ss(diagram, name=diagram.name)
     program = Program(diagram, engine, opaque)
-    check(program, diagram, QUICK_POINTS if program.cached else POINTS)
+    check(program, diagram, QUICK_POINTS if program.cached or program.is_large else POINTS)
     warn_of_callbacks(program.name, program.callbacks)
     return program
 
@@ -131,6 +132,11 @@ class Program(Studies):
     def callbacks(self) -> list[Callback]:
         """Functions of opaque blocks that the program calls back."""
         return self._trace.opaque
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the diagram takes thousands of operations."""
+        return len(self._trace.graph) > LARGE
 
     @property
     def cached(self) -> bool:

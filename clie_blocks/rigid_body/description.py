@@ -77,6 +77,9 @@ class Joint:
         Limits [rad or m].
     obstacle : str
         Why the joint cannot move in a tree, and what helps; it may be held.
+    damping, dry_friction, effort, armature : float
+        What a file says of the drive, on the joint side: damping [N m s/rad], dry friction and
+        largest torque [N m], inertia of the rotor behind the gear [kg m^2].
 
     """
 
@@ -89,6 +92,10 @@ class Joint:
     lower: float = -math.inf
     upper: float = math.inf
     obstacle: str = ""
+    damping: float = 0.0
+    dry_friction: float = 0.0
+    effort: float = math.inf
+    armature: float = 0.0
 
     def at(self, position: float) -> Pose:
         """Pose of the child in the frame of the parent, where the joint is held [rad or m]."""
@@ -98,6 +105,18 @@ class Joint:
         if self.kind == PRISMATIC:
             return self.pose.then(Pose(origin=position * axis))
         return self.pose.then(Pose(turn_about(axis, position)))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Merged:
+    """Joints that move, by name with their carrier and pose; inertials that each joint carries.
+
+    `places` holds the joint that moves each link, and the pose of the link in its frame.
+    """
+
+    moving: Mapping[str, tuple[Joint, str | None, Pose]]
+    carried: Mapping[str | None, Inertial]
+    places: Mapping[str, tuple[str | None, Pose]]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -136,6 +155,22 @@ class Description:
             If the description is no tree, a name is not in it, or a joint cannot move.
 
         """
+        merged = self._merged(base, tip, locked)
+        return [self._body(joint, carrier, pose, merged.carried[name])
+                for name, (joint, carrier, pose) in merged.moving.items()]
+
+    def point(self, link: str, base: str | None = None, tip: str | None = None,
+              locked: Mapping[str, float] | None = None) -> tuple[str | None, np.ndarray]:
+        """Return the joint that moves a link, and the link's origin in the frame of it [m].
+
+        See `bodies` for the parameters.
+        """
+        carrier, pose = self._merged(base, tip, locked).places[link]
+        return carrier, pose.origin
+
+    def _merged(self, base: str | None, tip: str | None,
+                locked: Mapping[str, float] | None) -> _Merged:
+        """Joints that move, with what each carries rigidly."""
         self._check_links()
         held = dict(locked or {})
         names = [joint.name for joint in self.joints]
@@ -145,7 +180,7 @@ class Description:
                                 f"{nearest(name, names)}")
         root = self._root(base)
         kept = set(names) if tip is None else self._joints_to(root, tip)
-        return self._bodies(root, held, kept - set(held))
+        return self._merge(root, held, kept - set(held))
 
     def _check_links(self) -> None:
         """Each joint joins two links that are there, and none is carried twice."""
@@ -199,15 +234,17 @@ class Description:
             link = carrying[link].parent
         return names
 
-    def _bodies(self, root: str, held: Mapping[str, float], free: set[str]) -> list[Body]:
+    def _merge(self, root: str, held: Mapping[str, float], free: set[str]) -> _Merged:
         behind: dict[str, list[Joint]] = {}
         for joint in self.joints:
             behind.setdefault(joint.parent, []).append(joint)
         moving: dict[str, tuple[Joint, str | None, Pose]] = {}
         carried: dict[str | None, Inertial] = {None: Inertial()}
+        places: dict[str, tuple[str | None, Pose]] = {}
 
         def add(link: str, carrier: str | None, pose: Pose) -> None:
             carried[carrier] = carried[carrier] + self.links[link].seen_from(pose)
+            places[link] = carrier, pose
             for joint in behind.get(link, []):
                 if joint.kind == FIXED or joint.name not in free:
                     add(joint.child, carrier, pose.then(joint.at(held.get(joint.name, 0.0))))
@@ -219,8 +256,7 @@ class Description:
                 add(joint.child, joint.name, Pose())
 
         add(root, None, Pose())
-        return [self._body(joint, carrier, pose, carried[name])
-                for name, (joint, carrier, pose) in moving.items()]
+        return _Merged(moving, carried, places)
 
     def _body(self, joint: Joint, carrier: str | None, pose: Pose, inertial: Inertial) -> Body:
         com, inertia = inertial.about_com()

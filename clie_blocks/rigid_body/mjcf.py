@@ -56,12 +56,15 @@ def read_mjcf(path: str | PathLike[str], base: str | None = None, tip: str | Non
         not name what is asked for.
 
     """
+    stated = gravity_of_mjcf(path) if gravity is None else gravity
+    return tree(describe_mjcf(path).bodies(base, tip, locked), stated)
+
+
+def gravity_of_mjcf(path: str | PathLike[str]) -> np.ndarray:
+    """Read the gravity of an MJCF file (3,) [m/s^2]."""
     root = read_root(path, "MJCF")
-    model = _Model.of_root(root, str(path))
     option = root.find("option")
-    stated = model.numbers(option, "gravity", "0 0 -9.81", "the option", 3)
-    return tree(model.describe().bodies(base, tip, locked),
-                stated if gravity is None else gravity)
+    return _Model.of_root(root, str(path)).numbers(option, "gravity", "0 0 -9.81", "the option", 3)
 
 
 def describe_mjcf(path: str | PathLike[str]) -> Description:
@@ -243,7 +246,11 @@ class _Model:
         limited = joint.get("limited", "auto")
         if limited == "false" or (limited == "auto" and not lower < upper):
             lower, upper = -math.inf, math.inf
-        at_reference = Joint(name, _KINDS[kind], parent, child, pose, axis, lower, upper)
+        damping, dry_friction, armature = (
+            float(self.numbers(joint, key, "0", what, 1)[0])
+            for key in ("damping", "frictionloss", "armature"))
+        at_reference = Joint(name, _KINDS[kind], parent, child, pose, axis, lower, upper,
+                             damping=damping, dry_friction=dry_friction, armature=armature)
         return dataclasses.replace(at_reference, pose=at_reference.at(-reference))
 
     def _pose(self, element: Element, what: str) -> Pose:

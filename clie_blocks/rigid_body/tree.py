@@ -84,6 +84,8 @@ class Tree:
         In the frame of the base [m/s^2].
     lower, upper : ndarray, shape (n,)
         Limits [rad or m].
+    tip : ndarray, shape (3,)
+        Where a load would sit, in the frame of the last joint [m].
 
     """
 
@@ -98,6 +100,7 @@ class Tree:
     gravity: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    tip: np.ndarray
 
     @property
     def n(self) -> int:
@@ -123,7 +126,8 @@ class Tree:
         return tuple(sorted(carried))
 
 
-def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
+def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY,
+         tip: ArrayLike | None = None) -> Tree:
     """Return the tree of some bodies, in frames whose z is the axis of the joint.
 
     Parameters
@@ -132,6 +136,9 @@ def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
         In any order.
     gravity : array_like, shape (3,)
         In the frame of the base [m/s^2].
+    tip : array_like, shape (3,), optional
+        Where a load would sit, in the frame of the last joint [m]; by default at the centre of
+        mass of its link.
 
     Raises
     ------
@@ -159,10 +166,12 @@ def tree(bodies: Sequence[Body], gravity: ArrayLike = GRAVITY) -> Tree:
                         _clean(about_com + mass * steiner(com)), body.lower, body.upper))
     rotation, offset, masses, moment, inertia, lower, upper = (
         np.array(column, float) for column in zip(*columns))
+    last = ordered[-1]
     return Tree(tuple(body.name for body in ordered),
                 tuple(places[body.parent] for body in ordered),
                 tuple(body.kind == PRISMATIC for body in ordered), rotation, offset, masses,
-                moment, inertia, np.array(gravity, float), lower, upper)
+                moment, inertia, np.array(gravity, float), lower, upper,
+                _clean(turn.T @ np.asarray(last.com if tip is None else tip, float)))
 
 
 def steiner(arm: np.ndarray) -> np.ndarray:

@@ -127,7 +127,10 @@ def _joint(joint: Element, source: str, numbers: _Numbers) -> Joint:
         f"follows {mimic.get('joint')!r} (<mimic>), which is a loop; lock it where it stands, or "
         "give it a drive of its own")
     return Joint(_name(joint, source), _KINDS[kind], parent, child, _pose(joint, numbers),
-                 numbers(joint.find("axis"), "xyz", 3, "1 0 0"), lower, upper, obstacle)
+                 numbers(joint.find("axis"), "xyz", 3, "1 0 0"), lower, upper, obstacle,
+                 numbers.one(joint.find("dynamics"), "damping"),
+                 numbers.one(joint.find("dynamics"), "friction"),
+                 numbers.one(joint.find("limit"), "effort") or math.inf)
 
 
 def _end(joint: Element, end: str, numbers: _Numbers) -> str:

@@ -24,8 +24,8 @@ from clie_blocks.robot_loop.dynamics import (
     law_command,
     measured_position,
 )
+from clie_blocks.robot_loop.links import Layout, Links
 from clie_blocks.robot_loop.motion import move_apart, move_as_one
-from clie_blocks.robot_loop.planar_chain import PlanarChain
 from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
@@ -45,9 +45,7 @@ class Structure:
 
     n: int
     period: float
-    known: bool
-    has_gravity: bool
-    has_coupling: bool
+    links: Layout
     clipped: bool
     encoder_on_motor: bool = False
     two_encoders: bool = False
@@ -121,8 +119,9 @@ class LoopBlock:
         """Parameters of the right shapes, harmless for a check of the compiled program."""
         n = self.shape.n
         values = {key: np.ones(n) for key in (*PER_JOINT, "start", "first")}
-        values.update({f"chain.{name}": np.ones(n) for name in PlanarChain.parameters})
-        values.update({"b": np.ones((3, n)), "a": np.ones((3, n)), "chain.g": np.array(9.81)})
+        values.update({f"links.{name}": value for name, value in
+                       self.shape.links.sample_parameters().items()})
+        values.update({"b": np.ones((3, n)), "a": np.ones((3, n))})
         values.update({f"{block}.{name}": np.ones(n)
                        for block, names in self.parameter_names.items() for name in names})
         values["inertia"] = 3.0 + values["inertia"]
@@ -150,8 +149,8 @@ class LoopBlock:
         if self.shape.encoder_on_motor:
             return start
         given = {**values, "start": start, "first": np.zeros(self.shape.n)}
-        memory, p, chain = self._unpack(np.zeros(self.layout.size), given)
-        now = dataclasses.replace(self._now(0.0, memory, p, chain), q=start)
+        memory, p, links = self._unpack(np.zeros(self.layout.size), given)
+        now = dataclasses.replace(self._now(0.0, memory, p, links), q=start)
         for _ in range(_INVERSIONS):
             seen, _ = measured_position(now, memory, self._of_link, p)
             now = dataclasses.replace(now, q=now.q + start - seen)
@@ -162,24 +161,17 @@ class LoopBlock:
         """Pieces between motor and link, which an encoder of the link sees."""
         return tuple((name, piece) for name, piece in self.pieces if piece.of_link)
 
-    def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, PlanarChain]:
+    def _unpack(self, x: np.ndarray, params: Values) -> tuple[Memory, Parameters, Links]:
         """Memory of every block, parameters of robot and effects, and the links."""
         p: dict[str, np.ndarray | dict[str, np.ndarray]] = {
             key: params[key] for key in (*PER_JOINT, "start", "first", "b", "a")}
         p.update({block: {name: params[f"{block}.{name}"] for name in names}
                   for block, names in self.parameter_names.items()})
-        return self.layout.unpack(x), p, self._chain(params)
-
-    def _chain(self, params: Values) -> PlanarChain:
-        shape = self.shape
-        length, mass, com, inertia, bearing_damping, g, diagonal = (
-            params[f"chain.{name}"] for name in PlanarChain.parameters)
-        return PlanarChain(length, mass, com, inertia, bearing_damping, g, shape.has_gravity,
-                           shape.has_coupling, diagonal, shape.known)
+        return self.layout.unpack(x), p, self.shape.links.links(params)
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
-        memory, p, chain = self._unpack(x, params)
-        joint = self._now(t, memory, p, chain)
+        memory, p, links = self._unpack(x, params)
+        joint = self._now(t, memory, p, links)
         now = self._at_encoder(joint, memory)
         q, _ = measured_position(now, memory, self._seen_by_law, p)
         command, _ = self._command(now, q, u, memory, p)
@@ -202,10 +194,10 @@ class LoopBlock:
             return measured_position(joint, memory, self._of_link, p)
         return memory["q_motor" if self.moves_apart else "q"][0], {}
 
-    def _now(self, t: float, memory: Memory, p: Parameters, chain: PlanarChain) -> State:
+    def _now(self, t: float, memory: Memory, p: Parameters, links: Links) -> State:
         """Motion at a sample, before there is a command."""
         (q,), (dq,) = memory["q"], memory["dq"]
-        return State(q, dq, np.zeros(self.shape.n), t, self.shape.period, chain, p["ratio"])
+        return State(q, dq, np.zeros(self.shape.n), t, self.shape.period, links, p["ratio"])
 
     def _at_encoder(self, now: State, memory: Memory) -> State:
         """Motion of the shaft that carries the encoder."""
@@ -226,8 +218,8 @@ class LoopBlock:
 
     def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         """State one period later: measure, command, hold, move."""
-        memory, p, chain = self._unpack(x, params)
-        now = self._now(t, memory, p, chain)
+        memory, p, links = self._unpack(x, params)
+        now = self._now(t, memory, p, links)
         seen = self._at_encoder(now, memory)
         q, of_sensor = measured_position(seen, memory, self._seen_by_law, p)
         command, of_law = self._command(seen, q, u, memory, p)

@@ -14,12 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from clie_blocks.robot_loop.planar_chain import (
-    PlanarChain,
-    coriolis_torque,
-    gravity_torque,
-    mass_matrix,
-)
+from clie_blocks.robot_loop.links import Links, coriolis_torque, gravity_torque, mass_rows
 
 DELAY_TAPS = 60  # samples of a delay line
 FRICTION_SWEEPS = 4  # over the joints, in which the friction impulses of coupled joints settle
@@ -110,15 +105,15 @@ class State:
     u: np.ndarray
     t: float | np.ndarray
     h: float
-    chain: PlanarChain
+    links: Links
     ratio: np.ndarray
 
     @property
     def carried(self) -> np.ndarray:
         """Torque that the gear carries: weight and velocity torque of the links, motor side."""
-        torque = coriolis_torque(self.chain, self.q, self.dq) / self.ratio
-        if self.chain.has_gravity:
-            torque = torque + gravity_torque(self.chain, self.q) / self.ratio
+        torque = coriolis_torque(self.links, self.q, self.dq) / self.ratio
+        if self.links.has_gravity:
+            torque = torque + gravity_torque(self.links, self.q) / self.ratio
         return torque
 
 
@@ -236,19 +231,19 @@ def link_terms(s: State, pieces: NamedPieces, p: Parameters,
         Gravity and Coriolis torque.
 
     """
-    chain, share, cross = s.chain, 1.0 / s.ratio, None
-    own = torque = np.zeros(chain.n)
-    if chain.has_coupling:
-        own, cross = split_mass(mass_matrix(chain, s.q))
-        own, cross = share * (own - chain.diagonal), share * cross
-        torque = share * coriolis_torque(chain, s.q, s.dq)
-    if chain.has_gravity:
-        torque = torque + share * gravity_torque(chain, s.q)
+    links, share, cross = s.links, 1.0 / s.ratio, None
+    own = torque = np.zeros(links.n)
+    if links.has_coupling:
+        own, cross = split_mass(mass_rows(links, s.q))
+        own, cross = share * (own - links.diagonal), share * cross
+        torque = share * coriolis_torque(links, s.q, s.dq)
+    if links.has_gravity:
+        torque = torque + share * gravity_torque(links, s.q)
     for name, piece in _at(pieces, "body"):
         more_own, more_cross, more_torque = piece.act(s, p[name])
         own, torque = own + more_own, torque + more_torque
         cross = more_cross if cross is None else cross + more_cross
-    return own, cross if chain.n > 1 else None, torque
+    return own, cross if links.n > 1 else None, torque
 
 
 def split_mass(rows: list[list[Any]]) -> tuple[np.ndarray, np.ndarray]:

@@ -20,7 +20,7 @@ from clie_blocks.robot_loop.dynamics import (
     opposing_torque,
     velocity_after_friction,
 )
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links
 
 TRANSMISSION_SUBSTEPS = 5  # of a period in which motor and link move apart
 LARGEST_LINK_SHARE = 0.97  # of a joint's inertia: some is left to the motor
@@ -130,7 +130,7 @@ def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:
         loose, link, behind = transmission.split(p, of_piece)
     else:
         loose = of_piece["loose"]
-        link, damping = link_share_of_joint(now.chain, now.ratio, p, of_piece["link_share"])
+        link, damping = link_share_of_joint(now.links, now.ratio, p, of_piece["link_share"])
         behind = of_piece["bearing_share"] * damping
     motor = p["inertia"] - link
     return _TwoBodies(
@@ -139,12 +139,12 @@ def _two_bodies(now: State, pieces: NamedPieces, p: Parameters) -> _TwoBodies:
         bearing=loose * behind)
 
 
-def link_share_of_joint(chain: PlanarChain, ratio: np.ndarray, p: Parameters, share: np.ndarray,
+def link_share_of_joint(links: Links, ratio: np.ndarray, p: Parameters, share: np.ndarray,
                         ) -> tuple[np.ndarray, np.ndarray]:
     """Inertia and damping of the link alone, motor side.
 
     The inertia is a share of the stated one, or of the whole joint where no links are stated.
     """
-    stated = chain.diagonal / ratio if chain.known else p["inertia"]
-    damping = chain.bearing_damping / ratio if chain.known else 0.0 * p["damping"]
+    stated = links.diagonal / ratio if links.known else p["inertia"]
+    damping = links.bearing_damping / ratio if links.known else 0.0 * p["damping"]
     return np.minimum(share * stated, LARGEST_LINK_SHARE * p["inertia"]), damping

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from clie_blocks.effects.effect import Setting
 from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
+from clie_blocks.robot_loop.links import Links, no_links
 from clie_blocks.robot_loop.pieces import pieces_of
-from clie_blocks.robot_loop.planar_chain import PlanarChain
 from clie_blocks.signals import vector
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
                period: float, *, load: ArrayLike = 0.0, start: ArrayLike = 0.0,
                saturation: ArrayLike = UNLIMITED, gear_ratio: ArrayLike = 1.0,
                velocity_filter: tuple[ArrayLike, ArrayLike] | None = None,
-               links: PlanarChain | None = None, encoder_on_motor: bool = False,
+               links: Links | None = None, encoder_on_motor: bool = False,
                effects: Iterable[Setting] = (),
                name: str = "robot") -> NonlinearIOSystem:
     """Sampled loop ``inertia ddq + damping dq + load = kp (q_d - q) - kd v + pe`` with effects.
@@ -54,8 +54,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     velocity_filter : tuple of array_like, optional
         Coefficients ``b, a`` of the filter from position to velocity, three values each; by
         default the difference of two samples.
-    links : PlanarChain, optional
-        Links that weigh or push each other.
+    links : Links, optional
+        Links that weigh or push each other, see `planar_links`.
     encoder_on_motor : bool
         The encoder sits on the motor, before a soft or loose gear; by default behind it.
     effects : list of Setting
@@ -79,7 +79,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         raise DiagramError(f"{name}: the period must be positive, got {period} s")
     own = vector(inertia, f"{name}: inertia", unit="kg m^2")
     n = own.size
-    chain = links if links is not None else _no_links(n)
+    carried = links if links is not None else no_links(n)
     chosen = _by_name(effects, name)
     values = {"inertia": own, "start": vector(start, f"{name}: start", n=n, unit="rad"),
               "first": np.zeros(n)}
@@ -89,10 +89,11 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         values[key] = vector(value, f"{name}: {key}", n=n, unit=unit)
     b, a = velocity_filter or ((1.0 / period, -1.0 / period, 0.0), (1.0, 0.0, 0.0))
     values["b"], values["a"] = (np.outer(np.asarray(c, float), np.ones(n)) for c in (b, a))
-    values |= {f"chain.{key}": np.asarray(getattr(chain, key), float) for key in chain.parameters}
+    values |= {f"links.{key}": np.asarray(getattr(carried, key), float)
+               for key in carried.parameters}
     values |= {f"{label}.{key}": value * np.ones(n) for label, setting in chosen.items()
                for key, value in setting.vectors(n).items()}
-    shape = Structure(n, period, chain.known, chain.has_gravity, chain.has_coupling,
+    shape = Structure(n, period, carried.layout,
                       bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor)
     pieces = [(label, piece) for label, setting in chosen.items()
               for piece in pieces_of(setting.effect, [p.name for p in setting.effect.parameters])]
@@ -110,10 +111,3 @@ def _by_name(effects: Iterable[Setting], owner: str) -> dict[str, Setting]:
         raise DiagramError(f"{owner}: two effects are called {twice!r}; give one of them another "
                            "name, with name=")
     return dict(zip(names, listed))
-
-
-def _no_links(n: int) -> PlanarChain:
-    """Joints that carry nothing that weighs or couples."""
-    zero = np.zeros(n)
-    return PlanarChain(zero, zero, zero, zero, zero, 9.81, has_gravity=False, has_coupling=False,
-                       diagonal=zero, known=False)

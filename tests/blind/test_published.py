@@ -119,8 +119,11 @@ def test_the_readme_shows_the_targets_of_imperfect_logs(imperfect_board):
     assert "intact files {} names of the same robots are wrong, with damaged ones {}".format(
         *wrong) in readme
     far_off = [row for row in board["rows"] if row["wrong"]
-               and row["damage"] in ("wrong_gear_ratio", "wrong_com")]
-    assert len(far_off) == 3 and [row for row in board["rows"] if row["alarm"]] == [
-        row for row in far_off if row["alarm"]]
+               and row["damage"] in ("wrong_link_mass", "wrong_com")]
+    assert len(far_off) == 2 and all("soft_stop" in row["wrong"] for row in far_off)
+    assert board["false_alarm"]["hits"] == 0
+    lost = [row["said"] for row in board["rows"]
+            if row["harmless"] and row["twin_right"] and not row["right"]]
+    assert sorted(lost) == ["torque_ripple", "unknown", "unknown"]
     right = board["twin_right"]["hits"], board["right"]["hits"]
     assert "for {}\nand {} of the 168".format(*right) in readme

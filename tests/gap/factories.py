@@ -18,7 +18,7 @@ from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import no_links
 
 PERIOD = 0.01  # s
 SAMPLES = 1000.0  # whitened ones of each log and joint of a fit
@@ -47,9 +47,9 @@ def make_problem(courses: Sequence[np.ndarray] | None = None, n: int = 1, held_o
     n = courses[0].shape[1]
     one, zero = np.ones(n), np.zeros(n)
     nominal = Nominal(0.5 * one, 0.5 * one, zero, 0.005 * one, 0.1 * one, 0.4 * one)
-    chain = PlanarChain(zero, zero, zero, zero, zero, 9.81, False, False, zero, known_links)
+    links = dataclasses.replace(no_links(n), known=known_links)
     fitted = len(logs) - held_out
-    return Problem(tuple(logs[:fitted]), tuple(logs[fitted:]), make_law(n, period), nominal, chain,
+    return Problem(tuple(logs[:fitted]), tuple(logs[fitted:]), make_law(n, period), nominal, links,
                    gear_ratio * one, one, resolution * one,
                    tuple(f"joint {k + 1}" for k in range(n)), tuple(inside))
 

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.records import read_robot
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "arms.md"
 
@@ -24,3 +26,11 @@ def test_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     hanging = names["goal"] - names["response"].outputs[:6, -1]
     held = names["gravity_torque"](names["links"], names["goal"] - hanging) / (101.0 * 40.0)
     np.testing.assert_allclose(hanging, held, atol=1e-4)  # the law has no integral
+
+
+def test_the_robot_file_of_the_page_is_read_as_printed(tmp_path):
+    (block,) = re.findall(r"```toml\n(.*?)```", PAGE.read_text(), re.S)
+    (tmp_path / "arm.urdf").write_text((ROOT / "docs" / "arms" / "six_axis.urdf").read_text())
+    (tmp_path / "robot.toml").write_text(f"joints = 6\n{block}")
+    robot = read_robot(tmp_path / "robot.toml")
+    assert robot.tree.names == robot.joints and robot.links.mass_tolerance == 0.05

@@ -5,13 +5,14 @@ import pytest
 
 from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop.block import LoopBlock, Structure
+from clie_blocks.robot_loop.links import no_links
 from clie_blocks.robot_loop.pieces import pieces_of
 
 
 def both_encoders(effect, encoder_on_motor, rows=400, **values):
     """Positions that the law's encoder and the other one see under a moving set-point."""
     pieces = tuple((effect.name, piece) for piece in pieces_of(effect, list(values)))
-    shape = Structure(1, 1e-3, False, False, False, False, encoder_on_motor, two_encoders=True)
+    shape = Structure(1, 1e-3, no_links(1).layout, False, encoder_on_motor, two_encoders=True)
     loop = LoopBlock(shape, pieces, {effect.name: tuple(values)})
     system = loop.system
     params = {**system.params, "start": np.zeros(1), "first": np.zeros(1), "damping": np.ones(1),

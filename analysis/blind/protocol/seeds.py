@@ -9,8 +9,8 @@ from typing import Any
 # published before they were opened for it
 DEVELOPMENT_SEEDS = (
     range(41, 46), range(51, 56), range(61, 66), range(71, 76), range(1000, 10000),
-    range(10001, 10002))
-OPENED_SEEDS = (10002,)  # of a published study whose robots were looked at since
+    range(10001, 10003))
+OPENED_SEEDS = (10004,)  # of a published study whose robots were looked at since
 OWN_ENGINE = "own_robots"  # the engine of the calibration, which no blind trial comes from
 CALIBRATED = "thresholds and probability map"
 

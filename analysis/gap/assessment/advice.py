@@ -23,4 +23,4 @@ def advice(problem: Problem, ranking: Sequence[RankedCause]) -> tuple[str, ...]:
     closest = next((one.names for one in ranking if one.fit is not None and one.fit.hypothesis
                     .members), ())
     follows_pose = OF_THE_POSE & {*credible_set(ranking), *closest}
-    return (STATE_LINKS,) if turns and follows_pose and not problem.chain.known else ()
+    return (STATE_LINKS,) if turns and follows_pose and not problem.links.known else ()

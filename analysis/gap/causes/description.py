@@ -23,9 +23,8 @@ from clie_blocks.analysis.gap.causes.cause import (
 )
 from clie_blocks.analysis.gap.causes.drive import counts_motor_turns
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.robot_loop import planar_chain
 from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links, coriolis_torque, gravity_torque, mass_rows
 
 PARAMETRIC = "parametric"
 """The name of all of them."""
@@ -37,8 +36,6 @@ GEAR_RATIO, MASS, COM, LENGTH, INERTIA, ZERO = (
 SIZE = 0.1  # of a change that has a visible effect
 _LEAST, _MOST = -0.9, 10.0  # of a relative change
 _NO_ROTOR = 1e-9  # of the whole inertia
-
-_Change = Callable[[PlanarChain, np.ndarray], PlanarChain]
 
 
 def _none(scene: Scene) -> list[Probe]:
@@ -52,49 +49,45 @@ def _number(key: str, pieces: tuple[Piece, ...], lower: float = _LEAST, upper: f
                  needs_links=needs_links)
 
 
-def _links_terms(chain: PlanarChain, q: np.ndarray, dq: np.ndarray,
+def _links_terms(links: Links, q: np.ndarray, dq: np.ndarray,
                  ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Diagonal and whole of the mass matrix, and torque, of what the model holds, joint side."""
-    own, cross = split_mass(planar_chain.mass_matrix(chain, q))
-    torque = np.zeros(chain.n)
-    if chain.has_coupling:
-        torque = planar_chain.coriolis_torque(chain, q, dq)
+    own, cross = split_mass(mass_rows(links, q))
+    torque = np.zeros(links.n)
+    if links.has_coupling:
+        torque = coriolis_torque(links, q, dq)
     else:
         cross = 0.0 * cross
-    if chain.has_gravity:
-        torque = torque + planar_chain.gravity_torque(chain, q)
+    if links.has_gravity:
+        torque = torque + gravity_torque(links, q)
     return own, cross, torque
 
 
-def _difference(s: State, chain: PlanarChain, q: np.ndarray) -> BodyTerms:
+def _difference(s: State, links: Links, q: np.ndarray) -> BodyTerms:
     """Terms of other links, in another pose, less those of the stated ones, motor side."""
-    pairs = zip(_links_terms(chain, q, s.dq), _links_terms(s.chain, s.q, s.dq))
+    pairs = zip(_links_terms(links, q, s.dq), _links_terms(s.links, s.q, s.dq))
     own, cross, torque = ((other - stated) / s.ratio for other, stated in pairs)
     return own, cross, torque
 
 
 def _mass(s: State, p: Values) -> BodyTerms:
-    return _difference(s, dataclasses.replace(
-        s.chain, mass=s.chain.mass * (1.0 + p[CHANGE])), s.q)
+    return _difference(s, s.links.with_changes(mass=p[CHANGE]), s.q)
 
 
 def _com(s: State, p: Values) -> BodyTerms:
-    return _difference(s, dataclasses.replace(
-        s.chain, com=s.chain.com + p[CHANGE] * s.chain.length), s.q)
+    return _difference(s, s.links.with_changes(com=p[CHANGE]), s.q)
 
 
 def _length(s: State, p: Values) -> BodyTerms:
-    return _difference(s, dataclasses.replace(
-        s.chain, length=s.chain.length * (1.0 + p[CHANGE])), s.q)
+    return _difference(s, s.links.with_changes(length=p[CHANGE]), s.q)
 
 
 def _inertia(s: State, p: Values) -> BodyTerms:
-    return _difference(s, dataclasses.replace(
-        s.chain, inertia=s.chain.inertia * (1.0 + p[CHANGE])), s.q)
+    return _difference(s, s.links.with_changes(inertia=p[CHANGE]), s.q)
 
 
 def _zero(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.chain, s.q + p[CHANGE])
+    return _difference(s, s.links, s.q + p[CHANGE])
 
 
 def _geared_torque(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
@@ -105,10 +98,10 @@ def _geared_torque(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
 def _geared_links(s: State, p: Values) -> BodyTerms:
     """Links and bearings, which the motor feels by the square of the ratio."""
     share = 1.0 / (1.0 + p[CHANGE]) ** 2 - 1.0
-    own, cross, torque = _links_terms(s.chain, s.q, s.dq)
-    if not s.chain.has_coupling:
-        own = s.chain.diagonal
-    bearing = s.chain.bearing_damping * s.dq
+    own, cross, torque = _links_terms(s.links, s.q, s.dq)
+    if not s.links.has_coupling:
+        own = s.links.diagonal
+    bearing = s.links.bearing_damping * s.dq
     return (share * own / s.ratio, share * cross / s.ratio,
             share * (torque + bearing) / s.ratio)
 
@@ -120,12 +113,12 @@ def _link_of_motor(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
 
 def _links_of_motors(s: State, p: Values) -> BodyTerms:
     """Links that move less than the motors over their stated ratios, as the motors feel them."""
-    slope, chain = 1.0 / (1.0 + p[CHANGE]), s.chain
-    own, cross, torque = _links_terms(chain, slope * s.q, slope * s.dq)
-    stated_own, stated_cross, stated_torque = _links_terms(chain, s.q, s.dq)
-    if not chain.has_coupling:
-        own = stated_own = chain.diagonal
-    bearing = (slope**2 - 1.0) * chain.bearing_damping * s.dq
+    slope, links = 1.0 / (1.0 + p[CHANGE]), s.links
+    own, cross, torque = _links_terms(links, slope * s.q, slope * s.dq)
+    stated_own, stated_cross, stated_torque = _links_terms(links, s.q, s.dq)
+    if not links.has_coupling:
+        own = stated_own = links.diagonal
+    bearing = (slope**2 - 1.0) * links.bearing_damping * s.dq
     return ((slope**2 * own - stated_own) / s.ratio, (slope**2 * cross - stated_cross) / s.ratio,
             (slope * torque - stated_torque + bearing) / s.ratio)
 
@@ -154,8 +147,8 @@ class _Coupled:
         return f"coupled {self.act.__qualname__}"
 
     def __call__(self, s: State, p: Values) -> BodyTerms:
-        coupled = dataclasses.replace(s.chain, has_coupling=True)
-        return self.act(dataclasses.replace(s, chain=coupled), p)
+        coupled = dataclasses.replace(s.links, has_coupling=True)
+        return self.act(dataclasses.replace(s, links=coupled), p)
 
 
 _OF_COUPLED_LINKS = tuple(
@@ -181,7 +174,7 @@ def ratios_of_inertia(problem: Problem, inertia: np.ndarray) -> tuple[np.ndarray
     ratios, one to either side of that at which rotor and links are equal; where none gives as
     little inertia, that one is returned.
     """
-    links = problem.chain.diagonal / problem.gear_ratio
+    links = problem.links.diagonal / problem.gear_ratio
     rotor = np.maximum(problem.nominal.inertia - links, _NO_ROTOR * problem.nominal.inertia)
     middle = inertia / (2.0 * rotor)
     apart = np.sqrt(np.maximum(middle**2 - links / rotor, 0.0))
@@ -190,18 +183,15 @@ def ratios_of_inertia(problem: Problem, inertia: np.ndarray) -> tuple[np.ndarray
     return np.where(upper_is_near, upper, lower), np.where(upper_is_near, lower, upper)
 
 
-def corrected_chain(chain: PlanarChain, values: Values) -> PlanarChain:
+def corrected_links(links: Links, values: Values) -> Links:
     """Links with the wrong numbers of a fitted model replaced by the identified ones."""
-    zero = np.zeros(chain.n)
+    zero = np.zeros(links.n)
 
     def change(cause: Cause) -> np.ndarray:
         return values.get(f"{cause.block}.{CHANGE}", zero)
 
-    return dataclasses.replace(
-        chain, mass=chain.mass * (1.0 + change(_MASS)),
-        com=chain.com + change(_COM) * chain.length,
-        length=chain.length * (1.0 + change(_LENGTH)),
-        inertia=chain.inertia * (1.0 + change(_INERTIA)))
+    return links.with_changes(mass=change(_MASS), com=change(_COM), length=change(_LENGTH),
+                         inertia=change(_INERTIA))
 
 
 def zero_change(values: Values, n: int) -> np.ndarray:
@@ -215,14 +205,14 @@ def stated_numbers(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]], ...
     Of links that neither weigh nor push each other in the nominal model nothing is used but their
     inertia, which the joint model refits.
     """
-    robot, chain, every = problem.robot, problem.chain, tuple(range(problem.n))
+    robot, links, every = problem.robot, problem.links, tuple(range(problem.n))
     geared = tuple(k for k in every if counts_motor_turns(problem.gear_ratio[k]))
     found: list[tuple[Cause, tuple[int, ...]]] = []
     of_motor, of_links = ((_BETWEEN, _BETWEEN_LINKS) if problem.two_encoders
                           else (_OF_MOTOR, _OF_LINKS))
     if robot is not None and robot.motor.gear_ratio is not None and geared:
-        found.append((of_links if chain.known else of_motor, geared))
-    if chain.known and (chain.has_gravity or chain.has_coupling):
+        found.append((of_links if links.known else of_motor, geared))
+    if links.known and (links.has_gravity or links.has_coupling):
         found += [(_MASS, every), (_COM, every), (_INERTIA, every), (_ZERO, every)]
         if problem.n > 1:
             found.append((_LENGTH, every[:-1]))
@@ -239,8 +229,8 @@ def numbers_of_coupling(problem: Problem) -> tuple[tuple[Cause, tuple[int, ...]]
 
     The coupling is that of the stated links, so that it is wrong where their numbers are.
     """
-    chain, every = problem.chain, tuple(range(problem.n))
-    if not chain.known or chain.has_coupling or problem.n < 2:
+    links, every = problem.links, tuple(range(problem.n))
+    if not links.known or links.has_coupling or problem.n < 2:
         return ()
     return tuple((cause, every[:-1] if cause.variant == LENGTH else every)
                  for cause in _OF_COUPLED_LINKS)
@@ -252,11 +242,12 @@ def stated_and_identified(key: str, change: float, problem: Problem, k: int,
 
     A zero is the angle of the joint where the log reads 0.
     """
-    chain = problem.chain
+    links = problem.links
     if key == COM:
-        return float(chain.com[k]), float(chain.com[k] + change * chain.length[k]), "m"
+        stated = float(links.com_along[k])
+        return stated, stated + change * float(links.length[k]), "m"
     if key == ZERO:
         return 0.0, change, "rad"
-    values, unit = {GEAR_RATIO: (problem.gear_ratio, "1"), MASS: (chain.mass, "kg"),
-                    LENGTH: (chain.length, "m"), INERTIA: (chain.inertia, "kg m^2")}[key]
+    values, unit = {GEAR_RATIO: (problem.gear_ratio, "1"), MASS: (links.mass, "kg"),
+                    LENGTH: (links.length, "m"), INERTIA: (links.spin_inertia, "kg m^2")}[key]
     return float(values[k]), float(values[k] * (1.0 + change)), unit

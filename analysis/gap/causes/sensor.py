@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.delay import DelayLine, constant_delay
 from clie_blocks.robot_loop.dynamics import Piece, State
-from clie_blocks.robot_loop.planar_chain import gravity_torque
+from clie_blocks.robot_loop.links import gravity_torque
 
 _WORST = 0.02  # rad: a degree of eccentricity
 
@@ -48,8 +48,8 @@ def _felt_probes(scene: Scene) -> list[Probe]:
     """Beside an encoder of the motor, which sees the link push back."""
     if not scene.problem.two_encoders:
         return []
-    chain, ratio = scene.problem.chain, scene.problem.gear_ratio
-    link = chain.diagonal / ratio if chain.known else 0.4 * scene.inertia
+    links, ratio = scene.problem.links, scene.problem.gear_ratio
+    link = links.diagonal / ratio if links.known else 0.4 * scene.inertia
     return [Probe({**probe.values, "link_inertia": link}, probe.amplitudes)
             for probe in _gear_probes(scene)]
 
@@ -61,12 +61,12 @@ def _push_of_link(s: State, p: Values) -> BodyTerms:
     slope = 1.0 + p["order"] * (p["sine"] * cosine - p["cosine"] * sine)
     bend = -p["order"] ** 2 * wave
     own = p["link_inertia"] * (slope**2 - 1.0)
-    bearing = s.chain.bearing_damping / s.ratio
+    bearing = s.links.bearing_damping / s.ratio
     torque = p["link_inertia"] * slope * bend * s.dq**2 + bearing * (slope**2 - 1.0) * s.dq
-    if s.chain.has_gravity:
-        at_link, at_motor = (gravity_torque(s.chain, q) / s.ratio for q in (s.q + wave, s.q))
+    if s.links.has_gravity:
+        at_link, at_motor = (gravity_torque(s.links, q) / s.ratio for q in (s.q + wave, s.q))
         torque = torque + slope * at_link - at_motor
-    return own, np.zeros((s.chain.n, s.chain.n)), torque
+    return own, np.zeros((s.links.n, s.links.n)), torque
 
 
 def _as_effect(problem: Problem, values: Values) -> EffectValues:

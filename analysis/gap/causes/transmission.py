@@ -37,7 +37,7 @@ _SWING = (  # of the link on its spring, against a held motor
 def _constructions(scene: Scene) -> list[dict[str, np.ndarray]]:
     """Ways the joint may be built: its link as stated, or a few guesses."""
     every = 1.0 + 0 * scene.torque
-    shares = (1.0,) if scene.problem.chain.known else (0.2, 0.6)
+    shares = (1.0,) if scene.problem.links.known else (0.2, 0.6)
     return [{"link_share": share * every, "bearing_share": 0.5 * every, "loose": every}
             for share in shares]
 
@@ -61,7 +61,7 @@ def _two_bodies(cause: str, kernel: Callable[[Values, np.ndarray, np.ndarray], V
         p = {key.removeprefix(f"{cause}."): value for key, value in values.items()
              if key.startswith(f"{cause}.")}
         link, link_damping = link_share_of_joint(
-            problem.chain, problem.gear_ratio, values, p["link_share"])
+            problem.links, problem.gear_ratio, values, p["link_share"])
         motor = values["inertia"] - link
         return {cause: {
             **kernel(p, link, motor), "motor_inertia": motor,
@@ -143,9 +143,9 @@ def _backlash_probes(scene: Scene) -> list[Probe]:
 
     Backlash at one joint shakes the others, so no joint could be assessed next to a loose one.
     """
-    every, chain = 1.0 + 0 * scene.torque, scene.problem.chain
-    loose = list(np.eye(len(every))) if chain.has_coupling else [every]
-    drag = (0.0, 1.0) if np.any(chain.bearing_damping > 0) else (0.0,)
+    every, links = 1.0 + 0 * scene.torque, scene.problem.links
+    loose = list(np.eye(len(every))) if links.has_coupling else [every]
+    drag = (0.0, 1.0) if np.any(links.bearing_damping > 0) else (0.0,)
     return [Probe({"half_gap": gap * every, "contact": _CONTACTS[1] * every, **built,
                    "bearing_share": share * every, "loose": where},
                   sizes={"bearing_share": 0.5 * every, "loose": every})

@@ -55,9 +55,25 @@ class Tangent:
 
     @functools.cached_property
     def normal(self) -> tuple[np.ndarray, np.ndarray]:
-        """Matrix and right-hand side of the normal equations, without the datasheet."""
-        columns = self.slopes
-        return columns.T @ columns, columns.T @ self.residual[:len(columns)]
+        """Matrix and right-hand side of the normal equations, without the datasheet.
+
+        In the rows of a joint most columns of the other joints are zero.
+        """
+        count = self.columns.shape[1]
+        matrix, right = np.zeros((count, count)), np.zeros(count)
+        ends = np.cumsum([0, *map(len, self.parts)])
+        for rows in map(slice, ends, ends[1:]):
+            used = np.flatnonzero(self.columns[rows].any(axis=0))
+            some = self.columns[rows, used]
+            matrix[np.ix_(used, used)] += some.T @ some
+            right[used] += some.T @ self.residual[rows]
+        return matrix, right
+
+    @property
+    def information(self) -> np.ndarray:
+        """Matrix of the normal equations with the datasheet."""
+        of_prior = self.columns[len(self.slopes):]
+        return self.normal[0] + of_prior.T @ of_prior
 
 
 _TANGENTS: FitCache[Hypothesis, Tangent] = FitCache()
@@ -93,10 +109,10 @@ class _Move:
     value: float
     step: float
 
-    def acts_on(self, run: int, joint: int, coupled: bool) -> bool:
+    def acts_on(self, run: int, joint: int, hypothesis: Hypothesis) -> bool:
         """Whether it changes the residual of a joint in a run."""
         return (self.parameter.log in (None, run)
-                and (coupled or self.parameter.joint in (None, joint)))
+                and (hypothesis.spreads(self.parameter) or self.parameter.joint in (None, joint)))
 
 
 def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: float = 1.0,
@@ -118,7 +134,7 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
         last = rows.stop
         for group, moved in zip(groups, run[1:]):
             for move in group:
-                if move.acts_on(hypothesis.problem.runs[log], joint, hypothesis.coupled):
+                if move.acts_on(hypothesis.problem.runs[log], joint, hypothesis):
                     columns[rows, move.index] = (moved - run[0]) / move.step
     for i, parameter in enumerate(hypothesis.free_parameters):
         if parameter.tolerance is not None and violations[i] != 0.0:
@@ -130,7 +146,7 @@ def _groups_of_moves(hypothesis: Hypothesis, width: float) -> list[list[_Move]]:
     """Moves that share a run: they are of one key, and each acts on rows of its own."""
     groups: dict[tuple[str, int | bool | None], list[_Move]] = {}
     for i, parameter in enumerate(hypothesis.free_parameters):
-        key = parameter.key, hypothesis.coupled and parameter.joint
+        key = parameter.key, hypothesis.spreads(parameter) and parameter.joint
         groups.setdefault(key, []).append(_move(hypothesis, i, width))
     return list(groups.values())
 

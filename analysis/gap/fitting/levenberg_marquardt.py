@@ -116,7 +116,7 @@ def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int) -> F
     samples = np.reshape([residuals.samples(part, *divmod(i, problem.n))
                           for i, part in enumerate(parts)], shape)
     sizes = np.array([parameter.size for parameter in hypothesis.free_parameters])
-    covariance = np.linalg.pinv(tangent.columns.T @ tangent.columns, hermitian=True)
+    covariance = np.linalg.pinv(tangent.information, hermitian=True)
     spread = standard_deviations(hypothesis.free_parameters, tangent.normal[0],
                                  chi2.sum() / samples.sum())
     return Fit(hypothesis, chi2, samples, tangent.prior_violation,

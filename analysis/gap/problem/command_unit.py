@@ -39,7 +39,8 @@ def in_one_unit(robot: Robot, records: Sequence[Record]) -> Stated:
 
 def _has_datasheet(robot: Robot) -> bool:
     """Whether inertia of motors or links is stated, in kg m^2."""
-    return robot.motor.inertia is not None or robot.links.mass is not None
+    return (robot.motor.inertia is not None or robot.links.mass is not None
+            or robot.tree is not None)
 
 
 def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> Stated:
@@ -74,7 +75,7 @@ def _without_datasheet(robot: Robot, records: Sequence[Record], why: str) -> Sta
             "compared with u, so that gravity would be taken for an effect")
     bare = dataclasses.replace(
         robot, motor=Motor(gear_ratio=robot.motor.gear_ratio),
-        links=Links(length=robot.links.length),
+        links=Links(length=robot.links.length), tree=None,
         nominal=dataclasses.replace(robot.nominal, coupling=False))
     note = ("The inertias of the robot file, in kg m^2, cannot be compared with u and were left "
             f"out: {why}.")

@@ -8,7 +8,7 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.inverse_dynamics import inverse_dynamics_model
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.records import Robot
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links
 
 UNKNOWN_TOLERANCE = 10.0  # relative, of a parameter that is not stated: it may be anything
 # Of the RMS command of the joint that works hardest: a joint at rest has an offset, too.
@@ -25,6 +25,8 @@ class Nominal:
         Coefficients of eq. (8) [kg m^2, N m s/rad, N m].
     inertia_tolerance, damping_tolerance, load_tolerance : ndarray, shape (n,)
         Largest deviations [same units].
+    mass_tolerance : float
+        Largest relative deviation of the mass of a link; 0 where none is stated.
 
     """
 
@@ -34,6 +36,7 @@ class Nominal:
     inertia_tolerance: np.ndarray
     damping_tolerance: np.ndarray
     load_tolerance: np.ndarray
+    mass_tolerance: float = 0.0
 
 
 def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
@@ -41,7 +44,7 @@ def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
     return np.full(n, float(default)) if value is None else np.array(value, float)
 
 
-def nominal_model(robot: Robot, chain: PlanarChain, ratio: np.ndarray, logs: Sequence[Log],
+def nominal_model(robot: Robot, links: Links, ratio: np.ndarray, logs: Sequence[Log],
                   period: float) -> Nominal:
     """Return the stated joint model; without a datasheet, the one that fits the logs."""
     motor, n = robot.motor, robot.n
@@ -51,16 +54,17 @@ def nominal_model(robot: Robot, chain: PlanarChain, ratio: np.ndarray, logs: Seq
                        UNKNOWN_TOLERANCE * (damping + inertia),
                        UNKNOWN_TOLERANCE * (np.abs(load) + inertia))
     rotor = ratio * stated_or(motor.inertia, n, 0.0)
-    inertia = rotor + chain.diagonal / ratio
+    inertia = rotor + links.diagonal / ratio
     drag = ratio * stated_or(motor.viscous_friction, n, 0.0)
-    damping = drag + chain.bearing_damping / ratio
+    damping = drag + links.bearing_damping / ratio
     tolerance = _stated_tolerance(motor.inertia_tolerance)
     drag_tolerance = _stated_tolerance(motor.viscous_friction_tolerance)
     return Nominal(
         inertia=inertia, damping=damping, load=np.zeros(n),
         inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
         damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
-        load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs))
+        load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs),
+        mass_tolerance=robot.links.mass_tolerance or 0.0)
 
 
 def _load_tolerance(stated: np.ndarray | None, logs: Sequence[Log]) -> np.ndarray:

@@ -30,7 +30,7 @@ UNEVEN_CLOCK = 0.02  # standard deviation of the sample time over its mean: a lo
 # Share of the standard deviation of the command, above which an unlogged reference moved.
 MOVED_REFERENCE = 0.5
 COASTING_TIME = 0.1  # s, in which a rotor of unknown damping is assumed to come to rest
-QUARTER_TURN = math.pi / 2  # rad, from 'hanging down' to the horizontal arm of `planar_chain`
+QUARTER_TURN = math.pi / 2  # rad, from 'hanging down' to the horizontal arm of `planar_links`
 
 
 def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:

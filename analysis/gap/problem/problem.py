@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
-from clie_blocks.analysis.gap.problem.stated_chain import planar_chain
+from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.gap.problem.ticks import FINEST_PERIOD, controller_period
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
 from clie_blocks.analysis.records import Record, Robot
@@ -29,12 +29,13 @@ from clie_blocks.analysis.records.corrections import Correction, Examination, ex
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links, mass_rows
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
 
 
+_POSE_SPACING = 50  # samples of a log between two poses
 STABLE = 1.001  # largest pole of a sampled loop that counts as stable, with errors of rounding
 
 
@@ -74,7 +75,7 @@ class Problem:
         The control law.
     nominal : Nominal
         The stated joint model.
-    chain : PlanarChain
+    links : Links
         The links.
     gear_ratio, shaft_ratio : ndarray, shape (n,)
         Motor turns and encoder-shaft turns per joint turn.
@@ -109,7 +110,7 @@ class Problem:
     held_out: tuple[Log, ...]
     law: Law
     nominal: Nominal
-    chain: PlanarChain
+    links: Links
     gear_ratio: np.ndarray
     shaft_ratio: np.ndarray
     resolution: np.ndarray
@@ -187,7 +188,7 @@ class Problem:
         robot, law, nominal, logs = loop_statement(loop, records)
         one = np.ones(robot.n)
         fit, validation = _split(logs, _held_out(records, held_out))
-        return cls(fit, validation, law, nominal, law.chain, one, one, 0 * one,
+        return cls(fit, validation, law, nominal, law.links, one, one, 0 * one,
                    tuple(robot.joints), quiet=True, records=tuple(records))
 
     def beside(self, simulated: Sequence[Record]) -> Problem:
@@ -241,6 +242,18 @@ class Problem:
     def logs(self) -> tuple[Log, ...]:
         """All logs, those that models are fitted to first."""
         return self.fit + self.held_out
+
+    @functools.cached_property
+    def mass_coupling(self) -> float:
+        """Largest mass that two joints share, over the root of their own; 0 without links."""
+        if not self.links.known or self.n < 2:
+            return 0.0
+        q = np.concatenate([log.q[::_POSE_SPACING] for log in self.logs])
+        rows = mass_rows(self.links, q)
+        of_rotors = self.gear_ratio * self.nominal.inertia - self.links.diagonal
+        own = [rows[k][k] + of_rotors[k] for k in range(self.n)]
+        return max(float(np.abs(rows[j][k] / np.sqrt(own[j] * own[k])).max())
+                   for j in range(self.n) for k in range(j))
 
     @functools.cached_property
     def runs(self) -> tuple[int, ...]:
@@ -313,11 +326,11 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
         raise NotIdentifiableError(
             f"{shortest.name} has {shortest.sample_count()} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
-    chain = planar_chain(robot, _pose(robot, records[0]))
+    links = stated_links(robot, _pose(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
     fit, validation = _split(by_record, _held_out(records, held_out))
     return Problem(
-        fit, validation, law, nominal_model(robot, chain, ratio, logs, law.period), chain,
+        fit, validation, law, nominal_model(robot, links, ratio, logs, law.period), links,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
         records=tuple(records), robot=robot)

@@ -248,7 +248,7 @@ def _of_member(member: Member, fit: Fit) -> dict[str, Any]:
 
 def _unit_of(number: Number, member: Member, fit: Fit) -> str:
     """Unit of a parameter; a weight is a share of that of stated links, and a torque without."""
-    if member.cause.name == "gravity" and not fit.hypothesis.problem.chain.known:
+    if member.cause.name == "gravity" and not fit.hypothesis.problem.links.known:
         return "N m"
     return number.unit
 

@@ -74,7 +74,7 @@ def _entry(member: Member, k: int, fit: Fit, result: Result) -> dict[str, Any]:
     stated, identified, unit = stated_and_identified(key, change, problem, k)
     ends = sorted(stated_and_identified(key, change + side * half, problem, k)[1]
                   for side in (-1.0, 1.0))
-    length = problem.chain.length[k]
+    length = problem.links.length[k]
     far_end = key == COM and abs(stated + identified - length) < FAR_END * length
     return {"key": key, "joint": k + 1, "stated": stated, "identified": identified,
             "interval": ends, "unit": unit,
@@ -87,7 +87,7 @@ def _of_joint_model(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
     if not motor or motor.inertia is None:
         return
     ratio, stated = problem.gear_ratio, problem.nominal
-    links = {"inertia": problem.chain.diagonal, "damping": problem.chain.bearing_damping}
+    links = {"inertia": problem.links.diagonal, "damping": problem.links.bearing_damping}
     for name, key, unit in (("inertia", "motor.inertia_kgm2", "kg m^2"),
                             ("damping", "motor.viscous_friction_nms", "N m s")):
         values, centre = fit.hypothesis.values[name], getattr(stated, name)

@@ -198,8 +198,8 @@ def _joints(problem: Problem, members: Iterable[Member], values: Values) -> dict
     forward, backward = _friction(values, zero)
     gain, limit = _drive(members, values, problem.n)
     command, _ = logged_command(problem)
-    inertia = torque * values["inertia"] - change**2 * problem.chain.diagonal
-    bearing = (change**2 - 1.0) * problem.chain.bearing_damping
+    inertia = torque * values["inertia"] - change**2 * problem.links.diagonal
+    bearing = (change**2 - 1.0) * problem.links.bearing_damping
     return {
         "armature": inertia, "mass": inertia,
         "damping": torque * values["damping"] - bearing,

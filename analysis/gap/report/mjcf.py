@@ -10,7 +10,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.causes.description import corrected_chain, zero_change
+from clie_blocks.analysis.gap.causes.description import corrected_links, zero_change
+from clie_blocks.analysis.gap.causes.load import corrected_gravity
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.problem.preparation import QUARTER_TURN
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -28,7 +29,7 @@ from clie_blocks.analysis.gap.report.joint_side import (
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.wording import MIXED, units_of, with_prefix
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links
 
 LONGEST_STEP = 1.25e-4  # s: of MuJoCo, whose dry friction then holds as in the corrected model
 SPECK = 1e-9  # kg, kg m^2: the engine refuses bodies without mass, and armature brings the inertia
@@ -59,7 +60,7 @@ def _model(result: Result, rows: Sequence[Entry]) -> str:
         *map(_comment, _how_to_use(result, step)), *_notes(result),
         _element("compiler", {"angle": "radian", "autolimits": "true"}),
         _element("option", {"timestep": step, "integrator": "implicitfast",
-                            "gravity": _gravity(hypothesis.problem.chain, hypothesis.values)}),
+                            "gravity": _gravity(hypothesis.problem.links, hypothesis.values)}),
         _element("worldbody", {}, list(_bodies(result, rows, step))),
         _element("actuator", {}, [_motor(joint, row)
                                   for joint, row in _by_joint(rows).items()])]
@@ -137,13 +138,15 @@ def _by_joint(rows: Iterable[Entry]) -> dict[str, dict[str, Entry]]:
     return joints
 
 
-def _gravity(chain: PlanarChain, values: Mapping[str, np.ndarray]) -> str:
+def _gravity(links: Links, values: Mapping[str, np.ndarray]) -> str:
     """Gravity of the corrected model; of links that are not stated, bodies bring the weight."""
-    if not chain.known:
-        return f"0 0 {-float(chain.g):.9g}"
+    if not links.known:
+        return f"0 0 {-float(links.g):.9g}"
+    if not links.is_planar:
+        return _numbers(corrected_gravity(links, values))
     along, across = (float(values[key].flat[0]) if key in values else 0.0
                      for key in ("gravity.along", "gravity.across"))
-    x, z = (0.0 - chain.g * share for share in (across, chain.has_gravity + along))
+    x, z = (0.0 - links.g * share for share in (across, links.has_gravity + along))
     return f"{x:.9g} 0 {z:.9g}"
 
 
@@ -151,7 +154,7 @@ def _bodies(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]
     hypothesis = result.model.hypothesis
     problem, values = hypothesis.problem, hypothesis.values
     joints = list(_by_joint(rows).values())
-    if not problem.chain.known:
+    if not problem.links.known:
         for k, row in enumerate(joints):
             if slides(problem, k):
                 body, taken = _inertial("0 0 0", row["mass"].value, 0.0), 0.0
@@ -159,13 +162,42 @@ def _bodies(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]
                 body, taken = _weight(problem, values, k, row["armature"].value)
             yield _body(f"0 {k} 0", _joint(hypothesis, k, row, step, taken), body)
         return
-    chain = corrected_chain(problem.chain, values)
-    inside: list[str] = _payload(chain, values)
+    links = corrected_links(problem.links, values)
+    if not problem.links.is_planar:
+        yield from _tree(links, hypothesis, joints, step)
+        return
+    inside: list[str] = _payload(links, values)
     for k in reversed(range(problem.n)):
-        at = "0 0 0" if k == 0 else f"{chain.length[k - 1]:.9g} 0 0"
-        link = _inertial(f"{chain.com[k]:.9g} 0 0", chain.mass[k], chain.inertia[k])
+        at = "0 0 0" if k == 0 else f"{links.length[k - 1]:.9g} 0 0"
+        link = _inertial(f"{links.com[k, 0]:.9g} 0 0", links.mass[k], links.spin_inertia[k])
         inside = [_body(at, _joint(hypothesis, k, joints[k], step), link, inside)]
     yield from inside
+
+
+def _tree(links: Links, hypothesis: Hypothesis, joints: Sequence[Mapping[str, Entry]],
+          step: float) -> Iterator[str]:
+    """Bodies of the links of any arm, each in the frame of its joint."""
+    from scipy.spatial.transform import Rotation
+
+    inside: list[list[str]] = [[] for _ in range(links.n)]
+    inside[-1] = _payload(links, hypothesis.values)
+    for k in reversed(range(links.n)):
+        x, y, z, w = Rotation.from_matrix(links.rotation[k].astype(float)).as_quat()
+        about_com = links.inertia[k, [0, 3, 5, 1, 2, 4]] + SPECK * np.array([1, 1, 1, 0, 0, 0])
+        body = _element(
+            "body", {"pos": _numbers(links.offset[k]), "quat": _numbers((w, x, y, z))},
+            [_element("inertial", {"pos": _numbers(links.com[k]),
+                                   "mass": max(float(links.mass[k]), SPECK),
+                                   "fullinertia": _numbers(about_com)}),
+             _joint(hypothesis, k, joints[k], step, axis="0 0 1"), *inside[k]])
+        if links.parents[k] < 0:
+            yield body
+        else:
+            inside[links.parents[k]].insert(0, body)
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return " ".join(f"{float(value):.9g}" for value in values)
 
 
 def _body(at: str, joint: str, inertial: str, inside: Sequence[str] = ()) -> str:
@@ -178,11 +210,10 @@ def _inertial(at: str, mass: float, inertia: float) -> str:
                                  "diaginertia": f"{about} {about} {about}"})
 
 
-def _payload(chain: PlanarChain, values: Mapping[str, np.ndarray]) -> list[str]:
+def _payload(links: Links, values: Mapping[str, np.ndarray]) -> list[str]:
     if "payload.mass" not in values:
         return []
-    at = f"{chain.length[-1]:.9g} 0 0"
-    return [_element("body", {"name": "payload", "pos": at},
+    return [_element("body", {"name": "payload", "pos": _numbers(links.along[-1])},
                      [_inertial("0 0 0", float(values["payload.mass"].flat[0]), 0.0)])]
 
 
@@ -196,18 +227,18 @@ def _weight(problem: Problem, values: Mapping[str, np.ndarray], k: int, armature
     if size == 0.0:
         return _inertial("0 0 0", 0.0, 0.0), 0.0
     taken = WEIGHT_SHARE * armature
-    mass = size**2 / (taken * float(problem.chain.g) ** 2)
-    x, z = torque / (mass * problem.chain.g)
+    mass = size**2 / (taken * float(problem.links.g) ** 2)
+    x, z = torque / (mass * problem.links.g)
     return _inertial(f"{x:.9g} 0 {z:.9g}", mass, 0.0), taken
 
 
 def _joint(hypothesis: Hypothesis, k: int, row: Mapping[str, Entry], step: float,
-           taken: float = 0.0) -> str:
+           taken: float = 0.0, axis: str = "") -> str:
     problem = hypothesis.problem
     zero = turn(problem)[k] - zero_change(hypothesis.values, problem.n)[k]
     found: dict[str, str | float] = {
         "name": problem.joints[k], "type": "slide" if slides(problem, k) else "hinge",
-        "axis": "0 1 0" if slides(problem, k) else "0 -1 0",
+        "axis": axis or ("0 1 0" if slides(problem, k) else "0 -1 0"),
         "armature": row["armature"].value - taken if "armature" in row else 0.0,
         "damping": _damping(row)}
     if row["frictionloss"].value:

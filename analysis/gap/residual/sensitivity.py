@@ -13,7 +13,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import lfilter
-from clie_blocks.robot_loop.planar_chain import mass_matrix
+from clie_blocks.robot_loop.links import mass_rows
 
 _LENGTH = 4000  # samples of an impulse response
 _POSE_SPACING = 50  # samples of a log between two poses
@@ -40,5 +40,5 @@ def noise_responses(problem: Problem, k: int, inertia: np.ndarray, damping: np.n
 def _shared_mass(problem: Problem, k: int) -> np.ndarray:
     """RMS over the logs of the mass that joint k shares with each joint, motor side."""
     q = np.concatenate([log.q[::_POSE_SPACING] for log in problem.logs])
-    row = mass_matrix(problem.chain, q)[k]
+    row = mass_rows(problem.links, q)[k]
     return np.array([np.sqrt(np.mean(np.square(m))) for m in row]) / problem.gear_ratio[k]

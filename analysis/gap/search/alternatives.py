@@ -67,7 +67,7 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
     """Candidates that may explain what a fit explains."""
     members = fitted_members(leader.hypothesis)
     possible = [cause for cause in causes
-                if leader.hypothesis.problem.chain.known or not cause.needs_links]
+                if leader.hypothesis.problem.links.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
     candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
     for some in (members, *(fewer if much_left else ())):

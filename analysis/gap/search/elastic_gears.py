@@ -80,7 +80,7 @@ def _torque_and_stiffness(frequency: np.ndarray, member: Member, leader: Fit,
     """
     problem, values = leader.hypothesis.problem, leader.hypothesis.values
     link, _ = link_share_of_joint(
-        problem.chain, problem.gear_ratio, values, member.values["link_share"])
+        problem.links, problem.gear_ratio, values, member.values["link_share"])
     stiffness = link * (2 * np.pi * frequency) ** 2
     twists = [log.q - log.law_q for log in problem.fit if log.of_other_encoder]
     if twists:

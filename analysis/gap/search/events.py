@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.residual.noise import RATE, whiten
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
-from clie_blocks.robot_loop.planar_chain import tip_load_torque
+from clie_blocks.robot_loop.links import tip_load_torque
 
 NEVER = 1e9  # s: onset of a fault that a log does not show
 _PADDED = 1 << 16
@@ -106,7 +106,7 @@ def fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.nd
     scanners = [_FaultScanner(residuals, fit, errors, cause, [
         unit_fault_torque(cause.variant, problem, q) for q in motion])
         for cause in STEP_FAULT
-        if cause in causes and (problem.chain.known or not cause.needs_links)]
+        if cause in causes and (problem.links.known or not cause.needs_links)]
     coarse = [scanner.best([onsets] * problem.n) for scanner in scanners]
     best = max((drop.sum() for _, drop in coarse), default=0.0)
     return [scanner.refined(member, drop)
@@ -179,7 +179,7 @@ def unit_fault_torque(variant: str, problem: Problem, q: np.ndarray) -> np.ndarr
     if variant == "friction":
         return np.sign(dq)
     ddq = np.gradient(dq, problem.period, axis=0)
-    return tip_load_torque(problem.chain, q, dq, ddq) / problem.gear_ratio
+    return tip_load_torque(problem.links, q, dq, ddq) / problem.gear_ratio
 
 
 def scan_onsets(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,

@@ -130,7 +130,7 @@ def screen_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     sizes = scene(residuals.problem, centre, motion)
     columns = []
     for cause in causes:
-        if residuals.problem.chain.known or not cause.needs_links:
+        if residuals.problem.links.known or not cause.needs_links:
             columns += _columns_of_cause(cause, residuals, centre, motion, sizes, bases)
     return Screen(columns, [unexplained(left, basis) for basis, left in zip(bases, target)],
                   len(fitted[0]) - fitted[0].shape[1])
@@ -198,7 +198,7 @@ def base_motion(hypothesis: Hypothesis) -> list[State]:
         q, u = hypothesis.simulator.run(log, hypothesis.of_log(j))
         time = problem.period * np.arange(len(log))[:, None]
         states.append(State(q, np.gradient(q, problem.period, axis=0), u, time, problem.period,
-                            problem.chain, problem.gear_ratio))
+                            problem.links, problem.gear_ratio))
     return states
 
 

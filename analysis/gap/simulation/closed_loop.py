@@ -31,19 +31,18 @@ SHORT_DELAY_TAPS = 20  # samples of a delay line that is long enough for most ro
 
 def structure(problem: Problem) -> Structure:
     """Return the structure of a problem."""
-    chain, law = problem.chain, problem.law
-    return Structure(problem.n, problem.period, chain.known, chain.has_gravity,
-                     chain.has_coupling, bool(np.isfinite(law.saturation).all()),
+    return Structure(problem.n, problem.period, problem.links.layout,
+                     bool(np.isfinite(problem.law.saturation).all()),
                      problem.encoder_on_motor, problem.two_encoders)
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:
     """Parameters of the simulator that are stated, by key."""
-    law, nominal, chain = problem.law, problem.nominal, problem.chain
+    law, nominal, links = problem.law, problem.nominal, problem.links
     values = {"inertia": nominal.inertia, "damping": nominal.damping, "load": nominal.load,
               "kp": law.kp, "kd": law.kd, "b": law.numerator, "a": law.denominator,
               "saturation": np.minimum(law.saturation, 1e9), "ratio": problem.gear_ratio}
-    values.update({f"chain.{name}": getattr(chain, name) for name in chain.parameters})
+    values.update({f"links.{name}": getattr(links, name) for name in links.parameters})
     return {key: np.array(value, float) for key, value in values.items()}
 
 

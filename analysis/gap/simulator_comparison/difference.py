@@ -13,6 +13,7 @@ without noise.  The robot's loop runs with its measured noise, which a simulator
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -262,11 +263,12 @@ def describe_simulator(model: Hypothesis, joints: Sequence[str]) -> tuple[str, .
 def _nominal(problem: Problem, model: Hypothesis, half_widths: dict[str, np.ndarray]) -> Nominal:
     """The simulator's joint model, with tolerances of next to nothing."""
     torque = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
-    values = {name: model.values[name] for name in SAME_JOINT_MODEL}
+    values: dict[str, np.ndarray] = {name: model.values[name] for name in SAME_JOINT_MODEL}
     scale = {**values, "load": torque}
-    return dataclasses.replace(problem.nominal, **values, **{
+    changes: dict[str, Any] = values | {
         f"{name}_tolerance": share * np.abs(scale[name]) + half_widths[name] + 1e-12
-        for name, share in SAME_JOINT_MODEL.items()})
+        for name, share in SAME_JOINT_MODEL.items()}
+    return dataclasses.replace(problem.nominal, **changes)
 
 
 def _with_robot_logs(model: Hypothesis, member: Member, match: Sequence[int | None],

@@ -10,7 +10,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_SATURATION
 from clie_blocks.analysis.gap.causes.friction import FRICTION_DRIFT
-from clie_blocks.analysis.gap.causes.load import GRAVITY
+from clie_blocks.analysis.gap.causes.load import GRAVITY, GRAVITY_IN_SPACE, corrected_gravity
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
@@ -31,7 +31,7 @@ def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel
                 and _is_right_before(hypothesis, member, residuals))
     if member.cause is ACTUATOR_SATURATION:
         return _is_right_before(hypothesis, member, residuals)
-    if member.cause is GRAVITY:
+    if member.cause in (GRAVITY, GRAVITY_IN_SPACE):
         return _is_weight_of_links(hypothesis, member, method)
     if member.cause in FRICTION_DRIFT:
         return _drifts_within_logs(hypothesis, member, method)
@@ -109,12 +109,15 @@ def _is_weight_of_links(hypothesis: Hypothesis, gravity: Member, method: Verdict
     More than their whole weight, no tilt brings about.  Of several joints without stated links
     nothing tells how their weights follow the pose.
     """
-    problem, chain = hypothesis.problem, hypothesis.problem.chain
-    if not chain.known:
+    problem, links = hypothesis.problem, hypothesis.problem.links
+    if not links.known:
         return problem.n == 1
+    if gravity.cause is GRAVITY_IN_SPACE:
+        whole = np.linalg.norm(corrected_gravity(links, hypothesis.values))
+        return bool(whole <= method.most_weight * links.g)
     along, across = (hypothesis.values[f"{gravity.name}.{name}"][0]
                      for name in ("along", "across"))
-    return bool(np.hypot(along + chain.has_gravity, across) <= method.most_weight)
+    return bool(np.hypot(along + links.has_gravity, across) <= method.most_weight)
 
 
 def _drifts_within_logs(hypothesis: Hypothesis, drift: Member, method: VerdictMethod) -> bool:

@@ -20,7 +20,7 @@ def check_scale(record: Record, robot: Robot | None) -> list[Finding]:
     known = ratio[np.isfinite(ratio)]
     if robot is None or known.size == 0 or not ((known > FAR).all() or (known < 1 / FAR).all()):
         return []
-    if known[0] > FAR and robot.links.mass is None:
+    if known[0] > FAR and robot.links.mass is None and robot.tree is None:
         return []  # links that the file does not have
     k = int(np.flatnonzero(np.isfinite(ratio))[0])
     hints = _hints(robot, k, float(ratio[k]))

@@ -5,7 +5,8 @@ import numpy as np
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.control_law import gains
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller, Links, Robot
+from clie_blocks.analysis.records.robot import Controller, Robot
+from clie_blocks.rigid_body.dynamics import mass_matrix
 
 
 def check_gains(record: Record, robot: Robot | None) -> list[Finding]:
@@ -29,7 +30,7 @@ def nominal_joints(robot: Robot | None) -> tuple[np.ndarray, np.ndarray] | None:
     ratio = motor.gear_ratio
     if motor.inertia is None or ratio is None:
         return None
-    inertia = motor.inertia * ratio + _stretched(links, robot.n) / ratio
+    inertia = motor.inertia * ratio + _stretched(robot) / ratio
     damping = np.zeros(robot.n) if motor.viscous_friction is None else motor.viscous_friction
     joint = links.joint_viscous_friction
     damping = damping * ratio + (0.0 if joint is None else joint / ratio)
@@ -77,8 +78,14 @@ def _stable_kd(a: float, b: float, kp: float, kd: float, controller: Controller)
     return f"It is stable from Kd = {min(good):.4g} to Kd = {max(good):.4g}."
 
 
-def _stretched(links: Links, n: int) -> np.ndarray:
-    """Inertia of all links beyond each joint, the arm stretched out [kg m^2]."""
+def _stretched(robot: Robot) -> np.ndarray:
+    """Inertia of all links beyond each joint, the arm stretched out [kg m^2].
+
+    Of a model, it is that at its zero.
+    """
+    links, n = robot.links, robot.n
+    if robot.tree is not None:
+        return mass_matrix(robot.tree, np.zeros(n)).diagonal()
     if links.mass is None or links.com is None:
         return np.zeros(n)
     length = np.zeros(n) if links.length is None else links.length

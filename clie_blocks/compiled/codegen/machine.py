@@ -12,6 +12,7 @@ import llvmlite.binding as llvm
 
 from clie_blocks.compiled.cache import store
 
+_LARGE = 1500  # lines, from which the pairing of operations takes most of the time and gains none
 _lock, _library = threading.Lock(), itertools.count()
 _state: dict[str, Any] = {}  # the processor and the linker, made at the first use
 
@@ -86,7 +87,8 @@ def _compile(text: str, target: llvm.TargetMachine) -> bytes:
     module = llvm.parse_assembly(text)
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
-    options.loop_vectorization = options.slp_vectorization = True
+    options.loop_vectorization = True
+    options.slp_vectorization = text.count("\n") < _LARGE
     builder = llvm.create_pass_builder(target, options)
     builder.getModulePassManager().run(module, builder)
     return target.emit_object(module)

@@ -42,6 +42,9 @@ class Graph:
     def __init__(self) -> None:
         self._known: dict[tuple, Symbol] = {}
 
+    def __len__(self) -> int:
+        return len(self._known)
+
     def variable(self, kind: str, index: int = 0) -> Symbol:
         """Return the variable such as ``('x', 3)``."""
         return self._node("variable", (kind, index), (kind, index), False)

@@ -11,6 +11,7 @@ import pytest
 
 from clie_blocks.compiled import compile_diagram, held_normal, reduce
 from clie_blocks.compiled.codegen import vector_math
+from clie_blocks.compiled.codegen.machine import lane_width
 from clie_blocks.compiled.runtime import recorder, simulate
 from clie_blocks.compiled.runtime.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
@@ -86,7 +87,7 @@ def test_reductions_equal_those_of_the_whole_run(program, monkeypatch, buffer):
     monkeypatch.setattr("clie_blocks.compiled.runtime.batch.BUFFER", buffer)
 
     def power(state, time, values):
-        assert values.shape[1:] == (2, 16) or len(time) == 1
+        assert values.shape[1:] == (2, lane_width()) or len(time) == 1
         return (0.0 if state is None else state) + (values**2).sum(axis=(0, 1))
 
     window = {"start": 0.1, "end": 0.5}

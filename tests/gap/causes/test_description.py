@@ -88,7 +88,7 @@ def test_beside_its_coupling_an_arm_moves_as_the_mended_file_with_coupling(key, 
 @pytest.mark.parametrize("change", [-0.3, 0.25, 0.4])
 def test_the_gear_ratios_of_an_inertia_give_it_and_the_nearer_is_first(links, change):
     problem = problem_of(arm(links=links))
-    of_links = problem.chain.diagonal / problem.gear_ratio
+    of_links = problem.links.diagonal / problem.gear_ratio
     rotor = problem.nominal.inertia - of_links
 
     def met(change):
@@ -133,8 +133,8 @@ def test_what_is_identified_is_said_in_the_terms_of_the_file(key, change, stated
 def test_the_links_of_a_simulator_have_the_identified_numbers():
     problem = problem_of(arm())
     hypothesis = build_hypothesis(problem, [member(problem, description.MASS, [0.25, 0.0])])
-    chain = description.corrected_chain(problem.chain, hypothesis.values)
-    assert chain.mass == pytest.approx([1.5, 0.6])
-    unchanged = dataclasses.replace(chain, mass=problem.chain.mass)
-    assert unchanged.com == pytest.approx(problem.chain.com)
-    assert unchanged.length == pytest.approx(problem.chain.length)
+    links = description.corrected_links(problem.links, hypothesis.values)
+    assert links.mass == pytest.approx([1.5, 0.6])
+    unchanged = dataclasses.replace(links, mass=problem.links.mass)
+    assert unchanged.com == pytest.approx(problem.links.com)
+    assert unchanged.length == pytest.approx(problem.links.length)

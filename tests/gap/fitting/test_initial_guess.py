@@ -71,7 +71,8 @@ def test_a_step_changes_a_time_or_a_range_by_a_factor_and_other_numbers_as_far_a
     for pull in (-1e3, 1e3):
         free = len(at.free_parameters)
         columns = np.eye(free + 1, free)
-        tangent = Tangent([], np.append(-pull * columns.sum(axis=1), np.zeros(free)),
+        of_logs = -pull * columns.sum(axis=1)
+        tangent = Tangent([of_logs], np.append(of_logs, np.zeros(free)),
                           np.vstack([columns, np.zeros((free, free))]))
         moved = damped_step(at, tangent, FITTING, FITTING.cautious_damping).values
         assert moved["presliding.reach"][0] == pytest.approx(0.01 * 2.5 ** np.sign(pull))

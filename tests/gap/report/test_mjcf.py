@@ -33,7 +33,7 @@ def scaled(problem, name, value):
     per = {"level": torque, "forward": torque, "backward": torque, "limit": torque,
            "drag": torque / speed**2, "stiffness": torque / travel, "along": torque[:1],
            "across": torque[:1]}
-    if problem.chain.known:
+    if problem.links.known:
         per |= {"along": np.ones(1), "across": np.ones(1)}
     return np.broadcast_to(value * per.get(name, 1.0), problem.n).copy()
 

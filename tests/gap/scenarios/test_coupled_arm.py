@@ -89,8 +89,8 @@ def test_links_are_coupled_where_a_loop_holds_them_and_the_model_couples_them(ar
     assert build_hypothesis(arm, ()).coupled
     falling = dataclasses.replace(arm, law=dataclasses.replace(arm.law, kp=0 * arm.law.kp))
     assert not build_hypothesis(falling, ()).coupled
-    decoupled = dataclasses.replace(arm, chain=dataclasses.replace(
-        arm.chain, has_coupling=False, has_gravity=False))
+    decoupled = dataclasses.replace(arm, links=dataclasses.replace(
+        arm.links, has_coupling=False, has_gravity=False))
     assert not build_hypothesis(decoupled, ()).coupled
     tip = Member(load.PAYLOAD, tuple(range(arm.n)), {"mass": np.ones(arm.n)},
                  {"mass": np.ones(arm.n)})

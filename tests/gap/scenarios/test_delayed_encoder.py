@@ -40,7 +40,7 @@ def positions(problem, cause, joints):
 
 
 def test_delays_of_all_encoders_are_those_of_all_drives_and_of_one_are_not(arm):
-    weightless = dataclasses.replace(arm, chain=dataclasses.replace(arm.chain, has_gravity=False))
+    weightless = dataclasses.replace(arm, links=dataclasses.replace(arm.links, has_gravity=False))
     kinds = drive.TIME_DELAY, sensor.ENCODER_DELAY
     of_all = [positions(weightless, cause, (0, 1)) for cause in kinds]
     of_one = [positions(weightless, cause, (0,)) for cause in kinds]

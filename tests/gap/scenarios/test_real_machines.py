@@ -43,7 +43,7 @@ def printed_answer(name, diagnosis):
         print(f"  {' + '.join(row.names):40} p {row.probability:.3f}  excess {row.excess:.4g}")
     values = diagnosis.model.hypothesis.values
     print("  ", {key: value.round(5).tolist() for key, value in values.items()
-                 if "." in key and not key.startswith("chain")})
+                 if "." in key and not key.startswith("links.")})
     return stored
 
 

@@ -82,7 +82,7 @@ def test_the_fit_of_a_number_reaches_the_truth(records_of, name, field, joint, t
     found = fit_numbers([member], residuals, nominal)
     change = found.hypothesis.values[f"{member.name}.change"][joint]
     if field == "com":  # in lengths of the link
-        change *= problem.chain.length[joint] / problem.chain.com[joint]
+        change *= problem.links.length[joint] / problem.links.com_along[joint]
     exact = field == "gear_ratio"  # the links have a datasheet, whose penalty draws a little
     assert 1.0 + change == pytest.approx(true_over_stated, rel=0.02 if exact else 0.03)
     assert found.excess < (0.6 if exact else 1.0)  # noise judged by a nominal model far off

@@ -43,7 +43,7 @@ def test_a_joint_that_is_not_loose_moves_as_one(short, cause):
 def test_backlash_is_that_of_two_bodies_in_fine_steps(short):
     """Second route: the same two bodies, one joint at a time, in steps fifty times as short."""
     half, contact = 2e-3, 300.0
-    assert not short.chain.has_gravity and not short.chain.has_coupling  # one joint at a time
+    assert not short.links.has_gravity and not short.links.has_coupling  # one joint at a time
     backlash = member(short, transmission.BACKLASH, half_gap=half, contact=contact)
     loose = build_hypothesis(short, [backlash])
     simulated = short.fit[0].q - loose.error(0)
@@ -58,8 +58,8 @@ def _in_fine_steps(model, k, half, contact):
     problem, log = model.problem, model.problem.fit[0]
     law, h = problem.law, problem.period / FINER
     of = {key: model.values[key][k] for key in ("inertia", "damping", "load")}
-    stated = problem.chain.diagonal[k] / problem.gear_ratio[k]
-    link = 0.5 * (stated if problem.chain.known else of["inertia"])
+    stated = problem.links.diagonal[k] / problem.gear_ratio[k]
+    link = 0.5 * (stated if problem.links.known else of["inertia"])
     motor = of["inertia"] - link
     both = link * motor / (link + motor)
     b, a, memory = law.numerator[:, k], law.denominator[:, k], [0.0, 0.0]

@@ -32,7 +32,7 @@ def member(cause, n, **values):
 def leading(nominal, *members, left=10.0, links=False):
     """Fit of some causes that leaves so many times the noise."""
     start = build_hypothesis(nominal.hypothesis.problem, members, nominal.hypothesis)
-    problem = dataclasses.replace(start.problem, chain=SimpleNamespace(known=links))
+    problem = dataclasses.replace(start.problem, links=SimpleNamespace(known=links))
     at = dataclasses.replace(start, problem=problem)
     return dataclasses.replace(nominal, hypothesis=at, chi2=left * nominal.samples)
 

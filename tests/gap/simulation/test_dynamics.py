@@ -8,7 +8,7 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.robot_loop import dynamics
-from clie_blocks.robot_loop.planar_chain import PlanarChain, mass_matrix
+from clie_blocks.robot_loop.links import mass_rows, planar_links
 
 
 def test_friction_stops_a_joint_and_never_reverses_it():
@@ -35,7 +35,7 @@ def healthy_with_links(case):
     """Problem of a healthy robot whose link data are stated."""
     made = case("none", seed=1)
     problem = Problem.from_logs(made.robot, made.records)
-    assert problem.chain.known
+    assert problem.links.known
     return problem
 
 
@@ -55,7 +55,7 @@ def test_a_neutral_cause_changes_nothing(cause, healthy, healthy_with_links):
 
 def test_the_sensitivity_is_the_derivative_of_the_simulated_loop(healthy):
     problem, plain = healthy, build_hypothesis(healthy, ())
-    assert not problem.chain.has_gravity  # whose stiffness is not in S
+    assert not problem.links.has_gravity  # whose stiffness is not in S
     load = 1e-3 * problem.law.kp
     loaded = plain.with_values({**plain.values, "load": plain.values["load"] + load})
     change = plain.error(0) - loaded.error(0)
@@ -70,15 +70,13 @@ def test_the_sensitivity_is_the_derivative_of_the_simulated_loop(healthy):
 def chain(request):
     n, rng = request.param, np.random.default_rng(1)
     length, mass = rng.uniform(0.2, 0.5, n), rng.uniform(0.3, 1.2, n)
-    return PlanarChain(
-        length=length, mass=mass, com=0.6 * length, inertia=0.05 * mass * length**2,
-        bearing_damping=np.zeros(n), g=9.81, has_gravity=True, has_coupling=True,
-        diagonal=np.linspace(0.5, 0.1, n), known=True)
+    return planar_links(length, mass, 0.6 * length, 0.05 * mass * length**2, has_gravity=True,
+                        has_coupling=True, diagonal=np.linspace(0.5, 0.1, n))
 
 
 def test_the_acceleration_solves_the_equation_of_a_chain_behind_gears(chain):
     ratio, rng = np.linspace(3.0, 50.0, chain.n), np.random.default_rng(4)
-    rows = mass_matrix(chain, rng.normal(size=chain.n))
+    rows = mass_rows(chain, rng.normal(size=chain.n))
     rotor, torque = 1e-3 * ratio, rng.normal(size=chain.n)
     own, cross = dynamics.split_mass(rows)
     acceleration = dynamics.acceleration(torque, rotor + own / ratio, cross / ratio)
@@ -88,7 +86,7 @@ def test_the_acceleration_solves_the_equation_of_a_chain_behind_gears(chain):
 
 def test_stuck_joints_of_a_chain_stay_stuck_and_slipping_ones_feel_their_whole_friction(chain):
     n = chain.n
-    own, cross = dynamics.split_mass(mass_matrix(chain, np.linspace(-1.0, 0.7, n)))
+    own, cross = dynamics.split_mass(mass_rows(chain, np.linspace(-1.0, 0.7, n)))
     own, dq = own + 0.3, np.linspace(0.3, 1.0, n)
     limits = np.where(np.arange(n) % 2, 1e-3, 10.0)
     after = dynamics.velocity_after_friction(dq, own, cross, (limits, limits), 1.0)

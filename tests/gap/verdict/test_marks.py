@@ -99,8 +99,8 @@ def test_a_limit_must_be_met_before_it_acts():
     (1.5, 0.0, False, False), (0.4, 0.0, True, False), (-0.1, 0.3, True, True)])
 def test_a_tilted_base_brings_no_more_than_the_whole_weight(along, across, has_gravity, is_weight):
     problem = make_problem(SWAY, period=PERIOD, known_links=True)
-    problem = dataclasses.replace(problem, chain=dataclasses.replace(
-        problem.chain, has_gravity=has_gravity))
+    problem = dataclasses.replace(problem, links=dataclasses.replace(
+        problem.links, has_gravity=has_gravity))
     weight = make_member(load.GRAVITY, problem, along=along, across=across)
     assert marked(problem, weight) is is_weight
 

@@ -10,7 +10,7 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.screening import scene
 from clie_blocks.robot_loop.dynamics import State
-from clie_blocks.robot_loop.planar_chain import coupling_torque, gravity_torque, tip_load_torque
+from clie_blocks.robot_loop.links import coupling_torque, gravity_torque, tip_load_torque
 
 SMOOTH = 40.0  # Hz of the zero-phase filter before differentiation
 CORNER = 8.0  # Hz of the parallel filter, over the bandwidth of the motion
@@ -47,17 +47,17 @@ def _smooth_motion(problem: Problem, log: Log) -> SmoothedMotion:
     q = sosfiltfilt(low_pass, log.q, axis=0)
     dq = np.gradient(q, h, axis=0)
     time = h * np.arange(len(q))[:, None]
-    return SmoothedMotion(State(q, dq, log.u, time, h, problem.chain, problem.gear_ratio),
+    return SmoothedMotion(State(q, dq, log.u, time, h, problem.links, problem.gear_ratio),
                           np.gradient(dq, h, axis=0))
 
 
 def net_command(motion: SmoothedMotion) -> np.ndarray:
     """Command less the link torques that the nominal model knows [N m], shape (N, n)."""
     s, torque = motion.state, motion.state.u
-    if s.chain.has_coupling:
-        torque = torque - coupling_torque(s.chain, s.q, s.dq, motion.ddq) / s.ratio
-    if s.chain.has_gravity:
-        torque = torque - gravity_torque(s.chain, s.q) / s.ratio
+    if s.links.has_coupling:
+        torque = torque - coupling_torque(s.links, s.q, s.dq, motion.ddq) / s.ratio
+    if s.links.has_gravity:
+        torque = torque - gravity_torque(s.links, s.q) / s.ratio
     return torque
 
 
@@ -66,7 +66,7 @@ def opposing_torque(motion: SmoothedMotion, cause: Cause, values: Values) -> np.
     s, torque = motion.state, np.zeros_like(motion.state.q)
     if cause.name in BODIES:
         size = next(iter(values.values()))
-        return size * BODIES[cause.name](s.chain, s.q, s.dq, motion.ddq) / s.ratio
+        return size * BODIES[cause.name](s.links, s.q, s.dq, motion.ddq) / s.ratio
     for piece in cause.pieces:
         if piece.port == "load":
             torque = torque + piece.act(s, [], values)[0]
@@ -82,7 +82,7 @@ def regressors(problem: Problem, causes: Iterable[Cause]) -> list[Cause]:
             if (cause.name in BODIES or all(piece.port in OPPOSING and not piece.states
                                             for piece in cause.pieces))
             and cause.name not in OF_THE_TORQUE
-            and (problem.chain.known or not cause.needs_links)
+            and (problem.links.known or not cause.needs_links)
             and all(number.scope != "log" for number in cause.numbers)]
 
 

@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.problem.user_loop.ports import (
 from clie_blocks.analysis.records import Record
 from clie_blocks.errors import ClieError
 from clie_blocks.labels import ports
-from clie_blocks.robot_loop.planar_chain import PlanarChain
+from clie_blocks.robot_loop.links import Links
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
@@ -54,7 +54,7 @@ class LoopLaw:
         Per joint S_tau(z) and S_0(z), from the linearised loop.
     inertia, damping : ndarray, shape (n,)
         Of the joint, from S_tau / S_0 at low frequencies [kg m^2], [N m s/rad].
-    chain : PlanarChain
+    links : Links
         Links, unknown.
 
     """
@@ -67,7 +67,7 @@ class LoopLaw:
     sensor: tuple[Filter, ...]
     inertia: np.ndarray
     damping: np.ndarray
-    chain: PlanarChain
+    links: Links
 
     @property
     def discrete(self) -> bool:
@@ -134,7 +134,7 @@ class LoopLaw:
 
 
 def linearised_law(loop: NonlinearIOSystem, loop_ports: Ports, record: Record,
-                   chain: PlanarChain) -> LoopLaw:
+                   links: Links) -> LoopLaw:
     """Law of a loop, linearised with the joints at rest at the first sample of a log."""
     period = record.sample_time
     if loop.dt and loop.dt is not True and abs(loop.dt - period) > 1e-6 * period:
@@ -148,7 +148,7 @@ def linearised_law(loop: NonlinearIOSystem, loop_ports: Ports, record: Record,
     inertia, damping = np.transpose(joints)
     torque, sensor = _sensitivities(system, loop_ports, 0.0 if loop.dt else period)
     return LoopLaw(loop, loop_ports, period, 1 if loop.dt else _substeps(poles, period), torque,
-                   sensor, inertia, damping, chain)
+                   sensor, inertia, damping, links)
 
 
 def _substeps(poles: np.ndarray, period: float) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal
-from clie_blocks.analysis.gap.problem.stated_chain import planar_chain
+from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.gap.problem.user_loop.checks import check_records
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw, linearised_law
@@ -54,7 +54,7 @@ def loop_statement(loop: InputOutputSystem, records: Sequence[Record]) -> LoopSt
     records = [on_ticks(even_clock(record), record.sample_time) for record in records]
     check_records(records, ports.n, loop.name)
     robot = Robot(n=ports.n, joints=records[0].joints)
-    law = linearised_law(loop, ports, records[0], planar_chain(robot, np.zeros(ports.n)))
+    law = linearised_law(loop, ports, records[0], stated_links(robot, np.zeros(ports.n)))
     logs = [as_logs(record, robot, k, law.period) for k, record in enumerate(records)]
     commands = [log.u for pieces in logs for log in pieces]
     torque = np.sqrt(np.mean(np.concatenate(commands) ** 2, axis=0))

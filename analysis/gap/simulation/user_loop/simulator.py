@@ -163,13 +163,13 @@ class LoopSimulator:
         """Motion in the middle of a step; a loop in discrete time holds its command."""
         (q, command), (q_end, command_end) = loop.measured(t, x, u), loop.measured(t, free, u)
         held = command if loop.discrete else (command + command_end) / 2
-        return State((q + q_end) / 2, rate, held, t + loop.step / 2, loop.step, self.law.chain,
+        return State((q + q_end) / 2, rate, held, t + loop.step / 2, loop.step, self.law.links,
                      np.ones(self.law.ports.n))
 
     def _at_rest(self, q: np.ndarray, t: float) -> State:
         """Joints at rest at a position, as a sensor may read them."""
         rest = np.zeros(self.law.ports.n)
-        return State(q, rest, rest, t, self.law.period, self.law.chain, rest + 1.0)
+        return State(q, rest, rest, t, self.law.period, self.law.links, rest + 1.0)
 
     def _torque(self, rate: np.ndarray, free_rate: np.ndarray, mass: np.ndarray, params: Values,
                 push: np.ndarray, limits: tuple[np.ndarray, ...] | None) -> np.ndarray:

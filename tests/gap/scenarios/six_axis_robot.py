@@ -1,0 +1,181 @@
+"""A six-axis arm in MuJoCo: its URDF as the engine reads it, drives, and a sampled PD law."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+ARM = Path(__file__).parents[3] / "docs" / "arms" / "six_axis.urdf"
+PERIOD, SUBSTEPS = 1e-3, 2  # s, engine steps per period
+RATIO = np.full(6, 100.0)
+ROTOR = np.array([2e-4, 2e-4, 2e-4, 5e-5, 5e-5, 5e-5])  # kg m^2
+FRICTION = np.array([4e-3, 4e-3, 4e-3, 1e-3, 1e-3, 1e-3])  # N m s/rad
+HOME = np.array([0.0, -1.0, 1.2, -1.5, -1.5, 0.3])
+BANDWIDTH = 2 * np.pi * np.array([3.0, 3.0, 3.0, 4.0, 4.0, 4.0])  # rad/s
+COMMAND_STEP, ENCODER_STEP, NOISE = 2e-5, 2.5e-5, 2e-5  # N m, rad, rad
+CORNERS = 200.0, 300.0  # rad/s of the velocity filter
+
+
+class SixAxisRobot:
+    """The arm with some faults, which writes logs and a robot file as its owner would.
+
+    Parameters
+    ----------
+    coulomb : mapping of int to float
+        Dry friction of joints [N m], joint side.
+    gain : mapping of int to float
+        Delivered over commanded torque of joints.
+    payload : float
+        Mass at the flange [kg].
+    masses : sequence of float
+        Mass of each link over that in the file.
+    tilt : float
+        Angle by which the base leans about its x axis [rad].
+    seed : int
+        Of noise and motions.
+
+    """
+
+    def __init__(self, coulomb=None, gain=None, payload=0.0, masses=(1.0,) * 6, tilt=0.0, seed=0):
+        import mujoco
+
+        self.engine, self.rng = mujoco, np.random.default_rng(seed)
+        model = mujoco.MjModel.from_xml_string(ARM.read_text())
+        model.opt.timestep = PERIOD / SUBSTEPS
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+        model.opt.gravity[:] = 0.0, -9.81 * np.sin(tilt), -9.81 * np.cos(tilt)
+        model.jnt_limited[:] = 0
+        model.dof_armature[:], model.dof_damping[:] = RATIO**2 * ROTOR, RATIO**2 * FRICTION
+        for body, share in enumerate(masses, 1):
+            model.body_mass[body] *= share
+            model.body_inertia[body] *= share
+        if payload:
+            self._carry(model, payload)
+        for k, torque in (coulomb or {}).items():
+            model.dof_frictionloss[k] = torque
+            model.dof_solref[k] = 2 * PERIOD, 1.0
+            model.dof_solimp[k] = 0.9999, 0.9999, 0.001, 0.5, 2.0
+        self.gain = np.ones(6)
+        for k, share in (gain or {}).items():
+            self.gain[k] = share
+        self.model, self.data = model, mujoco.MjData(model)
+        mujoco.mj_setConst(model, self.data)
+
+    def _carry(self, model, mass):
+        """Add a point mass at the flange to the last body."""
+        last, place = model.nbody - 1, np.array([0.0, 0.0, 0.0823])
+        own, com = model.body_mass[last], model.body_ipos[last].copy()
+        whole = own + mass
+        centre = (own * com + mass * place) / whole
+        for part, at in ((own, com), (mass, place)):
+            x, y, z = at - centre
+            model.body_inertia[last] += part * np.array([y * y + z * z, x * x + z * z,
+                                                         x * x + y * y])
+        model.body_mass[last], model.body_ipos[last] = whole, centre
+
+    def write(self, folder, seconds=20.0, links=""):
+        """Write three logs, the robot file and the URDF."""
+        kp, kd = _gains(self.engine)
+        for number, motion in enumerate((_triangles, _sines, _chirps), 1):
+            rows = self._run(motion(self.rng, np.arange(0.0, seconds, PERIOD)), kp, kd)
+            head = "time," + ",".join(f"{name}{k}" for name in ("q", "qd", "u")
+                                      for k in range(1, 7))
+            np.savetxt(folder / f"log-{number}.csv", rows, "%.9g", ",", header=head, comments="")
+        shutil.copy(ARM, folder / "arm.urdf")
+        (folder / "robot.toml").write_text(_robot_file(kp, kd, links))
+        return folder
+
+    def _run(self, q_d, kp, kd):
+        """Rows of time, positions, references and commands of one experiment."""
+        from scipy.signal import bilinear
+
+        low, high = CORNERS
+        b, a = bilinear([low * high, 0.0], np.poly([-low, -high]), 1.0 / PERIOD)
+        self.engine.mj_resetData(self.model, self.data)
+        self.data.qpos[:] = HOME
+        rows, memory, start = [], np.zeros((2, 6)), None
+        for i, goal in enumerate(q_d):
+            noisy = self.data.qpos + NOISE * self.rng.normal(size=6)
+            q = ENCODER_STEP * np.round(noisy / ENCODER_STEP)
+            start = q if start is None else start
+            rate = b[0] * (q - start) + memory[0]
+            memory = np.array([b[1] * (q - start) - a[1] * rate + memory[1],
+                               b[2] * (q - start) - a[2] * rate])
+            u = COMMAND_STEP * np.round((kp * (goal - q) - kd * rate) / COMMAND_STEP)
+            rows.append(np.concatenate(([i * PERIOD], q, goal, u)))
+            self.data.qfrc_applied[:] = RATIO * self.gain * u
+            for _ in range(SUBSTEPS):
+                self.engine.mj_step(self.model, self.data)
+        return np.array(rows)
+
+
+def _gains(engine):
+    """Gains for the bandwidth, with the inertia of the sound arm at home."""
+    model = engine.MjModel.from_xml_string(ARM.read_text())
+    model.dof_armature[:] = RATIO**2 * ROTOR
+    data, mass = engine.MjData(model), np.zeros((6, 6))
+    data.qpos[:] = HOME
+    engine.mj_forward(model, data)
+    engine.mj_fullM(model, data, mass)
+    inertia = mass.diagonal() / RATIO
+    return np.round(inertia * BANDWIDTH**2, 3), np.round(1.6 * inertia * BANDWIDTH, 3)
+
+
+def _triangles(rng, time):
+    q_d = np.tile(HOME, (len(time), 1))
+    for k in range(6):
+        phase = (time / rng.uniform(5.0, 12.0)) % 1.0
+        q_d[:, k] += np.radians(rng.uniform(18, 30)) * np.interp(
+            phase, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
+    return q_d
+
+
+def _sines(rng, time):
+    q_d, fade = np.tile(HOME, (len(time), 1)), np.minimum(time / 0.5, 1.0)
+    for k in range(6):
+        for f in np.geomspace(0.06, 2.0, 8) * rng.uniform(0.9, 1.1, 8):
+            size = np.radians(rng.uniform(1, 6)) * min(1.0, 0.4 / f)
+            q_d[:, k] += fade * size * np.sin(2 * np.pi * f * time + rng.uniform(0, 2 * np.pi))
+    return q_d
+
+
+def _chirps(rng, time):
+    q_d, fade, duration = np.tile(HOME, (len(time), 1)), np.minimum(time / 0.5, 1.0), time[-1]
+    for k in range(6):
+        last = rng.uniform(1.0, 2.0)
+        cycles = 0.05 * time + (last - 0.05) * time**2 / (2 * duration)
+        q_d[:, k] += fade * np.radians(6) * np.sin(2 * np.pi * cycles) * np.clip(
+            1.5 - time / duration, 0.3, 1.0)
+    return q_d
+
+
+def _robot_file(kp, kd, links):
+    def listed(values):
+        return f"[{', '.join(f'{value:.9g}' for value in values)}]"
+
+    return f"""name = "six-axis arm"
+joints = 6
+[motor]
+gear_ratio = {listed(RATIO)}
+inertia_kgm2 = {listed(ROTOR)}
+viscous_friction_nms = {listed(FRICTION)}
+inertia_tolerance = 0.01
+viscous_friction_tolerance = 0.15
+torque_offset_tolerance_nm = 0.02
+[links]
+model = "arm.urdf"
+tip = "flange"
+{links}
+[controller]
+Kp = {listed(kp)}
+Kd = {listed(kd)}
+velocity_filter_highpass_rad_s = {CORNERS[0]}
+velocity_filter_lowpass_rad_s = {CORNERS[1]}
+velocity_filter_discretisation = "tustin"
+sample_time_s = {PERIOD}
+hold = "zero-order"
+command_resolution_nm = {COMMAND_STEP}
+[encoder]
+mounting = "joint side"
+resolution_rad = {ENCODER_STEP}
+"""

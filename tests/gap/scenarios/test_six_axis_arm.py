@@ -1,0 +1,108 @@
+"""A six-axis arm from its URDF, run in MuJoCo: sound, with faults, with masses that are off."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+
+from clie_blocks.analysis.gap import diagnose  # noqa: E402
+from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis  # noqa: E402
+from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
+from clie_blocks.analysis.gap.method import METHOD  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
+from clie_blocks.analysis.records import read_trial  # noqa: E402
+from tests.gap.scenarios.six_axis_robot import NOISE, SixAxisRobot  # noqa: E402
+
+pytestmark = pytest.mark.slow
+SECONDS = 400.0  # of a budget that no machine of the tests reaches
+ELBOW = 2
+
+
+def read(folder, seconds=12.0, links="", **faults):
+    """Robot and logs, as their owner reads them."""
+    return read_trial(SixAxisRobot(**faults).write(folder, seconds, links))
+
+
+def of_robot(folder, **how):
+    robot, records = read(folder, **how)
+    return diagnose(Problem.from_logs(robot, records), seconds=SECONDS)
+
+
+def first(answer):
+    return answer["effects"][0]
+
+
+def test_the_model_of_a_sound_arm_predicts_its_logs_down_to_the_noise(tmp_path):
+    robot, records = read(tmp_path, seconds=6.0)
+    problem = Problem.from_logs(robot, records)
+    error = build_hypothesis(problem, ()).error(0)
+    assert error.std(axis=0).max() < 1.3 * NOISE
+    assert 0.1 < problem.mass_coupling < 0.5
+    still = dataclasses.replace(problem, links=dataclasses.replace(
+        problem.links, has_coupling=False))
+    assert build_hypothesis(still, ()).error(0).std(axis=0).max() > 5 * NOISE
+
+
+def test_a_sound_arm_has_no_gap(tmp_path):
+    assert of_robot(tmp_path).to_dict()["verdict"] == "none"
+
+
+def test_dry_friction_of_the_elbow_is_named_there(tmp_path):
+    answer = of_robot(tmp_path, coulomb={ELBOW: 6.0}).to_dict()
+    assert answer["verdict"] == "effect"
+    assert first(answer)["effect"] == "coulomb" and first(answer)["joint"] == [ELBOW + 1]
+    level = first(answer)["parameters"]["level"]["value"]
+    assert np.ravel(level) == pytest.approx(6.0 / 100.0, rel=0.05)  # motor side
+
+
+def test_a_weak_drive_is_not_taken_for_a_wrong_link(tmp_path):
+    answer = of_robot(tmp_path, gain={1: 0.93}).to_dict()
+    assert first(answer)["effect"] == "torque_gain_error" and first(answer)["joint"] == [2]
+
+
+def test_a_payload_that_the_file_does_not_know_is_named_with_its_mass(tmp_path):
+    answer = of_robot(tmp_path, payload=0.8).to_dict()
+    assert first(answer)["effect"] == "payload"
+    assert np.ravel(first(answer)["parameters"]["mass"]["value"]) == pytest.approx(0.8, rel=0.05)
+
+
+def test_masses_within_their_tolerance_are_no_effect(tmp_path):
+    masses = (1.03, 0.96, 1.04, 0.97, 1.02, 0.99)
+    robot, records = read(tmp_path, links="mass_tolerance = 0.05", masses=masses)
+    problem = Problem.from_logs(robot, records)
+    _, fitted = fit_nominal(problem, METHOD)
+    ratio = fitted.hypothesis.values["links.mass"] / problem.links.mass
+    assert ratio[1:3] == pytest.approx(masses[1:3], abs=0.02)  # moments of inertia stay stated
+    assert diagnose(problem, seconds=SECONDS).to_dict()["verdict"] == "none"
+
+
+def test_a_fault_is_found_beside_masses_that_are_off(tmp_path):
+    answer = of_robot(tmp_path, links="mass_tolerance = 0.05", coulomb={ELBOW: 6.0},
+                      masses=(1.03, 0.96, 1.04, 0.97, 1.02, 0.99)).to_dict()
+    assert first(answer)["effect"] == "coulomb" and first(answer)["joint"] == [ELBOW + 1]
+
+
+def test_a_base_that_leans_is_named(tmp_path):
+    answer = of_robot(tmp_path, tilt=0.03).to_dict()
+    assert first(answer)["effect"] == "base_tilt"
+    assert abs(np.ravel(first(answer)["parameters"]["tilt_x"]["value"])[0]) == pytest.approx(
+        0.03, rel=0.1)
+
+
+def test_the_exported_arm_moves_as_the_answer_says(tmp_path):
+    diagnosis = of_robot(tmp_path, payload=0.8)
+    diagnosis.report(tmp_path, "arm")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    data = mujoco.MjData(model)
+    record = diagnosis.problem.records[-1]
+    every = round(record.sample_time / model.opt.timestep)
+    data.qpos[:] = record.q[0]
+    q = np.empty_like(record.q)
+    for i, command in enumerate(record.u[:2000]):  # the command drifts away where nothing holds it
+        q[i] = data.qpos
+        data.ctrl[:] = command
+        mujoco.mj_step(model, data, every)
+    error = np.sqrt(np.mean((q[:2000] - record.q[:2000]) ** 2, axis=0))
+    assert error.max() < 0.02
