@@ -54,8 +54,8 @@ class ControlLaw:
 
     @property
     def settling(self) -> int:
-        """Samples after which the velocity filter has forgotten how its run began."""
-        return settling(self.variant, self.period, self.corners)
+        """Samples after which all velocity filters have forgotten how their runs began."""
+        return max(map(settling, self.denominator.T))
 
     def with_filter(self, k: slice, variant: str,
                     corners: tuple[float, float] | None) -> Self:

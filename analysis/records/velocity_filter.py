@@ -63,11 +63,11 @@ def discretisations(step: float, corners: tuple[float, float]) -> tuple[str, ...
                  if max(map(abs, discrete_poles(name, step, corners))) < NEVER_FORGETS)
 
 
-def settling(kind: str, step: float, corners: tuple[float, float] | None) -> int:
-    """Samples after which a filter no longer knows how its run began."""
-    if kind not in DISCRETISATIONS:
+def settling(denominator: np.ndarray) -> int:
+    """Samples after which a filter of these coefficients `a` no longer knows how its run began."""
+    slowest = max(np.abs(np.roots(denominator)), default=0.0)
+    if slowest == 0.0:
         return 2
-    slowest = max(map(abs, discrete_poles(kind, step, _known_corners(kind, corners))))
     return 2 + int(np.ceil(np.log(SETTLED) / np.log(max(slowest, 1e-3))))
 
 

@@ -12,19 +12,19 @@ from clie_blocks.analysis.records import law_residual as of_signals
 from clie_blocks.analysis.records.control_law import ControlLaw
 
 
-def first_known_sample(log: Log, law: ControlLaw) -> int:
-    """First sample at which the velocity that the law forms is known."""
-    return 0 if log.at_rest else min(law.settling, len(log) // 2)
+def first_known_sample(log: Log, law: ControlLaw, slower: int = 1) -> int:
+    """First sample at which the velocity is known of the law, or of one so many times slower."""
+    return 0 if log.at_rest else min(slower * law.settling, len(log) // 2)
 
 
-def known_samples(log: Log, law: ControlLaw) -> np.ndarray:
-    """Mask of the samples at which the velocity that the law forms is known, shape (N,)."""
-    sample = np.arange(len(log))
-    known = sample >= first_known_sample(log, law)
+def known_samples(log: Log, law: ControlLaw, slower: int = 1) -> np.ndarray:
+    """Mask of the samples from `first_known_sample` on, and so long behind losses, shape (N,)."""
+    sample, settling = np.arange(len(log)), slower * law.settling
+    known = sample >= first_known_sample(log, law, slower)
     if log.measured is None:
         return known
-    last_lost = np.maximum.accumulate(np.where(log.measured, -law.settling - 1, sample))
-    settled = known & (sample - last_lost > law.settling)
+    last_lost = np.maximum.accumulate(np.where(log.measured, -settling - 1, sample))
+    settled = known & (sample - last_lost > settling)
     return settled if settled.any() else known & log.measured
 
 

@@ -5,11 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import (
-    first_known_sample,
-    known_samples,
-    law_residual,
-)
+from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
 from clie_blocks.analysis.gap.controller.named import ALIKE, Found, NamedJoint, explanations
 from clie_blocks.analysis.gap.controller.refit import (
     describe_gains,
@@ -22,8 +18,8 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
 from clie_blocks.linear_filters import lfilter
 
-# The first samples of a cut log are left out of the fit of its filter, as the state of the filter
-# is unknown there: so many times the settling of the stated filter, for one that is slower.
+# The first samples of a cut log, and those behind a loss, are left out of the fit of its filter, as
+# the state of the filter is unknown there: for one that is so many times slower than the stated one.
 SLOWEST_FILTER = 4
 FILTER, LAG = "velocity_filter_mismatch", "velocity_estimate_lag"
 
@@ -136,8 +132,7 @@ def _fitted_corners(problem: Problem, law: StatedLaw, stated: tuple[float, float
     from scipy.optimize import least_squares
 
     log = problem.logs[0]
-    first = min(SLOWEST_FILTER * first_known_sample(log, law), len(log) // 2)
-    used = slice(first, None) if log.measured is None else known_samples(log, law)
+    used = known_samples(log, law, SLOWEST_FILTER)
     moved = log.q[:, k] - log.q[0, k]
     damping_torque = law.kp[k] * (log.q_d[:, k] - log.q[:, k]) + log.pe[:, k] - log.u[:, k]
 

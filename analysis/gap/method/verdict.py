@@ -56,6 +56,9 @@ class VerdictMethod:
     most_weight: float = threshold(
         1.2, "times the weight of the stated links",
         "that a tilted base may bring about, with the tolerances of their masses")
+    most_at_stop: float = threshold(
+        0.7, "share of the time",
+        "that a joint spends at its stops: more, and they are no ends of its range")
 
     free_torque_bumps: int = threshold(
         10, "count", "resolution of a free torque over the range of a signal")

@@ -1,8 +1,8 @@
 """Causes with similar signatures: when one of them leads, its alternatives are fitted as well.
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
-frequency; a ripple of low order is a spring.  A ranking that holds one of them without the
-other says less than the log does.  And of several causes that lead together, each must show that
+frequency; a ripple of low order is a spring, and so are two stops that leave no play.  A ranking
+that holds one of them without the other says less than the log does.  And of several causes that lead together, each must show that
 it is needed.
 """
 
@@ -135,6 +135,9 @@ def _other_names(member: Member) -> list[Member]:
                        {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
     if name == "torque_ripple":
         return [_spring_like(member)]
+    if name == "soft_stop":
+        stiffness = {"stiffness": member.values["stiffness"]}
+        return [Member(load.SPRING, member.joints, stiffness, stiffness)]
     if name in _DRY and member.cause.variant != "viscous":
         return [other for other in _dry_friction_like(member) if other.cause.name != name]
     return []

@@ -1,16 +1,21 @@
 """The marks by which effects are known that would otherwise swallow any other.
 
-A fault that may set in at any moment, a weight of any size, friction that drifts: each can absorb
-a part of whatever acts.  It earns its name by what nothing else would show.  A fault and a limit
-act at some times only: before these the model must be right without them, since no effect acts
-before its cause.
+A fault that may set in at any moment, a weight of any size, friction that drifts, stops anywhere
+in the range: each can absorb a part of whatever acts.  It earns its name by what nothing else would
+show.  A fault and a limit act at some times only: before these the model must be right without
+them, since no effect acts before its cause.
 """
 
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_SATURATION
 from clie_blocks.analysis.gap.causes.friction import FRICTION_DRIFT
-from clie_blocks.analysis.gap.causes.load import GRAVITY, GRAVITY_IN_SPACE, corrected_gravity
+from clie_blocks.analysis.gap.causes.load import (
+    GRAVITY,
+    GRAVITY_IN_SPACE,
+    SOFT_STOP,
+    corrected_gravity,
+)
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
@@ -35,6 +40,8 @@ def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel
         return _is_weight_of_links(hypothesis, member, method)
     if member.cause in FRICTION_DRIFT:
         return _drifts_within_logs(hypothesis, member, method)
+    if member.cause is SOFT_STOP:
+        return _is_at_the_ends(hypothesis, member, method)
     return True
 
 
@@ -125,3 +132,14 @@ def _drifts_within_logs(hypothesis: Hypothesis, drift: Member, method: VerdictMe
     times = hypothesis.values[f"{drift.name}.time_constant"][list(drift.joints)]
     left = np.exp(-method.away_from_ends / times)
     return bool(np.all(left >= method.drift_left))
+
+
+def _is_at_the_ends(hypothesis: Hypothesis, stop: Member, method: VerdictMethod) -> bool:
+    """Whether joints are free of their stops most of the time: else these are springs."""
+    joints = np.array(stop.joints)
+    stiffness, lower, upper = (hypothesis.values[f"{stop.name}.{name}"][joints]
+                               for name in ("stiffness", "lower", "upper"))
+    course = np.concatenate([log.q for log in hypothesis.problem.fit])[:, joints]
+    at_stop = ((course < lower) | (course > upper)).mean(axis=0)
+    pushing = stiffness * np.ptp(course, axis=0)
+    return bool(np.all(at_stop[acting(pushing, method)] <= method.most_at_stop))

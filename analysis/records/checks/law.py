@@ -23,7 +23,7 @@ from clie_blocks.analysis.records.replay import (
 )
 from clie_blocks.analysis.records.robot import Controller, Robot
 from clie_blocks.analysis.records.uncertainty import least_squares
-from clie_blocks.analysis.records.velocity_filter import settling
+from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 
 DEGREE = 180 / np.pi
 EXPLAINED = 0.3  # share of the residual that another law may leave to be the better one
@@ -115,8 +115,8 @@ def _fit(record: Record, controller: Controller, k: int, variant: str) -> LawFit
         columns["dq"] = -velocity(record, controller, variant, k)[:, 0]
     if record.pe is not None:
         columns["pe"] = record.pe[:, k]
-    wait = settling(variant, sample_time(record, controller), controller.corners)
-    used = settled_samples(record, controller, wait) & np.isfinite(u)
+    _, denominator = velocity_filter(variant, sample_time(record, controller), controller.corners)
+    used = settled_samples(record, controller, settling(denominator)) & np.isfinite(u)
     for column in columns.values():
         used &= np.isfinite(column)
     used &= ~samples_at_limit(record, None, k)[0]

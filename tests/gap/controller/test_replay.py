@@ -44,6 +44,23 @@ def test_a_command_at_its_limit_is_still_the_stated_law(healthy):
     assert not check.other_filter and not check.replay_error.any()
 
 
+def bridged(problem, first=4000, lost=50):
+    """The problem with 50 ms of each log lost, and the last position held in their place."""
+    def without(log):
+        measured = ~np.isin(np.arange(len(log)), np.arange(first, first + lost))
+        held = np.where(measured[:, None], log.q, log.q[first - 1])
+        return dataclasses.replace(log, measured=measured, q=held)
+
+    return problem.with_logs(without)
+
+
+def test_a_slower_filter_than_stated_is_identified_in_logs_with_a_gap(healthy):
+    law = healthy.law.with_filter(ALL_JOINTS, "tustin", (80.0, 120.0))
+    check = check_controller(bridged(commanded_by(healthy, law)))
+    assert check.other_filter == tuple(range(healthy.n))
+    assert np.allclose(check.corners, [[80.0], [120.0]], rtol=0.02)
+
+
 def cut(problem, first=3000):
     """The problem with logs that begin in the middle of a motion."""
     return problem.with_logs(lambda log: dataclasses.replace(
