@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.gap.causes import CAUSES, drive, friction
+from clie_blocks.analysis.gap.causes import CAUSES, drive, friction, load
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
@@ -70,6 +70,15 @@ def test_both_forms_of_load_dependent_friction_are_alternatives_where_links_are_
     (swapped,) = [one for one in alternatives(loaded, [loaded], CAUSES, residuals)
                   if keys([one]) == [{plain}]]
     assert np.all(swapped.members[0].values["share"] == 0.2)
+
+
+def test_stops_that_may_leave_no_play_are_tried_as_a_spring(rubbing):
+    residuals, nominal = rubbing
+    stops = leading(nominal, member(load.SOFT_STOP, nominal.hypothesis.problem.n, stiffness=2.0,
+                                    lower=0.1, upper=0.0, damping=0.0))
+    (spring,) = [one for one in alternatives(stops, [stops], CAUSES, residuals)
+                 if keys([one]) == [{"spring"}]]
+    assert np.all(spring.members[0].values["stiffness"] == 2.0)
 
 
 @pytest.mark.parametrize("name", [

@@ -119,3 +119,19 @@ def test_friction_that_drifts_does_so_after_the_start(cause):
     assert marked(problem, fit=drifting)
     key = f"{cause.block}__time_constant"
     assert not marked(problem, fit=moved(drifting, **{key: np.array([1.0, 1.0])}))
+
+
+@pytest.mark.parametrize("lower, upper, is_mark", [(-10.0, 0.6, True), (-0.6, 0.6, True),
+                                                   (-0.1, 0.1, False), (0.2, 0.1, False)])
+def test_stops_stand_at_the_ends_of_the_travel(lower, upper, is_mark):
+    problem = make_problem(SWAY, period=PERIOD)
+    stops = make_member(load.SOFT_STOP, problem, stiffness=2.0, lower=lower, upper=upper,
+                        damping=0.0)
+    assert marked(problem, stops) is is_mark
+
+
+def test_a_stop_that_hardly_pushes_may_stand_anywhere():
+    problem = make_problem(SWAY, period=PERIOD)
+    stops = make_member(load.SOFT_STOP, problem, stiffness=np.array([2.0, 1e-3]),
+                        lower=np.array([-10.0, 0.0]), upper=np.array([0.6, 0.0]), damping=0.0)
+    assert marked(problem, stops)
