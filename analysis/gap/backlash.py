@@ -18,10 +18,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.causes.transmission import BACKLASH
 from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.problem.law import StatedLaw
@@ -54,17 +55,36 @@ def explain_backlash(first: Explanation, causes: Sequence[Cause], method: Method
         return None
     softened, thresholds = soften_loop(problem, method), method.backlash
     method = method.with_values(**{"search.negligible_share": thresholds.negligible_share})
-    alone = explain(softened, (BACKLASH,), method, steps, test_lack_of_fit=False,
-                    deadline=deadline).evidence
+    alone = explain(softened, (BACKLASH,), method, _with_numbers(steps, ()),
+                    test_lack_of_fit=False, deadline=deadline).evidence
     of_first = _leading_share(table, method)
     limit = (thresholds.largest_share_alone if of_first > thresholds.negligible_share
              else of_first)
     if _share(alone) > limit:
         return None
-    second = explain(softened, causes, method, steps, deadline=deadline)
+    numbers = _numbers_with_odds(table, method)
+    second = explain(softened, causes, method, _with_numbers(steps, numbers), deadline=deadline)
     evidence = _with_best_backlash(second, alone, restart or multistart)
     return (dataclasses.replace(second, evidence=evidence)
             if _has_backlash(evidence, method) else None)
+
+
+def _numbers_with_odds(table: Table, method: Method) -> tuple[Cause, ...]:
+    """Numbers of the robot file with which a model leaves little enough to have odds."""
+    limit = method.verdict.no_odds_share * table.nominal_excess
+    fits = (*(row.fit for row in table.rows), *table.misdescribed)
+    return tuple(member.cause for fit in fits if fit is not None and fit.excess < limit
+                 for member in fit.hypothesis.members if is_number(member.cause))
+
+
+def _with_numbers(steps: ExplainSteps, numbers: Sequence[Cause]) -> ExplainSteps:
+    """Steps that fit no other numbers of the robot file than some."""
+    every = steps.search.wrong_numbers
+
+    def some(problem: Problem) -> list[Member]:
+        return [member for member in every(problem) if member.cause in numbers]
+
+    return dataclasses.replace(steps, search=dataclasses.replace(steps.search, wrong_numbers=some))
 
 
 def _with_best_backlash(second: Explanation, alone: Table,

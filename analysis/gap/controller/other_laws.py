@@ -18,8 +18,8 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
 from clie_blocks.linear_filters import lfilter
 
-# The first samples of a cut log, and those behind a loss, are left out of the fit of its filter, as
-# the state of the filter is unknown there: for one that is so many times slower than the stated one.
+# The first samples of a cut log, and those behind a loss, are left out of the fit of its filter:
+# its state is unknown there, for so many times the settling of the stated one if it is slower.
 SLOWEST_FILTER = 4
 FILTER, LAG = "velocity_filter_mismatch", "velocity_estimate_lag"
 

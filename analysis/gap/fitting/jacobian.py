@@ -6,7 +6,7 @@ rows, of other logs or of joints that do not push each other, are moved in one r
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -115,11 +115,33 @@ class _Move:
                 and (hypothesis.spreads(self.parameter) or self.parameter.joint in (None, joint)))
 
 
+def extended_jacobian(hypothesis: Hypothesis, part: Hypothesis, residuals: ResidualModel,
+                      ) -> Tangent:
+    """Return the `Tangent` of a hypothesis that adds to another one what has no effect as yet.
+
+    The columns that both have are those of the other one: only what is added is simulated.
+    """
+    places = {_identity(parameter): i for i, parameter in enumerate(part.free_parameters)}
+    common = [i for i, parameter in enumerate(hypothesis.free_parameters)
+              if _identity(parameter) in places]
+    known = [places[_identity(hypothesis.free_parameters[i])] for i in common]
+    added = forward_jacobian(hypothesis, residuals, without=common)
+    added.columns[:len(added.slopes), common] = jacobian(part, residuals).slopes[:, known]
+    return added
+
+
+def _identity(parameter: FreeParameter) -> tuple[str, int | None, int | None]:
+    return parameter.key, parameter.joint, parameter.log
+
+
 def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: float = 1.0,
-                     ) -> Tangent:
-    """Return a `Tangent` by differences to one side: ahead (1.0) or behind (-1.0)."""
+                     without: Collection[int] = ()) -> Tangent:
+    """Return a `Tangent` by differences to one side: ahead (1.0) or behind (-1.0).
+
+    Columns of the logs stay zero for the free parameters `without` which it comes.
+    """
     method, n = residuals.method.fitting, hypothesis.problem.n
-    groups = _groups_of_moves(hypothesis, side * method.difference_step)
+    groups = _groups_of_moves(hypothesis, side * method.difference_step, without)
     sets = [hypothesis.values, *(
         hypothesis.moved([(move.parameter, move.value) for move in group]) for group in groups)]
     runs = [part for j in range(len(hypothesis.problem.fit))
@@ -142,12 +164,14 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
     return Tangent(parts, residual, columns)
 
 
-def _groups_of_moves(hypothesis: Hypothesis, width: float) -> list[list[_Move]]:
+def _groups_of_moves(hypothesis: Hypothesis, width: float, without: Collection[int],
+                     ) -> list[list[_Move]]:
     """Moves that share a run: they are of one key, and each acts on rows of its own."""
     groups: dict[tuple[str, int | bool | None], list[_Move]] = {}
     for i, parameter in enumerate(hypothesis.free_parameters):
-        key = parameter.key, hypothesis.spreads(parameter) and parameter.joint
-        groups.setdefault(key, []).append(_move(hypothesis, i, width))
+        if i not in without:
+            key = parameter.key, hypothesis.spreads(parameter) and parameter.joint
+            groups.setdefault(key, []).append(_move(hypothesis, i, width))
     return list(groups.values())
 
 

@@ -2,8 +2,8 @@
 
 Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
 frequency; a ripple of low order is a spring, and so are two stops that leave no play.  A ranking
-that holds one of them without the other says less than the log does.  And of several causes that lead together, each must show that
-it is needed.
+that holds one of them without the other says less than the log does.  And of several causes that
+lead together, each must show that it is needed.
 """
 
 import dataclasses

@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.causes.description import (
 from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
-from clie_blocks.analysis.gap.fitting.jacobian import jacobian
+from clie_blocks.analysis.gap.fitting.jacobian import extended_jacobian, jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_gain
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -84,7 +84,8 @@ def number_beside(extended: Fit, number: Member, residuals: ResidualModel) -> Ca
     """Return the candidate of a number beside the causes of a fit, with its predicted gain."""
     members = (*fitted_members(extended.hypothesis), number)
     start = build_hypothesis(residuals.problem, members, extended.hypothesis)
-    gain = predicted_gain(start, jacobian(start, residuals), residuals.method.fitting)
+    tangent = extended_jacobian(start, extended.hypothesis, residuals)
+    gain = predicted_gain(start, tangent, residuals.method.fitting)
     return Candidate(members, float(gain), extended)
 
 

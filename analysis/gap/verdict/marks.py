@@ -1,9 +1,9 @@
 """The marks by which effects are known that would otherwise swallow any other.
 
 A fault that may set in at any moment, a weight of any size, friction that drifts, stops anywhere
-in the range: each can absorb a part of whatever acts.  It earns its name by what nothing else would
-show.  A fault and a limit act at some times only: before these the model must be right without
-them, since no effect acts before its cause.
+in the range: each can absorb a part of whatever acts.  It earns its name by what nothing else
+would show.  A fault and a limit act at some times only: before these the model must be right
+without them, since no effect acts before its cause.
 """
 
 import numpy as np

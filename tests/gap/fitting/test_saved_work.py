@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
+from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.fitting import refinement
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.jacobian import extended_jacobian, forward_jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
@@ -102,3 +104,19 @@ def test_responses_that_come_one_by_one_are_those_of_each_set(fitted, healthy):
         for one, other in zip(change, alone):
             np.testing.assert_array_equal(one, other)
             assert np.abs(one).max() > 0.0
+
+
+def test_what_a_hypothesis_adds_to_a_fit_is_all_that_is_simulated_for_its_slopes(case):
+    made = case("coulomb")
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    problem = nominal.hypothesis.problem
+    rubbing = build_hypothesis(problem, (everywhere(COULOMB, problem.n, level=0.1),),
+                               nominal.hypothesis)
+    slack = Member(SPRING, rubbing.members[0].joints, {"stiffness": np.zeros(problem.n)},
+                   {"stiffness": np.ones(problem.n)})
+    more = build_hypothesis(problem, (*rubbing.members, slack), rubbing)
+    whole = forward_jacobian(more, residuals)
+    quick = extended_jacobian(more, rubbing, residuals)
+    np.testing.assert_allclose(quick.columns, whole.columns, rtol=1e-5,
+                               atol=1e-6 * np.abs(whole.columns).max())
+    np.testing.assert_allclose(quick.residual, whole.residual, rtol=1e-9)
