@@ -6,6 +6,7 @@ from clie_blocks.analysis.records.checks.completeness import check_alive, check_
 from clie_blocks.analysis.records.checks.excitation import check_excitation
 from clie_blocks.analysis.records.checks.finding import SEVERITIES, Finding, fix_units
 from clie_blocks.analysis.records.checks.law import check_law
+from clie_blocks.analysis.records.checks.link_model import check_link_model
 from clie_blocks.analysis.records.checks.reach import check_reach
 from clie_blocks.analysis.records.checks.reference import check_reference
 from clie_blocks.analysis.records.checks.scale import check_scale
@@ -18,8 +19,8 @@ from clie_blocks.analysis.records.table import drop_pages
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
 CHECKS = (check_alive, check_reference, check_velocity, check_law,
-          check_gains, check_saturation, check_torque, check_scale, check_reach,
-          check_excitation)
+          check_gains, check_saturation, check_torque, check_scale, check_link_model,
+          check_reach, check_excitation)
 FATAL = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "signal.absurd")
 
 
