@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -27,7 +29,7 @@ from clie_blocks.compiled.runtime.simulate import Plan, simulate
 from clie_blocks.compiled.verification import POINTS, check
 from clie_blocks.errors import ClieError, nearest
 
-QUICK_POINTS = 4
+QUICK_POINTS = 2  # with the default parameters, and with others
 LARGE = 2000  # operations; python-control takes tens of milliseconds to evaluate so many once
 
 
@@ -113,7 +115,17 @@ class Program(Studies):
         self.states, self.signals = self._trace.states, list(self._trace.signals)
         self._layout = layout(self._trace)
         self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
-        self._default = self._build(self._layout, "ode5")
+
+    @functools.cached_property
+    def _default(self) -> Engine:
+        return self._build(self._layout, "ode5")
+
+    def in_python(self) -> Program:
+        """Return the same program as plain Python, which is there at once, and slow."""
+        plain = copy.copy(self)
+        plain._engine, plain._engines = "python", {}
+        vars(plain).pop("_default", None)
+        return plain
 
     @property
     def params(self) -> dict[str, Any]:

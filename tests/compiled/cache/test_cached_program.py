@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import CompiledDifferenceError, compile_diagram
 from clie_blocks.compiled.cache.cached_program import CachedProgram, cached_program, source_digest
 from clie_blocks.compiled.cache.signature import parse_description
 
@@ -52,6 +52,20 @@ def test_what_was_not_asked_before_is_compiled_from_the_diagram(difference, fold
     later = ran(cached_program("one", lambda: asked.append(1) or difference), log=["y"])
     assert asked
     np.testing.assert_array_equal(later.outputs, ran(compile_diagram(difference)).outputs)
+
+
+def test_a_diagram_that_is_not_what_its_trace_says_is_not_stored(make_block, folder):
+    calls = []
+
+    def update(t, x, u, params):
+        calls.append(1)
+        return x * (1.0 if len(calls) > 2 else 2.0)
+
+    block = make_block("counter", update, lambda t, x, u, params: x, x=1)
+    block.dt = 0.1
+    with pytest.raises(CompiledDifferenceError):
+        cached_program("one", lambda: block)
+    assert not any(folder.iterdir())
 
 
 def test_another_identity_is_another_program(difference, folder):
