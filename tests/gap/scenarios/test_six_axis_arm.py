@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import read_trial  # noqa: E402
+from clie_blocks.errors import ClieError  # noqa: E402
 from tests.gap.scenarios.six_axis_robot import NOISE, SixAxisRobot  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -43,6 +44,17 @@ def test_the_model_of_a_sound_arm_predicts_its_logs_down_to_the_noise(tmp_path):
     still = dataclasses.replace(problem, links=dataclasses.replace(
         problem.links, has_coupling=False))
     assert build_hypothesis(still, ()).error(0).std(axis=0).max() > 5 * NOISE
+
+
+@pytest.mark.parametrize("lines, message", [
+    ("sign = [1, -1, 1, 1, 1, 1]", "shoulder_lift counts in the other direction"),
+    ("zero_rad = [0, 0, 1.5708, 0, 0, 0]", "elbow begins -90 degrees away"),
+    ("zero_rad = [0, 0, 0, 0, -1.5708, 0]", r"wrist_2 begins \+90 degrees away")])
+def test_a_joint_that_counts_otherwise_stops_the_diagnosis(tmp_path, lines, message):
+    robot, records = read(tmp_path, seconds=8.0, links=lines, coulomb={ELBOW: 6.0})
+    with pytest.raises(ClieError, match=message):
+        Problem.from_logs(robot, records)
+    assert Problem.from_logs(robot, records, trust_logs=True).links.known
 
 
 def test_a_sound_arm_has_no_gap(tmp_path):
