@@ -9,12 +9,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from clie_blocks.analysis.gap.controller.law_residual import law_residual
+from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 
+COARSE_COMMAND = 0.015  # of the standard deviation of a command: smaller steps hardly show
 DELAYED_COMMANDS = (
     "every command follows from the sample before it: the controller sends it one period after "
     "it has measured; the robot file is wrong, and the model has this delay from here on")
@@ -87,3 +88,27 @@ def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
         return dataclasses.replace(moving, u=u)
 
     return problem.with_logs(replayed)
+
+
+def with_command_rounding(problem: Problem) -> Problem:
+    """Problem whose models get the rounding of coarse commands with the excitation.
+
+    A command in steps is the law's and an error within half a step, which the logs show.  It moves
+    the robot; a model that commands without steps would err by as much.
+    """
+    if not problem.law.is_replayable:
+        return problem
+    law, step = problem.stated_law, problem.law.resolution
+    spread = np.concatenate([log.u for log in problem.logs]).std(axis=0)
+    largest = np.where(step > COARSE_COMMAND * spread, step / 2, 0.0)
+    if law.measured_torque or not largest.any():
+        return problem
+
+    def rounded(log: Log) -> Log:
+        if log.stride > 1:  # the commands between its samples are not known
+            return log
+        error = np.clip(log.u - law.replay(log.law_q, log.q_d, log.pe), -largest, largest)
+        known = known_samples(log, law)[:, None] & (np.abs(log.u) < law.saturation)
+        return dataclasses.replace(log, pe=log.pe + np.where(known, error, 0.0))
+
+    return problem.with_logs(rounded)

@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.controller.refit import (
     DELAYED_COMMANDS,
     delayed_replay_error,
     with_command_delay,
+    with_command_rounding,
     with_commands_of_law,
 )
 from clie_blocks.analysis.gap.controller.terms import (
@@ -128,7 +129,8 @@ class ControllerCheck:
             one.joint: round(one.found[0].values.get("skew", 0.0) / problem.period)
             for one in self.named if one.is_of_recorder})
         left = (*self.followed_joints, *(self.left_joints if self.recorded else ()))
-        return with_recorded_commands(corrected, left) if left else corrected
+        return with_command_rounding(with_recorded_commands(corrected, left) if left
+                                     else corrected)
 
     @property
     def followed_joints(self) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ import pytest
 from factories import make_ranked
 
 from clie_blocks.analysis.gap.controller.check import check_controller
+from clie_blocks.analysis.gap.controller.refit import with_command_rounding
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.hypothesis import held_members
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -96,3 +97,26 @@ def test_a_file_with_another_kd_is_attributed_to_no_joint(case):
     assert np.all(np.array(low) < 1 / 1.06 - 1) and np.all(np.array(high) > 1 / 1.06 - 1)
     assert "kd" in stored["decisions"][0]
     assert stored["gap_after"] < 1.1 * stored["gap_floor"]
+
+
+def test_models_get_the_rounding_of_coarse_commands(healthy):
+    spread = np.concatenate([log.u for log in healthy.logs]).std(axis=0)
+    law = dataclasses.replace(healthy.law, resolution=0.05 * spread)
+
+    def rounded(log):
+        u = law.replay(log.q, log.q_d, log.pe)
+        return dataclasses.replace(log, u=law.resolution * np.round(u / law.resolution))
+
+    coarse = dataclasses.replace(healthy.with_logs(rounded), law=law)
+    for log, got in zip(coarse.logs, with_command_rounding(coarse).logs):
+        error = got.pe - log.pe
+        assert np.all(np.abs(error) <= law.resolution / 2) and np.all(error.std(axis=0) > 0.0)
+        np.testing.assert_allclose(law.replay(got.q, got.q_d, got.pe), log.u, atol=1e-12)
+
+
+def test_fine_commands_and_measured_torques_keep_their_excitation(healthy):
+    assert with_command_rounding(healthy) is healthy
+    law = dataclasses.replace(healthy.law, measured_torque=True,
+                              resolution=np.ones(healthy.n))
+    measured = dataclasses.replace(healthy, law=law)
+    assert with_command_rounding(measured) is measured

@@ -12,7 +12,7 @@ ROTOR = np.array([2e-4, 2e-4, 2e-4, 5e-5, 5e-5, 5e-5])  # kg m^2
 FRICTION = np.array([4e-3, 4e-3, 4e-3, 1e-3, 1e-3, 1e-3])  # N m s/rad
 HOME = np.array([0.0, -1.0, 1.2, -1.5, -1.5, 0.3])
 BANDWIDTH = 2 * np.pi * np.array([3.0, 3.0, 3.0, 4.0, 4.0, 4.0])  # rad/s
-COMMAND_STEP, ENCODER_STEP, NOISE = 2e-5, 2.5e-5, 2e-5  # N m, rad, rad
+ENCODER_STEP, NOISE = 2.5e-5, 2e-5  # rad
 CORNERS = 200.0, 300.0  # rad/s of the velocity filter
 
 
@@ -31,15 +31,19 @@ class SixAxisRobot:
         Mass of each link over that in the file.
     tilt : float
         Angle by which the base leans about its x axis [rad].
+    command_step : float
+        To which commands are rounded [N m].
     seed : int
         Of noise and motions.
 
     """
 
-    def __init__(self, coulomb=None, gain=None, payload=0.0, masses=(1.0,) * 6, tilt=0.0, seed=0):
+    def __init__(self, coulomb=None, gain=None, payload=0.0, masses=(1.0,) * 6, tilt=0.0,
+                 command_step=2e-5, seed=0):
         import mujoco
 
         self.engine, self.rng = mujoco, np.random.default_rng(seed)
+        self.command_step = command_step
         model = mujoco.MjModel.from_xml_string(ARM.read_text())
         model.opt.timestep = PERIOD / SUBSTEPS
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
@@ -82,7 +86,8 @@ class SixAxisRobot:
                                       for k in range(1, 7))
             np.savetxt(folder / f"log-{number}.csv", rows, "%.9g", ",", header=head, comments="")
         shutil.copy(ARM, folder / "arm.urdf")
-        (folder / "robot.toml").write_text(_robot_file(kp, kd, links))
+        (folder / "robot.toml").write_text(
+            _robot_file(kp, kd, self.command_step, links))
         return folder
 
     def _run(self, q_d, kp, kd):
@@ -101,7 +106,8 @@ class SixAxisRobot:
             rate = b[0] * (q - start) + memory[0]
             memory = np.array([b[1] * (q - start) - a[1] * rate + memory[1],
                                b[2] * (q - start) - a[2] * rate])
-            u = COMMAND_STEP * np.round((kp * (goal - q) - kd * rate) / COMMAND_STEP)
+            u = kp * (goal - q) - kd * rate
+            u = self.command_step * np.round(u / self.command_step)
             rows.append(np.concatenate(([i * PERIOD], q, goal, u)))
             self.data.qfrc_applied[:] = RATIO * self.gain * u
             for _ in range(SUBSTEPS):
@@ -149,7 +155,7 @@ def _chirps(rng, time):
     return q_d
 
 
-def _robot_file(kp, kd, links):
+def _robot_file(kp, kd, command_step, links):
     def listed(values):
         return f"[{', '.join(f'{value:.9g}' for value in values)}]"
 
@@ -174,7 +180,7 @@ velocity_filter_lowpass_rad_s = {CORNERS[1]}
 velocity_filter_discretisation = "tustin"
 sample_time_s = {PERIOD}
 hold = "zero-order"
-command_resolution_nm = {COMMAND_STEP}
+command_resolution_nm = {command_step}
 [encoder]
 mounting = "joint side"
 resolution_rad = {ENCODER_STEP}

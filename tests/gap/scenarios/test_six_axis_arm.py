@@ -61,6 +61,11 @@ def test_a_sound_arm_has_no_gap(tmp_path):
     assert of_robot(tmp_path).to_dict()["verdict"] == "none"
 
 
+def test_coarse_commands_of_a_sound_arm_are_no_gap(tmp_path):
+    step = 5e-4  # N m; commands of the wrist spread over fifty such steps
+    assert of_robot(tmp_path, command_step=step).to_dict()["verdict"] == "none"
+
+
 def test_dry_friction_of_the_elbow_is_named_there(tmp_path):
     answer = of_robot(tmp_path, coulomb={ELBOW: 6.0}).to_dict()
     assert answer["verdict"] == "effect"
