@@ -81,16 +81,17 @@ def save_figure(figure: Figure, folder: str | os.PathLike[str], stem: str,
 
 def to_json(result: object) -> str:
     """Return valid JSON text of a result: arrays as lists, NaN and infinity as null."""
-    return json.dumps(_plain(result), indent=2, allow_nan=False)
+    return json.dumps(json_types(result), indent=2, allow_nan=False)
 
 
-def _plain(value: Any) -> Any:
+def json_types(value: Any) -> Any:
+    """Return a result in the types of JSON: arrays as lists, NaN and infinity as None."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): json_types(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return json_types(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [json_types(item) for item in value]
     if isinstance(value, float) and not abs(value) < float("inf"):
         return None
     if isinstance(value, Path):

@@ -4,7 +4,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from clie_blocks.analysis.gap.assessment.advice import advice
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
@@ -51,6 +51,7 @@ from clie_blocks.analysis.gap.verdict.signal_findings import (
     signal_findings,
     with_signal_findings,
 )
+from clie_blocks.output import json_types
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
@@ -87,17 +88,18 @@ class Diagnosis(Result):
     """The result of a diagnosis: printed, as JSON, as a report, as plots."""
 
     def __str__(self) -> str:
+        from clie_blocks.analysis.gap.report.answer import answer
         from clie_blocks.analysis.gap.report.summary import summary_lines
 
-        return "\n".join(summary_lines(self.to_dict()))
+        return "\n".join(summary_lines(answer(self)))
 
     __repr__ = __str__
 
     def to_dict(self) -> dict[str, Any]:
-        """Answer in plain JSON types."""
+        """Answer in plain JSON types: arrays as lists, what is not known as None."""
         from clie_blocks.analysis.gap.report.answer import answer
 
-        return answer(self)
+        return cast(dict[str, Any], json_types(answer(self)))
 
     def report(self, folder: str | PathLike[str], name: str = "diagnosis") -> list[str]:
         """Write the report as a page, with its JSON and the parameters for a simulator.
@@ -115,9 +117,10 @@ class Diagnosis(Result):
             Paths of the files.
 
         """
+        from clie_blocks.analysis.gap.report.answer import answer
         from clie_blocks.analysis.gap.report.files import write_report
 
-        return write_report(self, self.to_dict(), folder, name)
+        return write_report(self, answer(self), folder, name)
 
     def plot(self, name: str) -> "Figure":
         """Draw one figure of the report.

@@ -6,7 +6,6 @@ another `Method`.  Nothing else changes: same logs, same library, same verdict.
 
 import dataclasses
 import functools
-import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -17,7 +16,6 @@ from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, decimation, sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel
-from clie_blocks.output import to_json
 
 CORNER = 8.0  # Hz of the parallel filter of textbook identification
 TAPS = 41
@@ -36,7 +34,7 @@ def diagnose_with(problem: Problem, method: Method = METHOD, stages: Stages = SC
     """Answer of the diagnosis with other thresholds, other stages, or effects left out."""
     with np.errstate(over="ignore"):  # the torque map undoes whitening, if there is any
         found = diagnose(problem, method, exclude=exclude, stages=stages)
-        return json.loads(to_json(found.to_dict()))
+        return found.to_dict()
 
 
 def with_noise_model(noise_model: NoiseModel) -> Stages:
