@@ -30,10 +30,12 @@ ENOUGH = 500  # poses that settle the question
 MOST_CHANGED, KEPT = 2, 10  # joints at once, and readings of which further changes are tried
 CLEAR = 4.0  # logarithm of the factor by which all joints together must be explained better
 FAIR = 1.5  # the same of one change of several
+SAME = 0.1  # the same of changes that the log does not tell apart
 # Times the torque beyond a joint's motion: links that leave more turn against it, or clearly do.
 OPPOSED, CLEARLY_OPPOSED = 1.1, 2.0
 # Share that links leave at the joint that they explain best: in the right pose, and beyond doubt.
 EXPLAINED, WELL_EXPLAINED = 0.5, 0.1
+OTHER_BASE = 0.7  # cosine of the angle between two ways to mount a base
 HALF_TURN, QUARTER = np.pi, np.pi / 2  # rad: zeros of models differ by quarters of a turn
 WHY = "A model in another pose than the robot makes its weight look like a fault."
 
@@ -50,6 +52,7 @@ class _Reading:
     zero: np.ndarray
     scale: float = 1.0
     geared: bool = True
+    gravity: np.ndarray | None = None
     changes: tuple[str, ...] = ()
     at: tuple[str, ...] = ()
 
@@ -59,15 +62,18 @@ class _Reading:
 
     def torque(self, tree: Tree, motion: Sequence[np.ndarray]) -> np.ndarray:
         """Torque that the links cause at the joints of the log, joint side."""
+        if self.gravity is not None:
+            tree = tree.with_gravity(self.gravity)
         q, dq, ddq = (self.scale * self.sign * x[:, self.order] for x in motion)
         torque = np.empty_like(q)
         torque[:, self.order] = self.sign * inverse_dynamics(tree, q + self.zero, dq, ddq)
         return torque
 
-    def others(self, names: Sequence[str], slides: Sequence[bool]) -> Iterator["_Reading"]:
+    def others(self, names: Sequence[str], tree: Tree) -> Iterator["_Reading"]:
         """Readings with one more change."""
         for k, name in enumerate(names):
-            for turn, quarters in itertools.product((1, -1), (0,) if slides[k] else (0, -1, 1, 2)):
+            shifts = (0,) if tree.slides[k] else (0, -1, 1, 2)
+            for turn, quarters in itertools.product((1, -1), shifts):
                 what = (["counts in the other direction"] if turn < 0 else []) + (
                     [f"begins {90 * quarters:+d} degrees away"] if quarters else [])
                 sign, zero = self.sign.copy(), self.zero.copy()
@@ -79,10 +85,21 @@ class _Reading:
             order[one], order[other] = order[other], order[one]
             yield self._changed(f"{names[one]} and {names[other]} are exchanged", names[one],
                                 order=tuple(order))
+        if self.gravity is None:
+            yield from self._on_other_bases(tree.gravity)
         if self.scale == 1.0:
             yield self._changed("q is in degrees", scale=DEGREE)
         if self.geared:
             yield self._changed("u is on the joint side of the gear", geared=False)
+
+    def _on_other_bases(self, stated: np.ndarray) -> Iterator["_Reading"]:
+        """Readings of an arm that hangs, or stands on a wall."""
+        size = np.linalg.norm(stated)
+        for axis, side in itertools.product(np.eye(3), (-1.0, 1.0)):
+            gravity = side * size * axis
+            if stated @ gravity < OTHER_BASE * size**2:
+                yield self._changed(f"gravity is {_listed(gravity)} m/s^2 as the base sees it",
+                                    gravity=gravity)
 
     def _changed(self, what: str, *at: str, **values: Any) -> "_Reading":
         return dataclasses.replace(self, changes=(*self.changes, what), at=(*self.at, *at),
@@ -94,7 +111,9 @@ def check_link_model(record: Record, robot: Robot | None) -> list[Finding]:
     if (robot is None or robot.tree is None or robot.tree.n != record.n or record.u is None
             or set(record.units["u"]) != {"N m"}):
         return []
-    comparison = _Comparison.of(record, robot, robot.tree)
+    weightless = robot.nominal.gravity is False
+    comparison = _Comparison.of(record, robot, robot.tree.with_gravity([0.0, 0.0, 0.0])
+                                if weightless else robot.tree)
     if comparison is None:
         return []
     stated = _Reading.stated(record.n)
@@ -104,10 +123,12 @@ def check_link_model(record: Record, robot: Robot | None) -> list[Finding]:
     best, left = _best(stated, comparison, record.joints)
     if _is_right(left) and _misfit(left_as_stated) - _misfit(left) > CLEAR:
         k = int(np.argmax(left_as_stated / left))
+        changes = ", or if ".join(" and ".join(one.changes) for one in best)
+        remedies = ", or ".join(_remedy(one, robot, record.joints) for one in best)
         return [Finding(
             "error", "links.joints", f"{_leave(robot, left_as_stated[k])}, and "
-            f"{_percent(left[k])} if {' and '.join(best.changes)}.", WHY,
-            _remedy(best, robot, record.joints), joint=next(iter(best.at), None))]
+            f"{_percent(left[k])} if {changes}.", WHY, f"State {remedies}.",
+            joint=next(iter(best[0].at), None))]
     k = int(np.argmax(left_as_stated))
     if left_as_stated[k] < CLEARLY_OPPOSED:
         return []
@@ -133,24 +154,25 @@ def _is_right(left: np.ndarray, explained: float = EXPLAINED) -> bool:
 
 
 def _best(stated: _Reading, comparison: "_Comparison", names: Sequence[str],
-          ) -> tuple[_Reading, np.ndarray]:
-    """Reading that explains most, with as few changes as do, and what it leaves.
+          ) -> tuple[list[_Reading], np.ndarray]:
+    """Readings that explain most, alike, with as few changes as do, and what they leave.
 
     Two changes may help together where neither does alone, so several readings are followed.
     """
-    best, left = stated, comparison.left(stated)
+    best, left = [stated], comparison.left(stated)
     followed = [stated]
     for _ in range(MOST_CHANGED):
-        changed = [other for one in followed
-                   for other in one.others(names, comparison.tree.slides)]
+        changed = [other for one in followed for other in one.others(names, comparison.tree)]
         ranked = sorted(((comparison.left(one), one) for one in changed),
                         key=lambda pair: _misfit(pair[0]))
         followed = [one for _, one in ranked[:KEPT]]
-        is_better = _misfit(left) - _misfit(ranked[0][0]) > FAIR
+        least = _misfit(ranked[0][0])
+        is_better = _misfit(left) - least > FAIR
         if _is_right(left) and not is_better:
             break
         if is_better:
-            left, best = ranked[0]
+            left = ranked[0][0]
+            best = [one for shares, one in ranked if _misfit(shares) < least + SAME]
     return best, left
 
 
@@ -217,10 +239,12 @@ def _remedy(reading: _Reading, robot: Robot, joints: Sequence[str]) -> str:
                      f"{', '.join(joints[k] for k in reading.order)}, in [columns]")
     if reading.scale != 1.0:
         lines.append('q = "deg" in [units]')
+    if reading.gravity is not None:
+        lines.append(f"gravity_m_s2 = {_listed(reading.gravity)} in [links]")
     if not reading.geared:
         lines.append("gear_ratio = 1 with inertia and friction on the joint side, or the command "
                      "divided by the gear ratio")
-    return f"State {'; '.join(lines)}."
+    return "; ".join(lines)
 
 
 def _listed(values: np.ndarray) -> str:

@@ -86,6 +86,22 @@ def test_a_joint_that_counts_otherwise_is_named_with_the_line_that_mends_it(stat
     assert check_link_model(logged(right.tree, right), mended) == []
 
 
+@pytest.mark.parametrize("gravity", [[9.81, 0.0, 0.0], [0.0, 0.0, 9.81]])
+def test_an_arm_that_hangs_or_stands_on_a_wall_is_named(stated, gravity):
+    robot = stated()
+    record = logged(robot.tree.with_gravity(gravity), robot)
+    finding = only(check_link_model(record, robot))
+    line = f"gravity_m_s2 = [{', '.join(f'{x:g}' for x in gravity)}]"
+    assert finding.check == "links.joints" and line in finding.fix
+    assert check_link_model(record, stated(line)) == []
+
+
+def test_links_without_weight_are_compared_without_it(stated):
+    robot = stated()
+    robot = dataclasses.replace(robot, nominal=dataclasses.replace(robot.nominal, gravity=False))
+    assert check_link_model(logged(robot.tree.with_gravity([0.0] * 3), robot), robot) == []
+
+
 def test_two_joints_that_are_exchanged_are_named(stated):
     robot = stated()
     record = logged(robot.tree, robot)
