@@ -63,7 +63,7 @@ class _Reading:
     def torque(self, tree: Tree, motion: Sequence[np.ndarray]) -> np.ndarray:
         """Torque that the links cause at the joints of the log, joint side."""
         if self.gravity is not None:
-            tree = tree.with_gravity(self.gravity)
+            tree = tree.with_gravity(self.gravity.tolist())
         q, dq, ddq = (self.scale * self.sign * x[:, self.order] for x in motion)
         torque = np.empty_like(q)
         torque[:, self.order] = self.sign * inverse_dynamics(tree, q + self.zero, dq, ddq)
