@@ -136,8 +136,9 @@ def _other_names(member: Member) -> list[Member]:
     if name == "torque_ripple":
         return [_spring_like(member)]
     if name == "soft_stop":
-        stiffness = {"stiffness": member.values["stiffness"]}
-        return [Member(load.SPRING, member.joints, stiffness, stiffness)]
+        stiffness = member.values["stiffness"]
+        return [Member(load.SPRING, member.joints, {"stiffness": stiffness},
+                       {"stiffness": stiffness + 1e-12})]
     if name in _DRY and member.cause.variant != "viscous":
         return [other for other in _dry_friction_like(member) if other.cause.name != name]
     return []

@@ -71,6 +71,7 @@ class _Reading:
 
     def others(self, names: Sequence[str], tree: Tree) -> Iterator["_Reading"]:
         """Readings with one more change."""
+        names = [names[k] for k in self.order]  # of the log, at the joints of the model
         for k, name in enumerate(names):
             shifts = (0,) if tree.slides[k] else (0, -1, 1, 2)
             for turn, quarters in itertools.product((1, -1), shifts):
