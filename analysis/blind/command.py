@@ -4,6 +4,7 @@ import argparse
 import importlib.util
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from clie_blocks.output import command_parser, run_main, to_json, write
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.blind.population.maker import Population
+    from clie_blocks.analysis.blind.protocol.targets import Target
 
 FAIR = 0.5  # share of single effects named right below which the result is negative
 
@@ -65,16 +67,12 @@ def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
     """Run all seeds, and score them as one study."""
     from clie_blocks.analysis.blind.protocol import study
     from clie_blocks.analysis.blind.protocol.seal import unseal
-    from clie_blocks.analysis.blind.protocol.targets import (
-        CATALOGUE_TARGETS,
-        TARGETS,
-        compare_with_targets,
-    )
+    from clie_blocks.analysis.blind.protocol.targets import compare_with_targets
     from clie_blocks.analysis.blind.scoring.by_name import score_by_name
     from clie_blocks.analysis.blind.scoring.score import score
     from clie_blocks.analysis.gap.causes.vocabulary import class_of
 
-    trials, population = _trials(options)
+    trials, population, targets = _study(options)
     folders = study.seed_folders(options.output, options.seed)
     for seed, folder in folders.items():
         study.make_trials(folder, trials, seed, options.jobs, population)
@@ -85,20 +83,23 @@ def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
     board = score(*merged, class_of)
     if options.catalogue:
         board["by_name"] = score_by_name(*merged, class_of)
-    targets = CATALOGUE_TARGETS if options.catalogue else TARGETS
     return {"schema_version": 3, "command": _command(options), "seeds": options.seed, **board,
             "targets": compare_with_targets(board, targets),
             **_further_studies(options, folders, diagnoses, labels)}
 
 
-def _trials(options: argparse.Namespace) -> "tuple[int, Population]":
-    """Trials of each seed, and the population that they come from."""
+def _study(options: argparse.Namespace) -> "tuple[int, Population, Sequence[Target]]":
+    """Trials of each seed, the population that they come from, and what is to be reached."""
+    from clie_blocks.analysis.blind.population.arms_in_space import ARMS_IN_SPACE
     from clie_blocks.analysis.blind.population.catalogue import LAP, WHOLE_CATALOGUE
     from clie_blocks.analysis.blind.population.standard import STANDARD
+    from clie_blocks.analysis.blind.protocol import targets
 
     if options.catalogue:
-        return options.catalogue * LAP, WHOLE_CATALOGUE
-    return options.trials, STANDARD
+        return options.catalogue * LAP, WHOLE_CATALOGUE, targets.CATALOGUE_TARGETS
+    if options.arms:
+        return options.arms, ARMS_IN_SPACE, targets.ARMS_TARGETS
+    return options.trials, STANDARD, targets.TARGETS
 
 
 def _further_studies(options: argparse.Namespace, folders: dict[int, Path],
@@ -153,7 +154,7 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 def _command(options: argparse.Namespace) -> str:
     count = (f"--catalogue {options.catalogue}" if options.catalogue
-             else f"--trials {options.trials}")
+             else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
              "--seed " + " ".join(map(str, options.seed))]
     parts += [f"--{name}" for name in ("baselines", "ablations") if getattr(options, name)]
@@ -175,6 +176,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--catalogue", type=_count, metavar="N",
                         help="instead, every name of the catalogue N times for each seed, with "
                              "effects that it does not hold and robots that have none")
+    parser.add_argument("--arms", type=_count, metavar="N",
+                        help="instead, N arms of four to seven axes in space for each seed, whose "
+                             "links a URDF or MJCF states within a tolerance")
     parser.add_argument("--trials", type=_count, default=20, help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1],
                         help="of the trials; several make one study")

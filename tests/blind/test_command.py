@@ -81,6 +81,13 @@ def test_the_whole_catalogue_is_made_by_laps_and_scored_by_name(free_study, tmp_
     assert "Every name" in (tmp_path / "scoreboard.html").read_text()
 
 
+def test_arms_in_space_are_a_study_of_their_own(free_study, tmp_path):
+    main(["--arms", "2", "--seed", "4", "-o", str(tmp_path)])
+    board = json.loads((tmp_path / "scoreboard.json").read_text())
+    assert board["trials"] == 2 and board["command"] == "clie blind --arms 2 --seed 4"
+    assert {row["key"]: row["target"] for row in board["targets"]}["set_coverage"] == 0.95
+
+
 def test_misdescribed_robots_are_sealed_and_reported(free_study, tmp_path, monkeypatch, capsys):
     command = ["--trials", "2", "--seed", "4", "--controllers", "3", "--spatial", "2",
                "-o", str(tmp_path)]

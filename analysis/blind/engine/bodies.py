@@ -7,8 +7,9 @@ from clie_blocks.analysis.blind.engine.actuators import (
     LEVER,
     true_ratio,
 )
-from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, Parameters
-from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot, G
+from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, G, Parameters
+from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot
+from clie_blocks.analysis.blind.engine.spatial_links import SpatialLinks
 
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
@@ -21,6 +22,8 @@ _SPREAD = 0.8  # share of a bending link's inertia that its three lumps have by 
 
 def robot_bodies(robot: DrawnRobot, p: Parameters, lane: int) -> str:
     """Bodies of one copy of a robot."""
+    if robot.links is not None:
+        return _spatial_bodies(robot, robot.links, p, lane)
     side_by_side = robot.kind == "axes" or not p["links"].any()
     return (_axes_bodies if side_by_side else _chain_bodies)(robot, p, lane)
 
@@ -32,12 +35,12 @@ def _chain_bodies(robot: DrawnRobot, p: Parameters, lane: int) -> str:
     p = {**p, "rotor": p["rotor"] + (1 - share - counted) * robot.link / robot.ratio**2}
     inside, weightless = _tip(robot, p, lane), _weightless(robot, p)
     for k in reversed(range(robot.n)):
-        tip = _mass(p["payload"][k], robot.length[k], weightless)
+        tip = _mass(p["payload"][k], np.array([robot.length[k], 0.0, 0.0]), weightless)
         inertial = _inertial(share * robot.mass[k], share * robot.inertia[k], robot.com[k])
         if p["link_stiffness"][k] > 0:
             inertial = _bending_link(robot, p, lane, k, weightless)
         tip += _pendulum(robot, p, lane, k)
-        at = robot.length[k - 1] if k else 0.0
+        at = np.array([robot.length[k - 1] if k else 0.0, 0.0, 0.0])
         inside = _joint_body(robot, p, lane, k, at, inertial + tip + inside, weightless)
     return _mounted(robot, p, lane, inside)
 
@@ -46,11 +49,25 @@ def _axes_bodies(robot: DrawnRobot, p: Parameters, lane: int) -> str:
     """Independent joints, each with the inertia of its links at the pose."""
     if robot.kind == "axes":  # the datasheet counts the links to the rotors
         p = {**p, "rotor": p["rotor"] - robot.link / robot.ratio**2}
-    return "".join(_joint_body(robot, p, lane, k, 0.0, _inertial(_SPECK, robot.link[k], 0.0), 1.0)
+    return "".join(_joint_body(robot, p, lane, k, np.zeros(3),
+                               _inertial(_SPECK, robot.link[k], 0.0), 1.0)
                    for k in range(robot.n))
 
 
-def _joint_body(robot: DrawnRobot, p: Parameters, lane: int, k: int, at: float,
+def _spatial_bodies(robot: DrawnRobot, links: SpatialLinks, p: Parameters, lane: int) -> str:
+    """Links of an arm in space, with a payload at the tool."""
+    inside = ""
+    for k in reversed(range(robot.n)):
+        share = 1.0 + p["heavier"][k]
+        mass, spread = share * links.mass[k], share * links.inertia[k]
+        inertial = (f'<inertial pos="{_triple(links.com[k])}" mass="{mass}" '
+                    f'diaginertia="{_triple(spread)}"/>')
+        inertial += _mass(p["payload"][k], links.end[k], 0.0)
+        inside = _joint_body(robot, p, lane, k, links.at(k), inertial + inside, 0.0)
+    return inside
+
+
+def _joint_body(robot: DrawnRobot, p: Parameters, lane: int, k: int, at: np.ndarray,
                 link: str, weightless: float) -> str:
     """Body behind a gear; positive angles lift a link along x out of the horizontal."""
     r2 = true_ratio(robot, p, k) ** 2
@@ -62,7 +79,7 @@ def _joint_body(robot: DrawnRobot, p: Parameters, lane: int, k: int, at: float,
     stop = p["hard_stop"][k]
     if np.isfinite(stop):
         dry += f' range="{stop - 10} {stop}" {_SOLID}'
-    axis = "0 0 1" if robot.kind == "spatial" and k == 0 else "0 -1 0"
+    axis = _axis(robot, k)
     hinge = (f'<joint name="a{lane}_{k}" type="hinge" axis="{axis}" '
              f'armature="{rotor}" {dry} stiffness="{p["stiffness"][k]}" '
              f'springref="{p["rest"][k]}" damping="{drag + robot.bearing[k]} {quadratic} 0"/>')
@@ -70,11 +87,17 @@ def _joint_body(robot: DrawnRobot, p: Parameters, lane: int, k: int, at: float,
     turned = f' euler="0 {-p["base_tilt"][0]} 0"' if k == 0 and p["base_tilt"].any() else ""
     twist = _twist(p, lane, k, axis)
     if not twist:
-        return (f'{anchor}<body pos="{at} 0 0"{turned} gravcomp="{weightless}">{hinge}{lever}'
+        return (f'{anchor}<body pos="{_triple(at)}"{turned} gravcomp="{weightless}">{hinge}{lever}'
                 f'{link}</body>')
-    return (f'{anchor}<body pos="{at} 0 0"{turned} gravcomp="1">'
+    return (f'{anchor}<body pos="{_triple(at)}"{turned} gravcomp="1">'
             f'{_inertial(_SPECK, _SPECK, 0.0)}{hinge}'
             f'<body gravcomp="{weightless}">{twist}{lever}{link}</body></body>')
+
+
+def _axis(robot: DrawnRobot, k: int) -> str:
+    if robot.links is not None:
+        return _triple(robot.links.axis[k])
+    return "0 0 1" if robot.kind == "spatial" and k == 0 else "0 -1 0"
 
 
 def _twist(p: Parameters, lane: int, k: int, axis: str) -> str:
@@ -94,12 +117,12 @@ def _twist(p: Parameters, lane: int, k: int, axis: str) -> str:
     return ""
 
 
-def _counterbalance_sites(p: Parameters, lane: int, k: int, at: float) -> tuple[str, str]:
+def _counterbalance_sites(p: Parameters, lane: int, k: int, at: np.ndarray) -> tuple[str, str]:
     """Where a counterbalance spring holds on: to the link before the joint, and behind it."""
     if not p["balance"][k]:
         return "", ""
     angle = p["balance_angle"][k]
-    x, z = at + ANCHOR * np.cos(angle), ANCHOR * np.sin(angle)
+    x, z = at[0] + ANCHOR * np.cos(angle), ANCHOR * np.sin(angle)
     return (f'<site name="anchor{lane}_{k}" pos="{x} 0 {z}"/>',
             f'<site name="lever{lane}_{k}" pos="{LEVER} 0 0"/>')
 
@@ -154,11 +177,15 @@ def _tip(robot: DrawnRobot, p: Parameters, lane: int) -> str:
             'mass="0" contype="0" conaffinity="0"/>')
 
 
-def _mass(mass: float, at: float, weightless: float) -> str:
+def _mass(mass: float, at: np.ndarray, weightless: float) -> str:
     if mass <= 0:
         return ""
-    return (f'<body pos="{at} 0 0" gravcomp="{weightless}">{_inertial(mass, 1e-9, 0.0)}'
+    return (f'<body pos="{_triple(at)}" gravcomp="{weightless}">{_inertial(mass, 1e-9, 0.0)}'
             '</body>')
+
+
+def _triple(values: np.ndarray) -> str:
+    return " ".join(f"{value}" for value in values)
 
 
 def _inertial(mass: float, inertia: float, com: float) -> str:

@@ -5,6 +5,8 @@ Torques [N m] are of the motor side, angles [rad] of the joint.
 
 import numpy as np
 
+G = 9.81  # m/s^2
+
 NEUTRAL = {
     # joint
     "rotor": 0.0, "drag": 0.0, "offset": 0.0,
@@ -19,7 +21,8 @@ NEUTRAL = {
     "driving_loss": 0.0, "driven_loss": 0.0,  # of the gear, as shares of the motor's torque
     "brake": 0.0,  # level of a brake that drags now and then
     # load
-    "links": 1.0, "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
+    "links": 1.0, "heavier": 0.0,  # than stated, relative
+    "tilt": 0.0, "payload": 0.0, "stiffness": 0.0, "rest": 0.0, "stop": np.inf,
     "stop_stiffness": 0.0, "hard_stop": np.inf, "wall": 0.0, "wandering": 0.0,
     "base_tilt": 0.0, "balance": 0.0, "balance_angle": 0.0, "balance_slack": 0.0, "fluid": 0.0,
     "hose": 0.0, "hose_time": 1.0, "neighbour": 0.0, "detent": 0.0, "detent_teeth": 1.0,

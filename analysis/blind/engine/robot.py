@@ -4,16 +4,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.parameters import healthy_parameters
+from clie_blocks.analysis.blind.engine.parameters import G, healthy_parameters
+from clie_blocks.analysis.blind.engine.spatial_links import (
+    MASS_TOLERANCE,
+    Layout,
+    SpatialLinks,
+    draw_links,
+)
 
-G = 9.81  # m/s^2
 PERIODS = (1e-3,) * 6 + (5e-4, 2e-3)  # s
 DISCRETISATIONS = ("tustin", "tustin", "zoh", "backward", "matched")
 CARRYING = (0.7, 80.0)  # rotor over link inertia of a spatial arm
+GEARS_IN_SPACE = (30.0, 160.0)  # of an articulated arm
+ROTORS_IN_SPACE = (0.2, 3.0)  # rotor over link inertia of an articulated arm
 SAG = 0.3  # rad, at most, under the weight of the stretched links
+SAG_IN_SPACE = 0.08  # rad, at most, of an articulated arm
 SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
     "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6), "spatial": (3,)}
+ARTICULATED = "articulated"
 LINKS_UNSTATED = ("axes", "spatial")  # links not stated: the datasheet of the drive includes them
 
 
@@ -24,8 +33,9 @@ class DrawnRobot:
     Parameters
     ----------
     kind : str
-        ``arm`` (two to six links), ``pendulum`` (one link), ``axes`` (joints side by side) or
-        ``spatial`` (a vertical axis that carries two links, balanced against their weight).
+        ``arm`` (two to six links), ``pendulum`` (one link), ``axes`` (joints side by side),
+        ``spatial`` (a vertical axis that carries two links, balanced against their weight) or
+        ``articulated`` (four to seven joints in space, stated by a model file).
     period : float
         Of the controller and the logs [s].
     gravity : bool
@@ -52,6 +62,8 @@ class DrawnRobot:
         The encoder sees the motor, before a soft or loose gear.
     two_encoders : bool
         Motor and link have an encoder each, and the log keeps both.
+    links : SpatialLinks, optional
+        Those of an articulated arm; then `length`, `mass`, `com` and `inertia` are sizes alone.
 
     """
 
@@ -78,6 +90,7 @@ class DrawnRobot:
     shaft: float
     encoder_on_motor: bool = False
     two_encoders: bool = False
+    links: SpatialLinks | None = None
 
     @property
     def n(self) -> int:
@@ -87,6 +100,8 @@ class DrawnRobot:
     @property
     def link(self) -> np.ndarray:
         """Diagonal of the mass matrix of the links at the pose, shape (n,) [kg m^2]."""
+        if self.links is not None:
+            return self.links.diagonal(self.pose)
         return link_inertia(self.kind, self.length, self.mass, self.com, self.inertia, self.pose)
 
     @property
@@ -131,6 +146,8 @@ def draw_robot(rng: np.random.Generator, kind: str | None = None, gravity: bool 
 
     """
     kind = kind or str(rng.choice(["arm", "arm", "pendulum", "axes"]))
+    if kind == ARTICULATED:
+        return draw_articulated(rng)
     n = int(rng.choice(SIZES[kind]))
     gravity = bool(rng.random() < 0.5) if gravity is None else gravity
     gravity = gravity and kind not in LINKS_UNSTATED
@@ -164,6 +181,30 @@ def draw_robot(rng: np.random.Generator, kind: str | None = None, gravity: bool 
         rng.uniform(0.8e-4, 2.2e-4, n), float(rng.choice([8, 10, 12, 16, 20, 24])))
 
 
+def draw_articulated(rng: np.random.Generator, layout: Layout | None = None) -> DrawnRobot:
+    """Draw an arm in space, which hangs in gravity and whose links couple."""
+    links, pose = draw_links(rng, layout)
+    n, length = links.n, np.linalg.norm(links.end, axis=1)
+    link = links.diagonal(pose)
+    (low, high), (light, heavy) = np.log(GEARS_IN_SPACE), np.log(ROTORS_IN_SPACE)
+    ratio = np.round(np.exp(rng.uniform(low, high, n)))
+    rotor = _three_digits(link * np.exp(rng.uniform(light, heavy, n)) / ratio**2)
+    whole = rotor * ratio**2 + link
+    damping = whole * rng.uniform(0.6, 4.0, n)
+    drag = _three_digits(damping / ratio**2)
+    weight = links.largest_weight(rng, pose, 0.5)
+    speed = np.maximum(rng.uniform(6.0, 12.0, n), np.sqrt(weight / (SAG_IN_SPACE * whole)))
+    kp = _three_digits(whole * speed**2 / ratio)
+    kd = _three_digits((2 * rng.uniform(0.8, 1.2, n) * whole * speed - 0.5 * damping) / ratio)
+    return DrawnRobot(
+        ARTICULATED, float(rng.choice(PERIODS)), True, True, ratio, rotor, drag, length,
+        links.mass, np.linalg.norm(links.com, axis=1), links.inertia.max(axis=1), np.zeros(n),
+        pose, kp, kd, (200.0, float(rng.choice([250.0, 300.0, 400.0]))),
+        str(rng.choice(DISCRETISATIONS)), _round_down_to_125(kp * 4e-4),
+        np.full(n, rng.choice([2e-5, 4e-5, 5e-5])), rng.uniform(2e-5, 1e-4, n),
+        float(rng.choice([8, 10, 12, 16, 20, 24])), links=links)
+
+
 def draw_truth(rng: np.random.Generator, robot: DrawnRobot) -> dict[str, np.ndarray]:
     """Draw the robot's true parameters within the tolerances of its datasheet."""
     truth = healthy_parameters(robot.n)
@@ -172,6 +213,8 @@ def draw_truth(rng: np.random.Generator, robot: DrawnRobot) -> dict[str, np.ndar
     truth["offset"] = 0.01 * robot.kp * rng.uniform(-1, 1, robot.n)
     if robot.kind == "arm" and not robot.coupling:
         truth["links"] = np.zeros(robot.n)
+    if robot.links is not None:
+        truth["heavier"] = MASS_TOLERANCE * rng.uniform(-1, 1, robot.n)
     return truth
 
 

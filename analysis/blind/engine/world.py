@@ -18,8 +18,8 @@ from clie_blocks.analysis.blind.engine.actuators import (
     tendons,
 )
 from clie_blocks.analysis.blind.engine.bodies import robot_bodies
-from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, Parameters
-from clie_blocks.analysis.blind.engine.robot import DrawnRobot, G
+from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, G, Parameters
+from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 from clie_blocks.errors import MissingExtraError
 
 if TYPE_CHECKING:

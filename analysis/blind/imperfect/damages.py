@@ -103,7 +103,8 @@ _ALL = (
     Damage("positions_swapped", "the positions of two joints are swapped", DESCRIPTION,
            in_log.swap("q"), r"swap|exchanged|another joint|order"),
     Damage("late_command", "commands arrive 3 to 10 samples late in the log", DESCRIPTION,
-           in_log.late_command, r"\blate\b|later|trails|delay|shifted|lags|samples? behind"),
+           in_log.late_command, r"\blate\b|later|trails|delay|shifted|lags|samples? behind",
+           also_right=("channel_skew",)),  # the catalogue's name for it
     Damage("late_position", "one position arrives 3 to 10 samples late in the log", DESCRIPTION,
            in_log.late_position, r"\blate\b|later|trails|delay|shifted|lags|samples? behind"),
     Damage("lost_pe", "the injected torque is not logged", DESCRIPTION, in_log.lose("pe"),

@@ -65,14 +65,14 @@ def plan(seed: int, index: int) -> tuple[str, str | None, str | None]:
 def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
     kind, name, severity = plan(seed, index)
     names = (name,) if name is not None and kind != "parametric" else ()
-    wrong = _beyond_tolerance(name) if name is not None and kind == "parametric" else None
+    wrong = beyond_tolerance(name) if name is not None and kind == "parametric" else None
     trial = draw_trial(rng, index, kind, names, severity, vocabulary=CATALOGUE, wrong=wrong)
     if wrong is not None:
         trial.label["labels"] = [name]
     return trial
 
 
-def _beyond_tolerance(name: str) -> Callable[[np.random.Generator, DrawnRobot, Truth], Truth]:
+def beyond_tolerance(name: str) -> Callable[[np.random.Generator, DrawnRobot, Truth], Truth]:
     """Change of one parameter at one joint beyond the datasheet's tolerance."""
     key, draw = PARAMETERS[name]
 

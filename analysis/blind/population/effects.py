@@ -8,7 +8,7 @@ milliradians.
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.robot import G
+from clie_blocks.analysis.blind.engine.parameters import G
 from clie_blocks.analysis.blind.population.effect_site import (
     Change,
     Draw,

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from clie_blocks.analysis.blind.engine.experiments import Experiment
-from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot, G
+from clie_blocks.analysis.blind.engine.parameters import G
+from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot
+from clie_blocks.analysis.blind.engine.spatial_links import MASS_TOLERANCE
 from clie_blocks.analysis.blind.population.maker import Trial
+from clie_blocks.analysis.blind.population.model_files import TOOL, model_text
 from clie_blocks.output import write
 
 _NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
-          "axes": "axes side by side", "spatial": "balanced arm on a turntable"}
+          "axes": "axes side by side", "spatial": "balanced arm on a turntable",
+          "articulated": "arm in space"}
 
 
 def write_trial(trial: Trial, folder: Path) -> None:
@@ -21,6 +25,8 @@ def write_trial(trial: Trial, folder: Path) -> None:
         text = _log(trial.robot, experiment, q, u, trial.others[j] if trial.others else None)
         packed = gzip.compress(text.encode(), mtime=0)
         write(folder / f"log-{j + 1}.csv.gz", packed)
+    if trial.robot.links is not None:
+        write(folder / trial.robot.links.file, model_text(trial.robot.links))
     write(folder / "robot.toml", robot_text(trial.robot, trial.experiments))
 
 
@@ -43,7 +49,9 @@ def robot_text(robot: DrawnRobot, experiments: Sequence[Experiment]) -> str:
         name=_NAMES[robot.kind], n=robot.n, ratio=_list(robot.ratio), rotor=_list(robot.rotor),
         drag=_list(robot.drag), one=_list(np.ones(robot.n)), peak=_list(5.0 * robot.kp),
         offset=_list(0.01 * robot.kp))]
-    if robot.kind not in LINKS_UNSTATED:
+    if robot.links is not None:
+        parts.append(_MODEL.format(file=robot.links.file, tip=TOOL, tolerance=MASS_TOLERANCE))
+    elif robot.kind not in LINKS_UNSTATED:
         parts.append(_LINKS.format(
             length=_list(robot.length), mass=_list(robot.mass), com=_list(robot.com),
             inertia=_list(robot.inertia), bearing=_list(robot.bearing)))
@@ -83,6 +91,11 @@ mass_kg = {mass}
 com_m = {com}
 inertia_kgm2 = {inertia}
 joint_viscous_friction_nms = {bearing}   # bearings, joint side
+"""
+_MODEL = """[links]
+model = "{file}"
+tip = "{tip}"
+mass_tolerance = {tolerance}      # relative, of every link
 """
 _LAW = """[nominal]                  # what the nominal model contains, besides A, B and D
 gravity = {gravity}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from clie_blocks.analysis.blind.engine.robot import G
+from clie_blocks.analysis.blind.engine.parameters import G
 from clie_blocks.analysis.blind.population.effect_site import Change, Draw, Site, proportional
 from clie_blocks.analysis.blind.population.outsiders import IN_CATALOGUE, OUTSIDERS
 

@@ -29,6 +29,13 @@ CATALOGUE_TARGETS: tuple[Target, ...] = (  # of the study of the whole catalogue
     ("set_coverage", "90 % set contains the truth", 0.90, True),
     ("set_size", "classes in the 90 % set, mean", 1.5, False),
     ("ece", "expected calibration error", 0.05, False))
+ARMS_TARGETS: tuple[Target, ...] = (  # of the study of arms in space, over classes
+    ("top_1_medium_strong", "single effect, right class first, medium and strong", 0.92, True),
+    ("joint", "right joint, where the class is right", 0.97, True),
+    ("false_alarm", "false alarm on a sound arm", 0.02, False),
+    ("unknown_detected", "effect outside the catalogue reported as unknown", 0.88, True),
+    ("set_coverage", "90 % set contains the truth", 0.95, True),
+    ("ece", "expected calibration error", 0.05, False))
 REACHED, OPEN, MISSED = "yes", "not shown", "no"
 
 

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.blind.engine.controller import SetPoint, filter_coefficients
 from clie_blocks.analysis.blind.engine.exporter import logged_command
-from clie_blocks.analysis.blind.engine.robot import G
+from clie_blocks.analysis.blind.engine.parameters import G
 
 
 def moving(joint, seconds=1.0):

@@ -15,7 +15,7 @@ from clie_blocks.analysis.blind.engine.loads import (
     NeighbourSpring,
 )
 from clie_blocks.analysis.blind.engine.moment import Moment
-from clie_blocks.analysis.blind.engine.robot import G
+from clie_blocks.analysis.blind.engine.parameters import G
 
 
 def test_a_tilted_base_turns_the_weight(quiet_robot):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.blind.engine.parameters import G
 from clie_blocks.analysis.blind.engine.robot import (
     SAG,
-    G,
     draw_robot,
     draw_truth,
     link_inertia,

@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.blind.engine.robot import G, link_inertia
+from clie_blocks.analysis.blind.engine.parameters import G
+from clie_blocks.analysis.blind.engine.robot import link_inertia
 
 FIRST = np.array([1.0, 0.0, 0.0])
 
