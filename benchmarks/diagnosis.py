@@ -6,7 +6,6 @@
 Every diagnosis is a process of its own on one core, from start-up to answer.
 """
 
-import argparse
 import dataclasses
 import json
 import os
@@ -20,13 +19,13 @@ from pathlib import Path
 
 import arm
 import numpy as np
-from timing import markdown
+from timing import markdown, write_page
 
 from clie_blocks import gap
 from clie_blocks.analysis.gap.causes.vocabulary import searched_effects
 from clie_blocks.analysis.gap.diagnosis import STAGES
 from clie_blocks.analysis.gap.method.method import METHOD
-from clie_blocks.output import run_main, write
+from clie_blocks.output import run_main
 
 SECONDS = 30.0
 ONE_CORE = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
@@ -209,19 +208,20 @@ def document(seconds=SECONDS, peer_seconds=1.0):
         folder = Path(name)
         parts = [stages(folder, seconds), growth(folder, seconds / 2), peer(folder, peer_seconds)]
     return PAGE.format(seconds=seconds, rate=arm.RATE, stages=parts[0], growth=parts[1],
-                       peer=parts[2], machine=_processor(), load=_load(),
+                       peer=parts[2], machine=machine(), load=load(),
                        leaders=METHOD.search.leaders,
                        python=platform.python_version())
 
 
-def _load():
+def load():
     """Say how busy the machine is: work beside it takes caches and shared cores."""
     cores, busy = os.cpu_count(), os.getloadavg()[1]
     return (f"The machine has {cores} cores and a load of {busy:.0f}" + (
         ": other programs ran, which makes these times longer." if busy > 1.5 else "."))
 
 
-def _processor():
+def machine():
+    """Name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
@@ -266,13 +266,7 @@ scipy's `least_squares`, limited to five evaluations of the Jacobian.
 
 def main(argv=None):
     """Write the page."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    default = Path(__file__).parents[1] / "docs" / "diagnosis_speed.md"
-    parser.add_argument("-o", "--output", default=default, help="the page to write")
-    options = parser.parse_args(argv)
-    page = document()
-    write(options.output, page)
-    print(page)
+    write_page(__doc__, "diagnosis_speed.md", document, argv)
 
 
 if __name__ == "__main__":

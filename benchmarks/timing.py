@@ -1,9 +1,13 @@
 """Medians of repeats taken in turn, so that a busy machine slows all of them alike."""
 
+import argparse
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
+
+from clie_blocks.output import write
 
 Job = Callable[[], Any]
 Clock = Callable[[], float]
@@ -39,3 +43,15 @@ def markdown(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """Return a Markdown table."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def write_page(description: str, name: str, document: Callable[[], str],
+               argv: Sequence[str] | None = None) -> None:
+    """Write a page of docs, or the file that the command line names, and print it."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("-o", "--output", default=Path(__file__).parents[1] / "docs" / name,
+                        help="the page to write")
+    options = parser.parse_args(argv)
+    page = document()
+    write(options.output, page)
+    print(page)
