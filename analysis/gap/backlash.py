@@ -165,9 +165,10 @@ def _is_worthwhile(problem: Problem, table: Table, causes: Sequence[Cause], meth
     """Whether a loop with feedback leaves something that may be backlash."""
     law, leading = problem.law, posterior(table, method.calibration)[0].names
     has_feedback = bool(np.all(law.kp > 0) and np.all(law.kd > 0))
+    right = max(method.backlash.right_share,
+                method.calibration.healthy / max(table.nominal_excess, _NO_EXCESS))
     return (BACKLASH in causes and has_feedback and not problem.quiet
-            and leading != (BACKLASH.name,)
-            and _share(table) * table.nominal_excess > method.calibration.healthy)
+            and leading != (BACKLASH.name,) and _share(table) > right)
 
 
 def _share(table: Table) -> float:

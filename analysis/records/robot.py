@@ -98,7 +98,10 @@ class Links(_Section):
     joint_viscous_friction : array_like, shape (n,)
         Damping of the bearing [N m s].
     mass_tolerance : float
-        Relative tolerance of the masses; 0 where it is not stated.
+        Relative tolerance of the masses, and of the inertias with them; 0 where it is not stated.
+    com_tolerance : float
+        Tolerance of each coordinate of the centres of mass that is not zero [m]; 0 where it is
+        not stated.
     model : str
         URDF or MJCF file in the place of the numbers above, seen from the robot file.
     base, tip : str
@@ -123,6 +126,7 @@ class Links(_Section):
     joint_viscous_friction: np.ndarray | None = file_field("joint_viscous_friction_nms", "joints",
                                                            least=0)
     mass_tolerance: float | None = file_field("mass_tolerance", "number", least=0)
+    com_tolerance: float | None = file_field("com_tolerance_m", "number", least=0)
     model: str | None = file_field("model", "text")
     base: str | None = file_field("base", "text")
     tip: str | None = file_field("tip", "text")

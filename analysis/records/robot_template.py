@@ -43,6 +43,7 @@ _LINKS = """\
 # ? com_m = {one}                # from the joint, along the link
 # ? inertia_kgm2 = {one}         # about the centre of mass
 # ? mass_tolerance = 0.05        # relative, of every link
+# ? com_tolerance_m = 0.005      # of every centre of mass
 """
 
 
@@ -104,6 +105,7 @@ def _links_of_model(path: str, base: str | None, tip: str | None, links: Tree,
     lines += [f"{MARK} sign = {signs}     # -1 where the log counts against the model",
               f"{MARK} zero_rad = {zeros}   # position in the model where the log reads 0",
               f"{MARK} mass_tolerance = 0.05  # relative, of every link",
+              f"{MARK} com_tolerance_m = 0.005  # of every centre of mass",
               f"{MARK} payload_kg = 0.0       # that the robot always carries at the tip"]
     if not np.array_equal(links.gravity, (0.0, 0.0, -9.81)):
         lines.append(f"gravity_m_s2 = {_list(links.gravity)}")

@@ -127,6 +127,17 @@ def test_dahl_bends_exponentially():
     np.testing.assert_allclose(tau, level * (1 - np.exp(-speed * t / reach)), atol=1e-6)
 
 
+def test_dahl_of_exponent_1_is_presliding_without_damping():
+    level, reach = 0.4, 2e-3
+    t = np.arange(0, 1.0, 1e-4)
+    dq = 0.02 * np.sin(9.0 * t) + 0.01 * np.cos(31.0 * t)
+    dahl = state_along("dahl", t, dq, level=level, reach=reach, exponent=1.0)
+    presliding = state_along("presliding", t, dq, level=level, reach=reach, static_ratio=1.0,
+                             elastic=0.0, bristle_damping=0.0)
+    np.testing.assert_allclose(dahl, presliding, rtol=0, atol=1e-9)
+    assert np.abs(dahl).max() > 0.8 * level
+
+
 def test_maxwell_slip_has_its_virgin_curve_and_closes_inner_loops():
     level, reach, step = 0.5, 5e-3, 1e-3
     q = np.concatenate([np.linspace(0, 3e-3, 301), np.linspace(3e-3, 1e-3, 201)[1:],

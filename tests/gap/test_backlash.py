@@ -86,8 +86,8 @@ def test_backlash_that_the_first_explanation_misses_is_found(healthy, evidence, 
 
 
 @pytest.mark.parametrize("nominal, first", [
-    (50.0, {"coulomb": 0.1}), (0.2, {}), (90.0, {"backlash": 1.0})],
-    ids=["explained", "no gap", "backlash already"])
+    (50.0, {"coulomb": 0.1}), (1e5, {"coulomb": 5.0}), (0.2, {}), (90.0, {"backlash": 1.0})],
+    ids=["explained", "a large gap explained", "no gap", "backlash already"])
 def test_a_first_explanation_that_suffices_stands(healthy, evidence, nominal, first):
     explain = PreparedExplain()
     assert second_explanation(healthy, evidence(nominal, **first), explain) is None

@@ -1,6 +1,9 @@
 """The page on arms runs as printed."""
 
+import importlib.util
+import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +29,28 @@ def test_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
     hanging = names["goal"] - names["response"].outputs[:6, -1]
     held = names["gravity_torque"](names["links"], names["goal"] - hanging) / (101.0 * 40.0)
     np.testing.assert_allclose(hanging, held, atol=1e-4)  # the law has no integral
+
+
+@pytest.mark.slow
+def test_the_arm_to_try_is_diagnosed_as_the_page_says(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+    from clie_blocks.analysis.cli import main as clie
+
+    (block,) = re.findall(r"```sh\n(python docs/arms.*?)```", PAGE.read_text(), re.S)
+    *runs, diagnosis = map(shlex.split, block.strip().splitlines())
+    monkeypatch.chdir(tmp_path)
+    for _, script, *options in runs:
+        spec = importlib.util.spec_from_file_location("script", ROOT / script)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        module.main(options)
+    capsys.readouterr()
+    assert clie([*diagnosis[1:], "--seconds", "400"]) == 0
+    said = re.sub(r"report: .*\n", "", capsys.readouterr().out)
+    assert " ".join(said.split()) in " ".join(PAGE.read_text().split())
+    answer = json.loads((tmp_path / "out" / "reports" / "rubs.json").read_text())
+    level = answer["effects"][0]["parameters"]["level"]["value"]
+    assert np.ravel(level).max() == pytest.approx(0.06, rel=5e-3)
 
 
 def test_the_robot_file_of_the_page_is_read_as_printed(tmp_path):

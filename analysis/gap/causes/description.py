@@ -184,14 +184,16 @@ def ratios_of_inertia(problem: Problem, inertia: np.ndarray) -> tuple[np.ndarray
 
 
 def corrected_links(links: Links, values: Values) -> Links:
-    """Links with the wrong numbers of a fitted model replaced by the identified ones."""
+    """Links as a fitted model has them: refitted within tolerances, wrong numbers identified."""
     zero = np.zeros(links.n)
+    refitted = dataclasses.replace(links, **{name: values.get(
+        f"links.{name}", getattr(links, name)) for name in ("mass", "com", "inertia")})
 
     def change(cause: Cause) -> np.ndarray:
         return values.get(f"{cause.block}.{CHANGE}", zero)
 
-    return links.with_changes(mass=change(_MASS), com=change(_COM), length=change(_LENGTH),
-                         inertia=change(_INERTIA))
+    return refitted.with_changes(mass=change(_MASS), com=change(_COM), length=change(_LENGTH),
+                                 inertia=change(_INERTIA))
 
 
 def zero_change(values: Values, n: int) -> np.ndarray:

@@ -83,10 +83,10 @@ def _bending_probes(scene: Scene) -> list[Probe]:
     return [Probe({"level": size, "reach": reach + 0 * size}, ("level",)) for reach in _REACHES]
 
 
-DAHL, MAXWELL_SLIP = (
-    cause_of(LIBRARY[name], ("level", "reach"), _bending_probes, held=held,
-             within={"reach": _REACH}, without=_STIFF_BRISTLES)
-    for name, held in (("dahl", {"exponent": 1.0}), ("maxwell_slip", {})))
+DAHL = cause_of(LIBRARY["dahl"], ("level", "reach"), _bending_probes, held={"exponent": 1.0},
+                within={"reach": _REACH}, without=_STIFF_BRISTLES, special_case_of="presliding")
+MAXWELL_SLIP = cause_of(LIBRARY["maxwell_slip"], ("level", "reach"), _bending_probes,
+                        within={"reach": _REACH}, without=_STIFF_BRISTLES)
 
 
 def _position_probes(scene: Scene) -> list[Probe]:

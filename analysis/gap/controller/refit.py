@@ -14,8 +14,10 @@ from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 
 COARSE_COMMAND = 0.015  # of the standard deviation of a command: smaller steps hardly show
+LOUD_ROUNDING = 1.0  # of the encoder's noise: what moves a slow joint by less is lost in it
 DELAYED_COMMANDS = (
     "every command follows from the sample before it: the controller sends it one period after "
     "it has measured; the robot file is wrong, and the model has this delay from here on")
@@ -94,13 +96,16 @@ def with_command_rounding(problem: Problem) -> Problem:
     """Problem whose models get the rounding of coarse commands with the excitation.
 
     A command in steps is the law's and an error within half a step, which the logs show.  It moves
-    the robot; a model that commands without steps would err by as much.
+    the robot; a model that commands without steps would err by as much.  Steps are coarse beside
+    the commands, or where their error moves a slow joint by more than its encoder's noise.
     """
     if not problem.law.is_replayable:
         return problem
     law, step = problem.stated_law, problem.law.resolution
     spread = np.concatenate([log.u for log in problem.logs]).std(axis=0)
-    largest = np.where(step > COARSE_COMMAND * spread, step / 2, 0.0)
+    noise = np.array([sensor_noise(problem, k) for k in range(problem.n)])
+    loud = step / np.sqrt(12.0) > LOUD_ROUNDING * problem.law.kp * noise
+    largest = np.where(loud | (step > COARSE_COMMAND * spread), step / 2, 0.0)
     if law.measured_torque or not largest.any():
         return problem
 

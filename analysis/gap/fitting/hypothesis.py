@@ -24,7 +24,7 @@ DELAY_TOLERANCE = 0.02  # of a delay of one period: how well its length is known
 _JOINT_MODEL = "inertia", "damping", "load"
 _MATRICES = frozenset(("a", "b", *(f"links.{name}" for name in Links.parameters)))
 _WEAK_COUPLING = 0.5  # of the mass of joints
-LINK_MASS = "links.mass"
+LINK_MASS, LINK_COM, _LINK_INERTIA = "links.mass", "links.com", "links.inertia"
 _LEAST_MASS = 0.05  # of the stated one
 _LEAST_INERTIA = 0.2  # of the stated one
 
@@ -87,6 +87,8 @@ class FreeParameter:
         It moves a phase, so that its size is the only step at which a difference is a slope.
     is_scale : bool
         It is known by its order of magnitude: a step changes it by a factor.
+    axis : int or None
+        Which component of a vector per joint it is; None of a number.
 
     """
 
@@ -100,6 +102,12 @@ class FreeParameter:
     tolerance: float | None = None
     phase: bool = False
     is_scale: bool = False
+    axis: int | None = None
+
+    def place(self, k: int | slice = slice(None)) -> tuple[int | slice, ...]:
+        """Index in the array of its key, at joint k or at all joints where it has none itself."""
+        joint = k if self.joint is None else self.joint
+        return tuple(part for part in (self.log, joint, self.axis) if part is not None)
 
     def violation(self, value: float, softness: float) -> float:
         """How far a value lies beyond its tolerance [standard deviations]."""
@@ -171,7 +179,7 @@ class Hypothesis:
     @functools.cached_property
     def _keys_of_links(self) -> frozenset[str]:
         """Parameters of links and of causes that act through them."""
-        return frozenset((LINK_MASS, *(
+        return frozenset((LINK_MASS, LINK_COM, *(
             f"{member.name}.{number.name}" for member in self.all_members
             for number in member.cause.numbers
             if any(piece.port == "body" for piece in member.cause.pieces))))
@@ -234,14 +242,22 @@ class Hypothesis:
                                     None if (name, k) in freed else tolerance[k])
 
     def _of_links(self) -> Iterator[FreeParameter]:
-        """Masses of links that are known with a tolerance, where the nominal model feels them."""
-        links, tolerance = self.problem.links, self.problem.nominal.mass_tolerance
-        if tolerance == 0.0 or not (links.has_gravity or links.has_coupling):
+        """Masses and centres of mass that are known with a tolerance, where the model feels them.
+
+        A component of a centre of mass that is zero stays so.
+        """
+        links, nominal = self.problem.links, self.problem.nominal
+        if not (nominal.mass_tolerance or nominal.com_tolerance) or not (
+                links.has_gravity or links.has_coupling):
             return
-        for k, mass in enumerate(links.mass):
-            if mass > 0.0:
-                yield FreeParameter(LINK_MASS, k, None, 0.3 * tolerance * mass,
-                                    _LEAST_MASS * mass, np.inf, mass, tolerance * mass)
+        for k in np.flatnonzero(links.mass if nominal.mass_tolerance else ()):
+            mass, tolerance = links.mass[k], nominal.mass_tolerance * links.mass[k]
+            yield FreeParameter(LINK_MASS, int(k), None, 0.3 * tolerance, _LEAST_MASS * mass,
+                                np.inf, mass, tolerance)
+        massive = links.com * (links.mass > 0.0)[:, None]
+        for k, axis in np.argwhere(massive if nominal.com_tolerance else np.zeros((0, 0))):
+            yield FreeParameter(LINK_COM, int(k), None, 0.3 * nominal.com_tolerance, -np.inf,
+                                np.inf, links.com[k, axis], nominal.com_tolerance, axis=int(axis))
 
     def _of_member(self, member: Member) -> Iterator[FreeParameter]:
         for number in member.cause.numbers:
@@ -261,19 +277,25 @@ class Hypothesis:
 
     def get(self, parameter: FreeParameter) -> float:
         """Value of a free parameter."""
-        value, k = self.values[parameter.key], parameter.joint
+        k = parameter.joint
         if k is None:
             k = next(member.joints[0] for member in self.all_members
                      if parameter.key.startswith(f"{member.name}."))
-        return value[parameter.log, k] if parameter.log is not None else value[k]
+        return float(self.values[parameter.key][parameter.place(k)])
 
     def moved(self, steps: Iterable[tuple[FreeParameter, float]]) -> Values:
-        """Return the values with new ones for some free parameters."""
+        """Return the values with new ones for some free parameters.
+
+        A link that is heavier has a larger inertia about its centre of mass in the same ratio.
+        """
         values = dict(self.values)
         for parameter, value in steps:
-            array = values[parameter.key].copy()
-            k = slice(None) if parameter.joint is None else parameter.joint
-            array[k if parameter.log is None else (parameter.log, k)] = value
+            array, place = values[parameter.key].copy(), parameter.place()
+            if parameter.key == LINK_MASS:
+                inertia = values[_LINK_INERTIA].copy()
+                inertia[place] *= value / array[place]
+                values[_LINK_INERTIA] = inertia
+            array[place] = value
             values[parameter.key] = array
         return values
 
@@ -286,8 +308,7 @@ class Hypothesis:
 def _with_tolerance(parameter: FreeParameter, member: Member) -> FreeParameter:
     """Parameter of an effect that the nominal model holds: it may move within its size."""
     value = member.values[parameter.key.removeprefix(f"{member.name}.")]
-    k = member.joints[0] if parameter.joint is None else parameter.joint
-    centre = value[parameter.log, k] if parameter.log is not None else value[k]
+    centre = float(value[parameter.place(member.joints[0])])
     return dataclasses.replace(parameter, centre=centre, tolerance=parameter.size)
 
 
@@ -307,7 +328,8 @@ def build_hypothesis(problem: Problem, members: Iterable[Member],
         held = {f"{member.name}.{number.name}" for member in held_members(problem)
                 for number in member.cause.numbers}
         values.update({key: value for key, value in joint_model.values.items()
-                       if key in held or key in (*_JOINT_MODEL, LINK_MASS, "a", "b")})
+                       if key in held
+                       or key in (*_JOINT_MODEL, LINK_MASS, LINK_COM, _LINK_INERTIA, "a", "b")})
     return Hypothesis(problem, members, values)
 
 

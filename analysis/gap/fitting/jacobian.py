@@ -130,8 +130,8 @@ def extended_jacobian(hypothesis: Hypothesis, part: Hypothesis, residuals: Resid
     return added
 
 
-def _identity(parameter: FreeParameter) -> tuple[str, int | None, int | None]:
-    return parameter.key, parameter.joint, parameter.log
+def _identity(parameter: FreeParameter) -> tuple[str | int | None, ...]:
+    return parameter.key, parameter.joint, parameter.log, parameter.axis
 
 
 def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: float = 1.0,
@@ -167,10 +167,11 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
 def _groups_of_moves(hypothesis: Hypothesis, width: float, without: Collection[int],
                      ) -> list[list[_Move]]:
     """Moves that share a run: they are of one key, and each acts on rows of its own."""
-    groups: dict[tuple[str, int | bool | None], list[_Move]] = {}
+    groups: dict[tuple[str | int | None, ...], list[_Move]] = {}
     for i, parameter in enumerate(hypothesis.free_parameters):
         if i not in without:
-            key = parameter.key, hypothesis.spreads(parameter) and parameter.joint
+            alone = parameter.joint if hypothesis.spreads(parameter) else None
+            key = parameter.key, alone, parameter.axis
             groups.setdefault(key, []).append(_move(hypothesis, i, width))
     return list(groups.values())
 

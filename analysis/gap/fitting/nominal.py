@@ -28,14 +28,22 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
     """
     start = build_hypothesis(problem, ())
     rough = fit(start, residual_model(problem, start, method, noise_model)).hypothesis
-    if not problem.quiet:
-        problem = with_measured_noise(rough, method.fitting.noise_corner)
-    rough = dataclasses.replace(rough, problem=problem)
-    residuals = residual_model(problem, rough, method, noise_model)
-    fits = [fit(rough, residuals, method.fitting.nominal_iterations)]
     if problem.quiet:
-        fits.append(fit(start, residuals, 0))  # a simulator may be right as it is
-    return residuals, min(fits, key=lambda fit: fit.total)
+        residuals = residual_model(problem, rough, method, noise_model)
+        fits = (fit(rough, residuals, method.fitting.nominal_iterations),
+                fit(start, residuals, 0))  # a simulator may be right as it is
+        return residuals, min(fits, key=lambda fit: fit.total)
+    kept, least = 1.0 - method.fitting.noise_round_gain, 0.0
+    for _ in range(method.fitting.noise_rounds):
+        problem = with_measured_noise(rough, method.fitting.noise_corner)
+        rough = dataclasses.replace(rough, problem=problem)
+        residuals = residual_model(problem, rough, method, noise_model)
+        before = fit(rough, residuals, 0)
+        nominal = fit(rough, residuals, method.fitting.nominal_iterations)
+        if nominal.total > kept * before.total and before.total > kept * least:
+            break
+        rough, least = nominal.hypothesis, nominal.total
+    return residuals, nominal
 
 
 def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:

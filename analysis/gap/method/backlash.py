@@ -16,6 +16,9 @@ class BacklashMethod:
     negligible_share: float = threshold(
         0.03, "share of the whole excess",
         "a right model may leave this much: impacts stay a little uncertain")
+    right_share: float = threshold(
+        1e-4, "share of the whole excess",
+        "a right model leaves as much of a large gap: where less is left, nothing is sought")
     largest_share_alone: float = threshold(
         0.8, "share of the whole excess",
         "backlash alone must leave less for the whole library to be searched")

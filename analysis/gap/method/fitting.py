@@ -13,6 +13,11 @@ class FittingMethod:
 
     noise_corner: float = threshold(
         20.0, "Hz", "above it, the error of a nearly right model is noise of the position")
+    noise_rounds: int = threshold(
+        4, "times", "most times that the noise is measured, each with a better nominal model")
+    noise_round_gain: float = threshold(
+        0.05, "share of the cost",
+        "a refit that gains more shows that errors of the model before it were taken for noise")
     prior_softness: float = threshold(
         0.25, "tolerances",
         "how far a parameter may lie beyond its datasheet at one standard deviation")

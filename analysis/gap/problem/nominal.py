@@ -27,6 +27,8 @@ class Nominal:
         Largest deviations [same units].
     mass_tolerance : float
         Largest relative deviation of the mass of a link; 0 where none is stated.
+    com_tolerance : float
+        Largest deviation of each coordinate of a centre of mass [m]; 0 where none is stated.
 
     """
 
@@ -37,6 +39,7 @@ class Nominal:
     damping_tolerance: np.ndarray
     load_tolerance: np.ndarray
     mass_tolerance: float = 0.0
+    com_tolerance: float = 0.0
 
 
 def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
@@ -64,7 +67,8 @@ def nominal_model(robot: Robot, links: Links, ratio: np.ndarray, logs: Sequence[
         inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
         damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
         load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs),
-        mass_tolerance=robot.links.mass_tolerance or 0.0)
+        mass_tolerance=robot.links.mass_tolerance or 0.0,
+        com_tolerance=robot.links.com_tolerance or 0.0)
 
 
 def _load_tolerance(stated: np.ndarray | None, logs: Sequence[Log]) -> np.ndarray:

@@ -15,7 +15,7 @@ from clie_blocks.analysis.gap.causes.cause import Number
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
+from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.description import wrong_numbers
@@ -258,17 +258,19 @@ def intervals(fit: Fit) -> dict[str, np.ndarray]:
     widths: dict[str, np.ndarray] = {}
     for entry, spread in zip(fit.hypothesis.free_parameters, fit.spread):
         half = widths.setdefault(entry.key, np.full_like(fit.hypothesis.values[entry.key], np.nan))
-        where = slice(None) if entry.joint is None else entry.joint
-        half[where if entry.log is None else (entry.log, where)] = NORMAL_95 * spread
+        half[entry.place()] = NORMAL_95 * spread
     return widths
 
 
 def _joint_model(result: Result) -> dict[str, Any]:
-    """Refitted inertia, damping and offset, and what is stated of them."""
-    nominal, fit = result.problem.nominal, result.model
-    spread, units = intervals(fit), {"inertia": "kg m^2", "damping": "N m s/rad", "load": "N m"}
-    return {name: {"value": fit.hypothesis.values[name], "stated": getattr(nominal, name),
-                   "tolerance": getattr(nominal, f"{name}_tolerance"),
-                   "interval": [fit.hypothesis.values[name] - spread[name],
-                                fit.hypothesis.values[name] + spread[name]], "unit": unit}
-            for name, unit in units.items()}
+    """Refitted inertia, damping and offset, and masses with a tolerance, beside what is stated."""
+    nominal, fit, mass = result.problem.nominal, result.model, result.problem.links.mass
+    rows = [(name, name, unit, getattr(nominal, name), getattr(nominal, f"{name}_tolerance"))
+            for name, unit in (("inertia", "kg m^2"), ("damping", "N m s/rad"), ("load", "N m"))]
+    spread = intervals(fit)
+    if LINK_MASS in spread:
+        rows.append(("mass", LINK_MASS, "kg", mass, nominal.mass_tolerance * mass))
+    return {name: {"value": fit.hypothesis.values[key], "stated": stated, "tolerance": tolerance,
+                   "interval": [fit.hypothesis.values[key] - spread[key],
+                                fit.hypothesis.values[key] + spread[key]], "unit": unit}
+            for name, key, unit, stated, tolerance in rows}

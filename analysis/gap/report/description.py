@@ -11,13 +11,14 @@ from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.causes.description import (
     CHANGE,
     COM,
+    MASS,
     PARAMETRIC,
     is_number,
     stated_and_identified,
 )
 from clie_blocks.analysis.gap.causes.vocabulary import effects_of_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, Member
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.verdict.evidence import prior_violations
 from clie_blocks.analysis.gap.verdict.posterior import NONE, RankedCause
@@ -63,6 +64,7 @@ def _of_hypothesis(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
         yield from (_entry(member, k, fit, result) for k in member.joints)
     if not numbers or prior_violations(fit, result.method.verdict):
         yield from _of_joint_model(fit, result)
+        yield from _of_masses(fit, result)
 
 
 def _entry(member: Member, k: int, fit: Fit, result: Result) -> dict[str, Any]:
@@ -100,6 +102,19 @@ def _of_joint_model(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
             yield {"key": key, "joint": k + 1, "stated": float(file), "identified": float(rotor),
                    "interval": [float(rotor - half), float(rotor + half)], "unit": unit,
                    "note": ""}
+
+
+def _of_masses(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
+    """Masses of links whose refitted value is beyond the tolerance that the file states."""
+    stated = result.problem.links.mass
+    for parameter, spread in zip(fit.hypothesis.free_parameters, fit.spread):
+        if parameter.key == LINK_MASS:
+            k, half = parameter.joint or 0, float(NORMAL_95 * spread)
+            mass = float(fit.hypothesis.get(parameter))
+            if abs(mass - stated[k]) > (parameter.tolerance or 0.0) + half:
+                yield {"key": MASS, "joint": k + 1, "stated": float(stated[k]),
+                       "identified": mass, "interval": [mass - half, mass + half], "unit": "kg",
+                       "note": ""}
 
 
 def _spread(fit: Fit, key: str, k: int) -> float:

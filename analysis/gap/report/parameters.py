@@ -39,7 +39,8 @@ DIFFERENCES = (
     ".xml file next to this page lists the same changes.")
 JOINT_NAMES = {"inertia": ("joint armature", "<inertial>", "armature"),
                "damping": ("joint damping", "<dynamics damping>", "viscousFriction"),
-               "load": ("motor biasprm, sign reversed", "none", "effort offset, sign reversed")}
+               "load": ("motor biasprm, sign reversed", "none", "effort offset, sign reversed"),
+               "mass": ("body inertial mass", "<inertial><mass>", "mass")}
 
 
 def parameters_section(answer: Answer) -> Section:
@@ -53,7 +54,7 @@ def parameters_section(answer: Answer) -> Section:
             "Isaac")
     tables = [Table(head, tuple(rows), "Causes, motor side.")] if rows else []
     stated = Table((*head[:3], "95 % interval", "stated", *head[4:]), tuple(model),
-                   "Joint model, motor side: refitted, and as stated.")
+                   "Joint model, motor side, and masses of links: refitted, and as stated.")
     return Section("Identified parameters", (
         "The intervals hold if the cause is the right one; they are widened by what it leaves "
         "unexplained. A positive offset pushes backward.", *_per_unit_of_u(answer)),

@@ -1,9 +1,10 @@
 """Causes with similar signatures: when one of them leads, its alternatives are fitted as well.
 
-Plain Coulomb friction is inside every other dry friction; a lag and a delay differ only at high
-frequency; a ripple of low order is a spring, and so are two stops that leave no play.  A ranking
-that holds one of them without the other says less than the log does.  And of several causes that
-lead together, each must show that it is needed.
+Plain Coulomb friction is inside every other dry friction, and contacts that bend before they slide
+bend alike; a lag and a delay differ only at high frequency; ripples differ only in what they grow
+with; one of low order is a spring, and so are two stops that leave no play.  A ranking that holds
+one of them without the other says less than the log does.  And of several causes that lead
+together, each must show that it is needed.
 """
 
 import dataclasses
@@ -21,6 +22,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
     build_hypothesis,
     chi2_by_joint,
 )
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
 from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
@@ -31,6 +33,9 @@ _SIMILAR_TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
                   "time_delay": (drive.ACTUATOR_LAG,)}
 _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
         "dahl", "maxwell_slip", "position_dependent_friction", "friction_drift")
+_BENDING = {"presliding": 1.0, "dahl": 1.0, "maxwell_slip": 2.0}  # reach of equal stiffness
+_BRISTLE_TIME = 0.01  # s: damping over stiffness of a contact, to start from
+_RIPPLES = (drive.TORQUE_RIPPLE, drive.COMMUTATION_RIPPLE, drive.GEAR_MESH_RIPPLE)
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
 _LOAD_SLOPE = 0.1  # N m of friction per N m of load, to start from
@@ -89,7 +94,8 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
         beside = (*members[:k], *members[k + 1:])
         gears = (other_gears(member, beside, leader, residuals)
                  if member.cause in ELASTIC and set(ELASTIC) <= set(causes) else ())
-        for other in (*_other_forms(member, causes), *_other_names(member), *gears):
+        for other in (*_other_forms(member, causes), *_other_names(member, residuals.problem),
+                      *gears):
             if other.cause in causes:
                 yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
                                 _with_even_friction(leader, member))
@@ -126,21 +132,24 @@ def _other_forms(member: Member, causes: Sequence[Cause]) -> list[Member]:
             and cause.numbers == member.cause.numbers]
 
 
-def _other_names(member: Member) -> list[Member]:
+def _other_names(member: Member, problem: Problem) -> list[Member]:
     """Other effects that may explain the same, with parameters to start from."""
     name = member.cause.name
     if name in _SIMILAR_TIMES:
         (time,), (size,) = member.values.values(), member.sizes.values()
         return [Member(cause, member.joints, {cause.numbers[0].name: time},
                        {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
-    if name == "torque_ripple":
-        return [_spring_like(member)]
+    if member.cause in _RIPPLES:
+        spring = [_spring_like(member)] if name == "torque_ripple" else []
+        return [*spring, *_ripples_like(member, problem)]
     if name == "soft_stop":
         stiffness = member.values["stiffness"]
         return [Member(load.SPRING, member.joints, {"stiffness": stiffness},
                        {"stiffness": stiffness + 1e-12})]
     if name in _DRY and member.cause.variant != "viscous":
-        return [other for other in _dry_friction_like(member) if other.cause.name != name]
+        bending = _bending_like(member) if name in _BENDING else ()
+        return [other for other in (*_dry_friction_like(member), *bending)
+                if other.cause.name != name]
     return []
 
 
@@ -150,6 +159,41 @@ def _spring_like(ripple: Member) -> Member:
     steepest = values["order"] * np.hypot(values["sine"], values["cosine"]) + 1e-12
     return Member(load.SPRING, ripple.joints, {"stiffness": _SPRING_SHARE * steepest},
                   {"stiffness": steepest})
+
+
+def _ripples_like(ripple: Member, problem: Problem) -> Iterator[Member]:
+    """Ripples of the same waves that grow with other torques."""
+    torque = np.sqrt(np.mean([np.mean(log.u**2, axis=0) for log in problem.fit], axis=0)) + 1e-12
+    preload = drive.PRELOAD * torque
+
+    def height(member: Member) -> np.ndarray:
+        """Amplitude of a ripple over its parameters [N m]."""
+        if member.cause is drive.TORQUE_RIPPLE:
+            return np.ones_like(torque)
+        return torque + member.values.get("preload", 0.0 * torque)
+
+    for cause in _RIPPLES:
+        if cause is not ripple.cause:
+            extra = {"preload": preload} if cause is drive.GEAR_MESH_RIPPLE else {}
+            unscaled = Member(cause, ripple.joints, extra, extra)
+            scale = height(ripple) / height(unscaled)
+            scales = {"sine": scale, "cosine": scale, "order": 1.0}
+            yield dataclasses.replace(
+                unscaled, values={key: ripple.values[key] * scales[key] for key in scales} | extra,
+                sizes={key: ripple.sizes[key] * scales[key] for key in scales} | extra)
+
+
+def _bending_like(member: Member) -> Iterator[Member]:
+    """Contacts of the same level and stiffness that bend before they slide."""
+    level, reach = member.values["level"], member.values["reach"] / _BENDING[member.cause.name]
+    size, damping = np.abs(level) + 1e-9, _BRISTLE_TIME * np.abs(level) / reach
+    yield Member(friction.PRESLIDING, member.joints,
+                 {"level": level, "reach": reach, "bristle_damping": damping},
+                 {"level": size, "reach": reach, "bristle_damping": damping + 1e-9})
+    for cause in (friction.DAHL, friction.MAXWELL_SLIP):
+        equal = _BENDING[cause.name] * reach
+        yield Member(cause, member.joints, {"level": level, "reach": equal},
+                     {"level": size, "reach": equal})
 
 
 def _dry_friction_like(member: Member) -> Iterator[Member]:

@@ -85,15 +85,16 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
                 ) -> list[Fit]:
     """First steps of the candidates that compete, those with the best predictions first."""
     begun: list[Fit] = []
-    most = max((candidate.score for candidate in candidates), default=0.0)
+    best, gain = None, 0.0
     for candidate in sorted(candidates, key=predicted_excess):
         if begun and residuals.is_out_of_time:
             break
-        best = min(begun, key=training_excess, default=None)
         if best is None or (can_compete(candidate, best, residuals.method) and not is_outclassed(
-                candidate, best, most, nominal, residuals.method)):
+                candidate, best, gain, nominal, residuals.method)):
             begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
                                       residuals, nominal))
+            if best is None or training_excess(begun[-1]) < training_excess(best):
+                best, gain = begun[-1], candidate.score
     return begun
 
 
@@ -130,16 +131,16 @@ def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:
     return predicted_excess(candidate) < near + blur
 
 
-def is_outclassed(candidate: Candidate, best: Fit, most: float, nominal: Fit, method: Method,
+def is_outclassed(candidate: Candidate, best: Fit, gain: float, nominal: Fit, method: Method,
                   ) -> bool:
     """Whether a cause alone is explained away: one leaves only noise of a large gap.
 
-    It was predicted to explain far less than the best, whose gain is `most`.
+    It was predicted to explain far less than that one, whose predicted gain is `gain`.
     """
     healthy, whole = method.calibration.healthy, training_excess(nominal)
     return (candidate.extends is None
             and training_excess(best) < healthy < method.search.fair_share * whole
-            and candidate.score < method.search.competing_score * most)
+            and candidate.score < method.search.competing_score * gain)
 
 
 def predicted_excess(candidate: Candidate) -> float:

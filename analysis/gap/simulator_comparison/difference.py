@@ -32,7 +32,7 @@ from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.nominal import Nominal
 from clie_blocks.analysis.gap.problem.problem import Problem, state_problem
-from clie_blocks.analysis.gap.residual.noise import sensor_noise
+from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 from clie_blocks.analysis.gap.residual.whitening import residual_model
 from clie_blocks.analysis.gap.simulator_comparison.integrator import (
     describe_integrator,

@@ -21,7 +21,8 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
 
     One name stands for another where a likely hypothesis holds it in the other's place, and its
     model moves as the leading one: they are closer to each other than a right model is to the
-    robot, see `Calibration.floor`.
+    robot, see `Calibration.floor`.  A cause that is a special case of another has its name, too,
+    whatever the logs say, see `Cause.special_case_of`.
 
     Parameters
     ----------
@@ -39,13 +40,16 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
     leading, floor = ranking[0], residuals.method.calibration.floor
     if leading.fit is None or leading.names == (NONE,):
         return ()
-    alike: dict[str, list[str]] = {}
+    alike = {member.cause.name: [member.cause.name, member.cause.special_case_of]
+             for member in leading.fit.hypothesis.members
+             if member.cause.special_case_of and member.cause.name in leading.names}
     for rival in _likely(ranking):
         gone, new = ({*leading.names} - {*rival.names}, {*rival.names} - {*leading.names})
         if (rival.fit is not None and len(gone) == len(new) == 1
                 and motion_distance(leading.fit, rival.fit, residuals) <= floor):
             (name,) = gone
-            alike.setdefault(name, [name]).extend(new)
+            names = alike.setdefault(name, [name])
+            names.extend(new - {*names})
     return tuple(tuple(names) for names in alike.values())
 
 

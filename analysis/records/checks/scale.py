@@ -36,7 +36,8 @@ def inertia_ratios(record: Record, robot: Robot | None) -> np.ndarray:
     """Inertia that command and motion show over the stated one, shape (n,); NaN where unknown.
 
     Only torques in N m are compared, and only joints whose rotor outweighs their links, where
-    there are other joints that move with them.
+    there are other joints that move with them.  Links in space push a joint by more than its own
+    inertia does: there all of the rotors must outweigh their links.
     """
     unknown = np.full(record.n, np.nan)
     nominal = nominal_joints(robot)
@@ -47,6 +48,8 @@ def inertia_ratios(record: Record, robot: Robot | None) -> np.ndarray:
         return unknown
     stated = 1 / nominal[1]
     own = motor.inertia * motor.gear_ratio >= OWN * stated
+    if robot.tree is not None:
+        own = np.full(record.n, own.all())
     shown = shown_inertias(record, robot)
     return np.where(own | (record.n == 1), shown / stated, unknown)
 

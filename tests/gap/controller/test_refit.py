@@ -7,10 +7,11 @@ import pytest
 from factories import make_ranked
 
 from clie_blocks.analysis.gap.controller.check import check_controller
-from clie_blocks.analysis.gap.controller.refit import with_command_rounding
+from clie_blocks.analysis.gap.controller.refit import COARSE_COMMAND, with_command_rounding
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.fitting.hypothesis import held_members
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.verdict.posterior import unknown_for_none
 
@@ -114,8 +115,22 @@ def test_models_get_the_rounding_of_coarse_commands(healthy):
         np.testing.assert_allclose(law.replay(got.q, got.q_d, got.pe), log.u, atol=1e-12)
 
 
+def test_models_get_the_rounding_that_is_louder_than_the_encoder(healthy):
+    problem, joints = healthy, range(healthy.n)
+    noise = np.array([sensor_noise(problem, k) for k in joints])
+    spread = np.concatenate([log.u for log in problem.logs]).std(axis=0)
+    equal = np.sqrt(12.0) * problem.law.kp * noise  # a step whose error is as loud as the noise
+    assert np.all(0.9 * equal < COARSE_COMMAND * spread)
+    quiet, loud = (dataclasses.replace(problem, law=dataclasses.replace(
+        problem.law, resolution=share * equal)) for share in (0.9, 1.1))
+    assert with_command_rounding(quiet) is quiet
+    assert np.any(with_command_rounding(loud).logs[0].pe != loud.logs[0].pe)
+
+
 def test_fine_commands_and_measured_torques_keep_their_excitation(healthy):
-    assert with_command_rounding(healthy) is healthy
+    law = dataclasses.replace(healthy.law, resolution=0.01 * healthy.law.resolution)
+    fine = dataclasses.replace(healthy, law=law)
+    assert with_command_rounding(fine) is fine
     law = dataclasses.replace(healthy.law, measured_torque=True,
                               resolution=np.ones(healthy.n))
     measured = dataclasses.replace(healthy, law=law)

@@ -6,9 +6,9 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
+from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 from clie_blocks.analysis.gap.residual.noise import (
     decimated,
-    sensor_noise,
     sensor_noise_model,
     whiten,
 )

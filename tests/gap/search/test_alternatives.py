@@ -81,6 +81,39 @@ def test_stops_that_may_leave_no_play_are_tried_as_a_spring(rubbing):
     assert np.all(spring.members[0].values["stiffness"] == 2.0)
 
 
+def swapped(leader, residuals, name):
+    """The only member of the alternative of a name."""
+    (one,) = [one for one in alternatives(leader, [leader], CAUSES, residuals)
+              if keys([one]) == [{name}]]
+    return one.members[0]
+
+
+def test_ripples_of_the_same_height_are_tried_for_each_other(rubbing):
+    residuals, nominal = rubbing
+    problem = nominal.hypothesis.problem
+    torque = np.sqrt(np.mean([np.mean(log.u**2, axis=0) for log in problem.fit], axis=0))
+    ripple = member(drive.TORQUE_RIPPLE, problem.n, sine=0.3, cosine=0.4, order=24.0)
+    leader = leading(nominal, ripple)
+    mesh = swapped(leader, residuals, "gear_mesh_ripple")
+    height = np.hypot(mesh.values["sine"], mesh.values["cosine"]) * (
+        torque + mesh.values["preload"])
+    assert height == pytest.approx(0.5) and np.all(mesh.values["order"] == 24.0)
+    share = swapped(leader, residuals, "commutation_ripple").values["sine"]
+    assert share * torque == pytest.approx(0.3)
+    back = swapped(leading(nominal, mesh), residuals, "torque_ripple").values
+    assert back["sine"] == pytest.approx(0.3) and back["cosine"] == pytest.approx(0.4)
+
+
+def test_contacts_of_the_same_stiffness_are_tried_for_each_other(rubbing):
+    residuals, nominal = rubbing
+    n = nominal.hypothesis.problem.n
+    dahl = leading(nominal, member(friction.DAHL, n, level=0.1, reach=0.004))
+    slip = swapped(dahl, residuals, "maxwell_slip")
+    assert np.all(slip.values["level"] == 0.1) and slip.values["reach"] == pytest.approx(0.008)
+    bristles = swapped(leading(nominal, slip), residuals, "presliding").values
+    assert bristles["reach"] == pytest.approx(0.004) and np.all(bristles["bristle_damping"] > 0)
+
+
 @pytest.mark.parametrize("name", [
     "asymmetric_coulomb", "stribeck", "presliding", "dahl", "maxwell_slip",
     "position_dependent_friction", "friction_drift"])

@@ -126,3 +126,15 @@ def test_beside_a_cause_that_leaves_noise_of_a_large_gap_only_near_predictions_a
     alone = Candidate((SimpleNamespace(cause=COULOMB),), score * SAMPLES)
     assert racing.is_outclassed(alone, fitted(left, SPRING), 100.0 * SAMPLES, fitted(whole),
                                 METHOD) == outclassed
+
+
+def test_a_prediction_that_a_fit_does_not_keep_outclasses_nothing(monkeypatch):
+    left = {TIME_DELAY: 250.0, SPRING: 0.0, COULOMB: 0.1, ACTUATOR_LAG: 5.0}
+    scores = {TIME_DELAY: 400.0, SPRING: 60.0, COULOMB: 59.0, ACTUATOR_LAG: 20.0}
+    monkeypatch.setattr(racing, "initial_guess", lambda candidate, *_: candidate)
+    monkeypatch.setattr(racing, "_first_steps", lambda start, candidate, *_: fitted(
+        left[candidate.members[0].cause], candidate.members[0].cause))
+    residuals = SimpleNamespace(method=METHOD, is_out_of_time=False)
+    begun = racing._first_fits(residuals, fitted(300.0), [
+        Candidate(parts(cause), score * SAMPLES) for cause, score in scores.items()])
+    assert [one.hypothesis.members[0].cause for one in begun] == [TIME_DELAY, SPRING, COULOMB]

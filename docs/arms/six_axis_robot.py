@@ -1,11 +1,25 @@
-"""A six-axis arm in MuJoCo: its URDF as the engine reads it, drives, and a sampled PD law."""
+"""A six-axis arm in MuJoCo, sound or with faults: its logs, robot file and model as an owner has.
 
+    python docs/arms/six_axis_robot.py -o out/sound
+    python docs/arms/six_axis_robot.py --friction elbow=6 --masses-off 0.04 -o out/rubs
+
+The engine reads the URDF; drives, noise, rounding and a sampled PD law are written out below.
+"""
+
+import argparse
+import json
 import shutil
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-ARM = Path(__file__).parents[3] / "docs" / "arms" / "six_axis.urdf"
+from clie_blocks.errors import ClieError, MissingExtraError
+from clie_blocks.output import progress, run_main
+
+ARM = Path(__file__).parent / "six_axis.urdf"
+JOINTS = "shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"
 PERIOD, SUBSTEPS = 1e-3, 2  # s, engine steps per period
 RATIO = np.full(6, 100.0)
 ROTOR = np.array([2e-4, 2e-4, 2e-4, 5e-5, 5e-5, 5e-5])  # kg m^2
@@ -28,7 +42,9 @@ class SixAxisRobot:
     payload : float
         Mass at the flange [kg].
     masses : sequence of float
-        Mass of each link over that in the file.
+        Mass and inertia of each link over those in the file.
+    centres : mapping of int to sequence of float
+        By how much the centres of mass of links lie beside those in the file [m].
     tilt : float
         Angle by which the base leans about its x axis [rad].
     command_step : float
@@ -38,10 +54,15 @@ class SixAxisRobot:
 
     """
 
-    def __init__(self, coulomb=None, gain=None, payload=0.0, masses=(1.0,) * 6, tilt=0.0,
-                 command_step=2e-5, seed=0):
-        import mujoco
-
+    def __init__(self, coulomb: Mapping[int, float] | None = None,
+                 gain: Mapping[int, float] | None = None, payload: float = 0.0,
+                 masses: Sequence[float] = (1.0,) * 6,
+                 centres: Mapping[int, Sequence[float]] | None = None, tilt: float = 0.0,
+                 command_step: float = 2e-5, seed: int = 0) -> None:
+        try:
+            import mujoco
+        except ImportError:
+            raise MissingExtraError("this arm", "MuJoCo", "mujoco") from None
         self.engine, self.rng = mujoco, np.random.default_rng(seed)
         self.command_step = command_step
         model = mujoco.MjModel.from_xml_string(ARM.read_text())
@@ -53,6 +74,8 @@ class SixAxisRobot:
         for body, share in enumerate(masses, 1):
             model.body_mass[body] *= share
             model.body_inertia[body] *= share
+        for link, shift in (centres or {}).items():
+            model.body_ipos[link + 1] += shift
         if payload:
             self._carry(model, payload)
         for k, torque in (coulomb or {}).items():
@@ -65,7 +88,7 @@ class SixAxisRobot:
         self.model, self.data = model, mujoco.MjData(model)
         mujoco.mj_setConst(model, self.data)
 
-    def _carry(self, model, mass):
+    def _carry(self, model: Any, mass: float) -> None:
         """Add a point mass at the flange to the last body."""
         last, place = model.nbody - 1, np.array([0.0, 0.0, 0.0823])
         own, com = model.body_mass[last], model.body_ipos[last].copy()
@@ -77,20 +100,23 @@ class SixAxisRobot:
                                                          x * x + y * y])
         model.body_mass[last], model.body_ipos[last] = whole, centre
 
-    def write(self, folder, seconds=20.0, links=""):
-        """Write three logs, the robot file and the URDF."""
+    def write(self, folder: Path, seconds: float = 20.0, links: str = "") -> Path:
+        """Write three logs, the robot file with lines for [links], and the URDF."""
+        folder.mkdir(parents=True, exist_ok=True)
         kp, kd = _gains(self.engine)
-        for number, motion in enumerate((_triangles, _sines, _chirps), 1):
-            rows = self._run(motion(self.rng, np.arange(0.0, seconds, PERIOD)), kp, kd)
-            head = "time," + ",".join(f"{name}{k}" for name in ("q", "qd", "u")
-                                      for k in range(1, 7))
-            np.savetxt(folder / f"log-{number}.csv", rows, "%.9g", ",", header=head, comments="")
+        head = "time," + ",".join(f"{name}{k}" for name in ("q", "qd", "u") for k in range(1, 7))
+        with progress("logs", len(MOTIONS)) as advance:
+            for number, motion in enumerate(MOTIONS, 1):
+                rows = self._run(motion(self.rng, np.arange(0.0, seconds, PERIOD)), kp, kd)
+                np.savetxt(folder / f"log-{number}.csv", rows, "%.9g", ",", header=head,
+                           comments="")
+                advance(1)
         shutil.copy(ARM, folder / "arm.urdf")
         (folder / "robot.toml").write_text(
             _robot_file(kp, kd, self.command_step, links))
         return folder
 
-    def _run(self, q_d, kp, kd):
+    def _run(self, q_d: np.ndarray, kp: np.ndarray, kd: np.ndarray) -> np.ndarray:
         """Rows of time, positions, references and commands of one experiment."""
         from scipy.signal import bilinear
 
@@ -115,7 +141,7 @@ class SixAxisRobot:
         return np.array(rows)
 
 
-def _gains(engine):
+def _gains(engine: Any) -> tuple[np.ndarray, np.ndarray]:
     """Gains for the bandwidth, with the inertia of the sound arm at home."""
     model = engine.MjModel.from_xml_string(ARM.read_text())
     model.dof_armature[:] = RATIO**2 * ROTOR
@@ -127,7 +153,10 @@ def _gains(engine):
     return np.round(inertia * BANDWIDTH**2, 3), np.round(1.6 * inertia * BANDWIDTH, 3)
 
 
-def _triangles(rng, time):
+Motion = Callable[[np.random.Generator, np.ndarray], np.ndarray]
+
+
+def _triangles(rng: np.random.Generator, time: np.ndarray) -> np.ndarray:
     q_d = np.tile(HOME, (len(time), 1))
     for k in range(6):
         phase = (time / rng.uniform(5.0, 12.0)) % 1.0
@@ -136,7 +165,7 @@ def _triangles(rng, time):
     return q_d
 
 
-def _sines(rng, time):
+def _sines(rng: np.random.Generator, time: np.ndarray) -> np.ndarray:
     q_d, fade = np.tile(HOME, (len(time), 1)), np.minimum(time / 0.5, 1.0)
     for k in range(6):
         for f in np.geomspace(0.06, 2.0, 8) * rng.uniform(0.9, 1.1, 8):
@@ -145,7 +174,7 @@ def _sines(rng, time):
     return q_d
 
 
-def _chirps(rng, time):
+def _chirps(rng: np.random.Generator, time: np.ndarray) -> np.ndarray:
     q_d, fade, duration = np.tile(HOME, (len(time), 1)), np.minimum(time / 0.5, 1.0), time[-1]
     for k in range(6):
         last = rng.uniform(1.0, 2.0)
@@ -155,12 +184,16 @@ def _chirps(rng, time):
     return q_d
 
 
-def _robot_file(kp, kd, command_step, links):
-    def listed(values):
+MOTIONS: tuple[Motion, ...] = (_triangles, _sines, _chirps)
+
+
+def _robot_file(kp: np.ndarray, kd: np.ndarray, command_step: float, links: str) -> str:
+    def listed(values: np.ndarray) -> str:
         return f"[{', '.join(f'{value:.9g}' for value in values)}]"
 
     return f"""name = "six-axis arm"
 joints = 6
+joint_names = {json.dumps(JOINTS)}
 [motor]
 gear_ratio = {listed(RATIO)}
 inertia_kgm2 = {listed(ROTOR)}
@@ -185,3 +218,37 @@ command_resolution_nm = {command_step}
 mounting = "joint side"
 resolution_rad = {ENCODER_STEP}
 """
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Write the folder of an arm."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/six_axis"), metavar="DIR",
+                        help="folder to write")
+    parser.add_argument("--seconds", type=float, default=20.0, help="length of each log")
+    parser.add_argument("--friction", metavar="JOINT=NM", help="dry friction, joint side")
+    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="at the flange")
+    parser.add_argument("--masses-off", type=float, default=0.0, metavar="SHARE",
+                        help="links are heavier and lighter in turn, and the robot file states "
+                             "that tolerance")
+    options = parser.parse_args(argv)
+    off = options.masses_off
+    robot = SixAxisRobot(coulomb=_at_joint(options.friction) if options.friction else {},
+                         payload=options.payload, masses=1.0 + off * np.resize((1.0, -1.0), 6))
+    robot.write(options.output, options.seconds, f"mass_tolerance = {off}" if off else "")
+    print(f"logs, robot.toml and arm.urdf: {options.output}")
+    return 0
+
+
+def _at_joint(text: str) -> dict[int, float]:
+    """Read ``elbow=6``."""
+    name, _, value = text.partition("=")
+    try:
+        return {JOINTS.index(name): float(value)}
+    except ValueError:
+        raise ClieError(f"--friction {text}: say a joint and a torque, as elbow=6; joints: "
+                        f"{', '.join(JOINTS)}") from None
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,42 @@
+"""Noise of the encoders, by what a log holds above all motion."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.linear_filters import high_pass
+
+LEAST_NOISE = 1e-9  # rad, of an encoder
+_NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
+_NOISE_CORNER_SHARE = 0.24
+_START_UP = 300  # and so many samples at both ends belong to the filter that looks there
+
+
+def sensor_noise(problem: Problem, k: int) -> float:
+    """Standard deviation of the noise of the law's encoder at joint k [rad].
+
+    It is known from what lies above all motion.
+    """
+    whole_band = noise_of_logs(problem, k, [log.law_q for log in problem.logs])
+    quantum = problem.resolution[k] / np.sqrt(12)
+    return max(whole_band, quantum, LEAST_NOISE)
+
+
+def noise_of_logs(problem: Problem, k: int, positions: Sequence[np.ndarray]) -> float:
+    """Median over the logs of the noise of positions of joint k [rad]."""
+    return float(np.median([_noise_of_log(log, q[:, k], problem.period)
+                            for log, q in zip(problem.logs, positions)]))
+
+
+def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
+    """Standard deviation of the noise of a position (N,) in one log, over its whole band [rad]."""
+    rate = 1.0 / (period * log.stride)
+    corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
+    fast = high_pass(q[::log.stride], 4, corner, rate)
+    away = min(_START_UP, len(fast) // 4)
+    inner: slice | np.ndarray = slice(away, -away)
+    if log.counted is not None:
+        inner = np.flatnonzero(log.counted)[inner]
+    return float(np.sqrt(np.mean(fast[inner] ** 2)) / np.sqrt(1.0 - 2 * corner / rate))
