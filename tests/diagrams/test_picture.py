@@ -194,13 +194,22 @@ def test_a_single_block_is_refused():
         draw(pd_controller([1.0], [1.0]))
 
 
-def test_fifteen_blocks_take_under_a_second_of_one_core(textbook):
+def test_the_cost_of_a_picture_grows_slower_than_the_cube_of_its_blocks(textbook):
     from clie_blocks.diagrams.clie_composite import clie_composite
 
     plant = decoupled_joints([1, 2], [1, 2], [0, 0])
     loop = clie_composite(plant, [10, 10], [5, 5], 20.0, 0.1, velocity="filtered-both")
-    draw(textbook)  # fonts are read once
-    start = time.process_time()
-    draw(loop)
-    assert time.process_time() - start < 2.0, "1 s on a free core; twice that on a busy one"
+    draw(textbook), draw(loop)  # fonts and modules are read once
     assert len(loop.syslist) >= 14
+    blocks = len(loop.syslist) / len(textbook.syslist)
+    assert processor_time(draw, loop) < blocks**3 * processor_time(draw, textbook)
+
+
+def processor_time(function, diagram):
+    """Shortest of three runs: another process in the way lengthens some, never shortens one."""
+    def once():
+        start = time.process_time()
+        function(diagram)
+        return time.process_time() - start
+
+    return min(once() for _ in range(3))

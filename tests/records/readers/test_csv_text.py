@@ -205,7 +205,7 @@ def test_a_full_disk_is_an_error_in_words(tmp_path, monkeypatch):
         read_record(log(tmp_path, PLAIN))
 
 
-def test_a_minute_of_six_joints_is_read_in_a_second(tmp_path):
+def test_a_minute_of_six_joints_is_read_nearly_as_fast_as_by_numpy(tmp_path):
     rng = np.random.default_rng(1)
     n = 60_000
     walks = np.cumsum(rng.normal(size=(n, 18)), axis=0)
@@ -214,8 +214,11 @@ def test_a_minute_of_six_joints_is_read_in_a_second(tmp_path):
     np.savetxt(path, np.column_stack([np.arange(n) / 1000, walks]), "%.9g", ",",
                header=",".join(names), comments="")
     start = time.process_time()
+    np.loadtxt(path, delimiter=",", skiprows=1)
+    by_numpy = time.process_time() - start
+    start = time.process_time()
     record = read_record(path)
-    assert time.process_time() - start < 1.0
+    assert time.process_time() - start < 12 * by_numpy  # three to four times on a free core
     assert record.q.shape == (n, 6)
 
 
