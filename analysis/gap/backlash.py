@@ -145,7 +145,7 @@ def _in_loop_of(problem: Problem, model: Fit) -> Fit:
 
 def soften_loop(problem: Problem, method: Method) -> Problem:
     """Return the problem of models that follow the recorded commands."""
-    stated, thresholds = problem.stated_law, method.backlash
+    stated, thresholds = problem.stated_law.pd, method.backlash
     law = dataclasses.replace(stated, kp=thresholds.stiffness_share * stated.kp,
                               kd=thresholds.damping_share * stated.kd,
                               saturation=np.full(problem.n, np.inf))

@@ -51,6 +51,8 @@ class Options:
         Budget of the diagnosis of one robot [s].
     library : tuple of str
         Python files with effects of the user's own.
+    run_law : bool
+        Run the control law that a robot file names, where it is a Python file.
 
     """
 
@@ -62,6 +64,7 @@ class Options:
     trust_logs: bool = False
     seconds: float = BUDGET
     library: tuple[str, ...] = ()
+    run_law: bool = False
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
@@ -77,7 +80,7 @@ def _diagnose(task: Task, options: Options) -> Diagnosis:
 
 
 def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None,
-         trust_logs: bool = False) -> Problem:
+         trust_logs: bool = False, run_law: bool = False) -> Problem:
     """State the problem of a folder with ``robot.toml`` and logs, or of log files of one robot.
 
     Parameters
@@ -88,6 +91,8 @@ def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = 
         Robot file of log files.
     trust_logs : bool
         Correct nothing in the logs, and stop for nothing that a check finds in them.
+    run_law : bool
+        Run the control law that the robot file names, where it is a Python file.
 
     Raises
     ------
@@ -100,7 +105,7 @@ def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = 
     if len(tasks) != 1:
         raise RecordError(f"{', '.join(map(str, paths))}: {len(tasks)} robots, and a problem is "
                           f"of one; name one of {', '.join(task.name for task in tasks)}")
-    return state(tasks[0], Options(trust_logs=trust_logs))
+    return state(tasks[0], Options(trust_logs=trust_logs, run_law=run_law))
 
 
 def state(task: Task, options: Options = Options()) -> Problem:
@@ -108,6 +113,10 @@ def state(task: Task, options: Options = Options()) -> Problem:
     from clie_blocks.analysis.gap.problem.problem import Problem
 
     robot, records = _read_logs(task, options.reading)
+    if options.run_law:
+        from clie_blocks.analysis.records.law_file import with_law_of_file
+
+        robot = with_law_of_file(robot)
     held_out = _held_out(options.holdout, records)
     problem = Problem.from_logs(robot, records, held_out, options.trust_logs)
     if not options.simulated:
@@ -268,8 +277,8 @@ def digest_of_inputs(task: Task, options: Options) -> str:
 
 
 def _with_robot_file(log: Path) -> list[Path]:
-    """A log, and the robot file next to it, which is read with it."""
-    return [log, log.parent / "robot.toml"]
+    """A log, and next to it the robot file, which is read with it, and programs that it may name."""
+    return [log, log.parent / "robot.toml", *sorted(log.parent.glob("*.py"))]
 
 
 def _digest_of_file(file: Path) -> bytes:

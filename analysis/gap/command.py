@@ -24,7 +24,7 @@ def main(argv: list[str] | None = None) -> int:
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
                             simulated=tuple(map(str, args.simulated)), reading=reading(args),
                             trust_logs=args.trust_log, seconds=args.seconds,
-                            library=tuple(map(str, args.library)))
+                            library=tuple(map(str, args.library)), run_law=args.run_law)
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -91,6 +91,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--library", type=Path, nargs="+", metavar="FILE", default=[],
                         help="Python files with effects of your own, which are run and searched "
                              "for with those of the catalogue")
+    parser.add_argument("--run-law", action="store_true",
+                        help="run the control law that robot.toml names as FILE.py:NAME: a "
+                             "program, which you have read")
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")

@@ -31,7 +31,7 @@ from clie_blocks.analysis.records.proof import (
     replay_as_stated,
 )
 from clie_blocks.analysis.records.read_positions import read_positions
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.analysis.records.single_changes import SAME_OFFSET, Change, start_offsets
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError, RecordError
@@ -133,6 +133,7 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
         Of sound logs, the logs themselves.
 
     """
+    robot = as_checks_see(robot)
     seen = correct(records, robot)
     if seen.obstacles:
         return seen

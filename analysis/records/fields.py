@@ -1,6 +1,7 @@
 """Kinds of value that a robot file holds: numbers per joint, text, flags, with their bounds."""
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -31,7 +32,8 @@ def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
     Kinds are ``joints``, ``number``, ``vector`` of three, ``lists``, ``positions`` by name,
-    ``names``, ``choice``, ``text`` and ``flag``.
+    ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``given`` (in no
+    file), ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={
@@ -44,6 +46,10 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
     kind = rules["kind"]
     if kind == "text" or kind == "choice":
         return _word(value, rules["choices"], where)
+    if kind == "given":
+        return value
+    if kind == "law":
+        return _law(value, rules["choices"], where)
     if kind == "flag":
         if not isinstance(value, bool):
             raise RecordError(f"{where} must be true or false, got {value!r}")
@@ -66,6 +72,15 @@ def _word(value: Any, choices: Sequence[str], where: str) -> str:
     if choices and value not in choices:
         raise RecordError(f"{where} = {value!r} is not known; {nearest(value, choices)}")
     return value
+
+
+def _law(value: Any, choices: Sequence[str], where: str) -> str:
+    if isinstance(value, str) and re.fullmatch(r"[^:\0]+\.py:[A-Za-z_]\w*", value):
+        return visible(value)
+    if isinstance(value, str) and (".py" in value or ":" in value):
+        raise RecordError(f"{where} = {value!r} names no law of your own; write FILE.py:NAME, "
+                          'such as "my_law.py:controller"')
+    return _word(value, choices, where)
 
 
 def _numbers(value: Any, rules: Any, where: str) -> float | np.ndarray:

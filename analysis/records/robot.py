@@ -5,9 +5,11 @@ check and the attribute cannot drift apart.  What is not stated is None and coun
 Lists have one entry per joint.
 """
 
+from __future__ import annotations
+
 import dataclasses
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,7 +23,11 @@ from clie_blocks.analysis.records.fields import (
 from clie_blocks.errors import RecordError
 from clie_blocks.rigid_body.tree import Tree
 
+if TYPE_CHECKING:
+    from control import InputOutputSystem
+
 LAWS = ("pd", "cascade", "servo", "unknown")
+PROGRAM = "program"  # a law that is given as a block, in Python
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
 DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
@@ -179,12 +185,15 @@ class Controller(_Section):
     ``pd``       u = Kp (qd - q) - Kd v + pe, eq. (11) with a moving reference;
     ``cascade``  u = Kp Kv (qd - q) - Kv v + pe, position loop around a velocity loop;
     ``servo``    u = clip(Kp (qd - q), +-saturation) is a duty cycle of the supply voltage;
-    ``unknown``  nothing is known, u is the logged torque or current.
+    ``unknown``  nothing is known, u is the logged torque or current;
+    ``my_law.py:controller``  the block of python-control that the file, beside the robot file,
+                 defines under this name; it is run only where the user allows it;
+    ``program``  a block that is given in Python.
 
     Parameters
     ----------
     law : str
-        One of the four; by default ``pd`` where gains are given, else ``unknown``.
+        One of these; by default ``pd`` where gains are given, else ``unknown``.
     kp, kd, kv : array_like, shape (n,)
         Gains [command per rad; command per rad/s]; in ``cascade`` kp is in 1/s.
     velocity_filter : str
@@ -208,10 +217,14 @@ class Controller(_Section):
         Limit of u [unit of u].
     supply : float
         Nominal supply voltage [V] of a servo.
+    block : control.InputOutputSystem
+        The law itself, where it is a program; in no file, see `with_law`.
+    block_scale : ndarray, shape (n,)
+        Torque per unit of the block's command, where that is no torque.
 
     """
 
-    law: str = file_field("law", "choice", choices=LAWS)
+    law: str = file_field("law", "law", choices=(*LAWS, PROGRAM))
     kp: np.ndarray | None = file_field("Kp", "joints")
     kd: np.ndarray | None = file_field("Kd", "joints")
     kv: np.ndarray | None = file_field("Kv", "joints")
@@ -227,6 +240,13 @@ class Controller(_Section):
         ("command_resolution_nm", "command_resolution"), "joints", least=0)
     saturation: np.ndarray | None = file_field(("saturation_nm", "saturation"), "joints", above=0)
     supply: float | None = file_field("supply_v", "number", above=0)
+    block: InputOutputSystem | None = file_field((), "given")
+    block_scale: np.ndarray | None = file_field((), "given")
+
+    @property
+    def is_program(self) -> bool:
+        """Whether the law is a program of the user's own, which these checks do not run."""
+        return self.law not in LAWS
 
     @property
     def corners(self) -> tuple[float, float] | None:
@@ -380,6 +400,27 @@ class Robot:
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
         return dataclasses.replace(section, **changes)
+
+
+def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
+    """Robot whose law is a block of python-control, in samples of its own or of the controller.
+
+    What the robot file says of limits and rounding of the command stays.
+    """
+    law = robot.controller
+    is_timed = block.dt not in (None, True, 0)
+    return dataclasses.replace(robot, controller=dataclasses.replace(
+        law, law=law.law if law.is_program else PROGRAM, block=block, kp=None, kd=None, kv=None,
+        velocity_filter=None, highpass=None, lowpass=None, discretisation=None,
+        sample_time=float(block.dt) if is_timed else law.sample_time))
+
+
+def as_checks_see(robot: Robot | None) -> Robot | None:
+    """Robot whose law is unknown where it is a program, which checks do not run."""
+    if robot is None or not robot.controller.is_program:
+        return robot
+    return dataclasses.replace(robot, controller=dataclasses.replace(
+        robot.controller, law="unknown", block=None))
 
 
 def speaks_of_torque(robot: Robot) -> bool:

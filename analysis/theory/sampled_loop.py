@@ -31,9 +31,15 @@ def held_plant(inertia: float, damping: float, period: float) -> Polynomials:
 def loop_polynomials(plant: Polynomials, kp: float, kd: float, velocity_filter: Polynomials,
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numerators of S_tau and S_0, and their common denominator, in powers of ``z^-1``."""
-    (b, a), (rate_b, rate_a) = plant, velocity_filter
-    controller = kp * rate_a + kd * rate_b
-    torque, sensor = np.convolve(b, rate_a), np.convolve(a, rate_a)
+    rate_b, rate_a = velocity_filter
+    return closed_loop(plant, (kp * rate_a + kd * rate_b, rate_a))
+
+
+def closed_loop(plant: Polynomials, feedback: Polynomials,
+                ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numerators of S_tau and S_0, and their common denominator, of a plant and any law C."""
+    (b, a), (controller, denominator) = plant, feedback
+    torque, sensor = np.convolve(b, denominator), np.convolve(a, denominator)
     return torque, sensor, sensor + np.convolve(b, controller)
 
 

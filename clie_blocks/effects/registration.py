@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ast
-import runpy
-import traceback
 from os import PathLike
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from clie_blocks.effects.effect import FAMILIES, PORTS, Effect
 from clie_blocks.effects.library import LIBRARY
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.labels import DiagramError
+from clie_blocks.user_files import run_file
 
 _PROBES = np.linspace(-1.3, 1.7, 7)  # signals at which a block is asked what it adds
 _JOINTS = 2
@@ -60,14 +59,7 @@ def register_file(path: str | PathLike[str]) -> list[Effect]:
     file = Path(path).resolve()
     if str(file) in _FILES_READ:
         return _FILES_READ[str(file)]
-    try:
-        source = file.read_text()
-        names = runpy.run_path(str(file))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ClieError(f"{path}: the file of effects cannot be read: {error}") from None
-    except (Exception, SystemExit) as error:
-        raise ClieError(f"{path}:{_line_of(error, file)}: {type(error).__name__}: {error}; mend "
-                        "the line, the file of effects must run by itself") from None
+    names = run_file(path, "file of effects")
     effects = [(name, value) for name, value in names.items() if isinstance(value, Effect)
                and value not in [*_of_catalogue()]]
     if not effects:
@@ -77,7 +69,8 @@ def register_file(path: str | PathLike[str]) -> list[Effect]:
         try:
             register(effect)
         except DiagramError as error:
-            raise ClieError(f"{path}:{_line_defining(name, source)}: {error}") from None
+            line = _line_defining(name, file.read_text())
+            raise ClieError(f"{path}:{line}: {error}") from None
     _FILES_READ[str(file)] = [effect for _, effect in effects]
     return _FILES_READ[str(file)]
 
@@ -132,15 +125,6 @@ def _check_neutral(effect: Effect) -> None:
                 np.array(outputs) != passed):
             raise DiagramError(f"{effect.name}: at its neutral values it must change nothing, "
                                "bit for bit, but its block does; check neutral= of its parameters")
-
-
-def _line_of(error: BaseException, file: Path) -> int:
-    """Last line of a file that took part in an error."""
-    if isinstance(error, SyntaxError) and error.lineno:
-        return error.lineno
-    lines = [frame.lineno or 1 for frame in traceback.extract_tb(error.__traceback__)
-             if frame.filename == str(file)]
-    return lines[-1] if lines else 1
 
 
 def _line_defining(name: str, source: str) -> int:

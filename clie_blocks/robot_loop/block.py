@@ -22,10 +22,12 @@ from clie_blocks.robot_loop.dynamics import (
     Values,
     delivered_torque,
     law_command,
+    limited,
     measured_position,
 )
 from clie_blocks.robot_loop.links import Layout, Links
 from clie_blocks.robot_loop.motion import move_apart, move_as_one
+from clie_blocks.robot_loop.sampled_law import SampledLaw
 from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
@@ -40,7 +42,8 @@ class Structure:
     """What of a robot decides the program: everything but its parameters.
 
     An encoder on the motor sees the motor where motor and link move apart.  Of two encoders, on
-    motor and link, the other one is that on which the law does not act.
+    motor and link, the other one is that on which the law does not act.  Without a law of its own
+    a robot runs under PD (11), whose gains and filters are parameters.
     """
 
     n: int
@@ -49,6 +52,7 @@ class Structure:
     clipped: bool
     encoder_on_motor: bool = False
     two_encoders: bool = False
+    law: SampledLaw | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,13 +79,15 @@ class LoopBlock:
 
     @functools.cached_property
     def layout(self) -> StateLayout:
-        """Motion, memory of the law, sum of the measured positions, memory of the pieces."""
-        rows = {"q": 1, "dq": 1, "law": 2, "sum": 1}
+        """Memory of the law, motion, sum of the measured positions, memory of the pieces."""
+        law = self.shape.law
+        rows = {**({} if law else {"law": 2}), "q": 1, "dq": 1, "sum": 1}
         if self.moves_apart:
             rows.update(q_motor=1, dq_motor=1)
         if self.shape.two_encoders:
             rows.update(sum_other=1)
-        return StateLayout(self.shape.n, {**rows, **rows_of_pieces(self.pieces)})
+        return StateLayout(self.shape.n, {**rows, **rows_of_pieces(self.pieces)},
+                           offset=law.states if law else 0)
 
     @property
     def moves_apart(self) -> bool:
@@ -106,9 +112,14 @@ class LoopBlock:
             return measure(t, x, u, params)
 
         return ct.nlsys(update, output, name=name, params=dict(params),
-                        states=self.layout.labels, dt=self.shape.period,
+                        states=[*self._law_states, *self.layout.labels], dt=self.shape.period,
                         inputs=signals("q_d", "pe", "noise", n=n),
                         outputs=signals(*self.outputs, n=n))
+
+    @property
+    def _law_states(self) -> list[str]:
+        """Names of the states of a law of its own, which stand first."""
+        return [f"law_{k}" for k in range(self.layout.offset)]
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -127,10 +138,15 @@ class LoopBlock:
         values["inertia"] = 3.0 + values["inertia"]
         return values
 
-    def initial_state(self, start: np.ndarray, speed: float | np.ndarray,
-                      values: Values) -> np.ndarray:
-        """State at a measured position [rad]: at rest, or moving at a speed [rad/s]."""
+    def initial_state(self, start: np.ndarray, speed: float | np.ndarray, values: Values,
+                      law_state: np.ndarray | None = None) -> np.ndarray:
+        """State at a measured position [rad]: at rest, or moving at a speed [rad/s].
+
+        A law of its own begins with a state that is given.
+        """
         where, state = self.layout.slices, np.zeros(self.layout.size)
+        if self.shape.law and law_state is not None:
+            state[:self.layout.offset] = law_state
         at_start = self._joint_at(start, values) if self.shape.two_encoders else start
         for name in ("q", "q_motor") if self.moves_apart else ("q",):
             state[where[name]] = at_start
@@ -140,8 +156,9 @@ class LoopBlock:
         if np.any(speed):
             for name in ("dq", "dq_motor") if self.moves_apart else ("dq",):
                 state[where[name]] = speed
-            state[where["law"]] = ramp_memory(
-                speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
+            if "law" in where:
+                state[where["law"]] = ramp_memory(
+                    speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
 
     def _joint_at(self, start: np.ndarray, values: Values) -> np.ndarray:
@@ -167,7 +184,10 @@ class LoopBlock:
             key: params[key] for key in (*PER_JOINT, "start", "first", "b", "a")}
         p.update({block: {name: params[f"{block}.{name}"] for name in names}
                   for block, names in self.parameter_names.items()})
-        return self.layout.unpack(x), p, self.shape.links.links(params)
+        memory = self.layout.unpack(x)
+        if self.shape.law:
+            memory["law"] = [x[:self.layout.offset]]
+        return memory, p, self.shape.links.links(params)
 
     def _outputs(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         memory, p, links = self._unpack(x, params)
@@ -207,9 +227,12 @@ class LoopBlock:
         return dataclasses.replace(now, q=q_motor, dq=dq_motor)
 
     def _command(self, now: State, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
-                 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+                 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """Command of the law for a measured position, and its memory one sample later."""
-        n = self.shape.n
+        n, law = self.shape.n, self.shape.law
+        if law:
+            after, command = law.step(now.t, memory["law"][0], u[:n], q + u[2 * n:], u[n:2 * n])
+            return limited(command, self.shape.clipped, p), (after,)
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(
             dataclasses.replace(now, q=p["start"]), at_rest, self._seen_by_law, p)
@@ -228,7 +251,7 @@ class LoopBlock:
         move = move_apart if self.moves_apart else move_as_one
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
-        parts = [*motion[:2], *of_law, memory["sum"][0] + q, *motion[2:]]
+        parts = [*of_law, *motion[:2], memory["sum"][0] + q, *motion[2:]]
         if self.shape.two_encoders:
             other, of_other = self._other_position(now, memory, p)
             parts, after = [*parts, memory["sum_other"][0] + other], {**after, **of_other}

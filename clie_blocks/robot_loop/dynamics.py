@@ -131,7 +131,12 @@ def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence
     rate = b[0] * x + memory[0]
     after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
     u = p["kp"] * (q_d - q) - p["kd"] * rate + pe
-    return (np.clip(u, -p["saturation"], p["saturation"]) if clipped else u), after
+    return limited(u, clipped, p), after
+
+
+def limited(u: np.ndarray, clipped: bool, p: Parameters) -> np.ndarray:
+    """Command within the limit of the drive, where there is one."""
+    return np.clip(u, -p["saturation"], p["saturation"]) if clipped else u
 
 
 def delivered_torque(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,

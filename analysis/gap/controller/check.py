@@ -3,12 +3,14 @@
 import functools
 
 from clie_blocks.analysis.gap.controller.assumed import assume_controller
+from clie_blocks.analysis.gap.controller.own_law import replay_own_law
 from clie_blocks.analysis.gap.controller.replay import (
     ControllerCheck,
     assume_stated_law,
     replay_controller,
 )
 from clie_blocks.analysis.gap.problem.law import Law
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw
 
@@ -20,13 +22,14 @@ def check_controller(problem: Problem) -> ControllerCheck:
 
 @functools.singledispatch
 def _check(law: Law, problem: Problem) -> ControllerCheck:
+    replay = replay_own_law if isinstance(law, BlockLaw) else replay_controller
     logs = [log for log in problem.logs if log.stride == 1]
     if len(logs) == len(problem.logs):
-        return replay_controller(problem)
+        return replay(problem)
     if not logs:
         return assume_stated_law(problem)
     slow = ", ".join(log.name for log in problem.logs if log.stride > 1)
-    return replay_controller(problem.with_log_list(logs)).with_decisions(
+    return replay(problem.with_log_list(logs)).with_decisions(
         (f"the controller runs more often than {slow} has samples; there its law is not checked",))
 
 

@@ -7,8 +7,8 @@ lost, once it has forgotten what stands in their place.
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.records import law_residual as of_signals
 from clie_blocks.analysis.records.control_law import ControlLaw
 
 
@@ -28,9 +28,9 @@ def known_samples(log: Log, law: ControlLaw, slower: int = 1) -> np.ndarray:
     return settled if settled.any() else known & log.measured
 
 
-def law_residual(law: ControlLaw, log: Log, delay: int = 0) -> np.ndarray:
+def law_residual(law: StatedLaw, log: Log, delay: int = 0) -> np.ndarray:
     """Logged command less that of the law `delay` samples before it, shape (samples, n)."""
-    residual = of_signals.law_residual(law, log.u, log.q_d - log.q, law.rate(log.q), log.pe, delay)
+    residual = log.u[delay:] - law.commands(log)[:len(log) - delay]
     if log.measured is None:
         return residual[first_known_sample(log, law):]
     return residual[known_samples(log, law)[delay:]]

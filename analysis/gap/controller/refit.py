@@ -80,7 +80,7 @@ def with_commands_of_law(problem: Problem, late: Mapping[int, int]) -> Problem:
     law, at, rows = problem.stated_law, list(late), list(late.values())
 
     def replayed(log: Log) -> Log:
-        of_law, u = law.replay(log.q, log.q_d, log.pe), log.u.copy()
+        of_law, u = law.commands(log), log.u.copy()
         u[:, at], u[0, at] = of_law[:, at], log.u[rows, at]
         moving = with_initial_state(
             dataclasses.replace(log, u=u, speed=0.0, at_rest=True), law)
@@ -112,7 +112,7 @@ def with_command_rounding(problem: Problem) -> Problem:
     def rounded(log: Log) -> Log:
         if log.stride > 1:  # the commands between its samples are not known
             return log
-        error = np.clip(log.u - law.replay(log.law_q, log.q_d, log.pe), -largest, largest)
+        error = np.clip(log.u - law.commands(log), -largest, largest)
         known = known_samples(log, law)[:, None] & (np.abs(log.u) < law.saturation)
         return dataclasses.replace(log, pe=log.pe + np.where(known, error, 0.0))
 

@@ -165,7 +165,7 @@ def replay_controller(problem: Problem) -> ControllerCheck:
     terms = find_terms(problem, ran.law, limit, ran.unexplained)
     decisions += [one.describe(problem.joints[one.joint]) for one in terms]
     known = {one.joint for one in terms}
-    step, coarse = _encoder_steps(problem)
+    step, coarse = encoder_steps(problem)
     return ControllerCheck(
         error, limit, tuple(ran.other_filter), ran.corners, coarse, step, ran.law,
         tuple(decisions), differences, tuple(ran.other_gains), delayed,
@@ -179,7 +179,7 @@ def assume_stated_law(problem: Problem) -> ControllerCheck:
     corners = np.full((2, problem.n), np.nan)
     if law.corners is not None:
         corners[:] = np.array(law.corners)[:, None]
-    step, coarse = _encoder_steps(problem)
+    step, coarse = encoder_steps(problem)
     return ControllerCheck(zero, zero + np.inf, (), corners, coarse, step, law, (
         f"the controller runs every {1e3 * law.period:.3g} ms, more often than the logs have "
         "samples: its law cannot be replayed and is taken as stated",))
@@ -204,7 +204,7 @@ def _other_discretisation(problem: Problem, law: StatedLaw, error: np.ndarray, l
     return law, error
 
 
-def _encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
+def encoder_steps(problem: Problem) -> tuple[np.ndarray, tuple[int, ...]]:
     """Smallest step between logged positions, and the joints where it exceeds the stated one."""
     step = np.array([_smallest_step(problem.logs, k) for k in range(problem.n)])
     stated = problem.resolution

@@ -100,7 +100,7 @@ def with_recorded_commands(problem: Problem, joints: Sequence[int]) -> Problem:
 
 def with_unknown_law(problem: Problem) -> Problem:
     """Problem of a machine that is driven by its recorded commands, under no law."""
-    law = problem.stated_law
+    law = problem.stated_law.pd
     zero = np.zeros(problem.n)
     open_loop = dataclasses.replace(law, kp=zero, kd=zero, saturation=zero + np.inf)
     driven = problem.with_logs(lambda log: dataclasses.replace(log, pe=log.u))
@@ -110,7 +110,7 @@ def with_unknown_law(problem: Problem) -> Problem:
 def command_beyond_law(law: StatedLaw, log: Log) -> np.ndarray:
     """Logged command less that of the law without limits, (N, n) [N m]; 0 where both meet one."""
     free = dataclasses.replace(law, saturation=np.full_like(law.saturation, np.inf))
-    unlimited = free.replay(log.q, log.q_d, log.pe)
+    unlimited = free.commands(log)
     limited = np.clip(unlimited, -law.saturation, law.saturation)
     both = (np.abs(log.u) >= AT_LIMIT * law.saturation) & (limited == np.clip(
         log.u, -law.saturation, law.saturation))

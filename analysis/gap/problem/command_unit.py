@@ -50,6 +50,8 @@ def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> St
         name: getattr(law, name) * force
         for name in ("kp", "kd", "kv", "saturation", "command_resolution")
         if getattr(law, name) is not None and not (name == "kp" and law.law == "cascade")}
+    if law.block is not None:
+        factors["block_scale"] = force
     stated = dataclasses.replace(
         robot, controller=dataclasses.replace(law, **factors),
         motor=dataclasses.replace(robot.motor, torque_gain=None))

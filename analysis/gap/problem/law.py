@@ -37,6 +37,26 @@ class ReachableCause(Protocol):
         """How it acts."""
 
 
+class LawLog(Protocol):
+    """What a law reads in a log."""
+
+    @property
+    def law_q(self) -> np.ndarray:
+        """Positions on which the law acts [rad], shape (N, n)."""
+
+    @property
+    def q_d(self) -> np.ndarray:
+        """References [rad], shape (N, n)."""
+
+    @property
+    def pe(self) -> np.ndarray:
+        """Excitations, shape (N, n)."""
+
+    @property
+    def law_state(self) -> np.ndarray | None:
+        """State of a law of the user's own at the first sample."""
+
+
 class Law(Protocol):
     """What the stages need of a law, be it stated in a file or part of a user's loop.
 
@@ -112,6 +132,15 @@ class StatedLaw(ControlLaw):
         """The law with what the stages need of it."""
         return cls(**{field.name: getattr(law, field.name) for field in dataclasses.fields(law)},
                    measured_torque=measured_torque)
+
+    def commands(self, log: LawLog) -> np.ndarray:
+        """Commands of the law on the signals of a log, shape (N, n)."""
+        return self.replay(log.law_q, log.q_d, log.pe)
+
+    @property
+    def pd(self) -> "StatedLaw":
+        """The law in the form of (11), with gains and a velocity filter: itself."""
+        return self
 
     @property
     def holds_joints(self) -> bool:

@@ -50,6 +50,8 @@ class Log:
         Positions that another encoder of the joints measured [rad], see `two_encoders`.
     of_other_encoder : bool
         Whether `q` is of the encoder on which the law does not act, and `other_q` of the law's.
+    law_state : ndarray, shape (states,), or None
+        State of a law of the user's own at the first sample.
 
     """
 
@@ -67,6 +69,7 @@ class Log:
     stride: int = 1
     other_q: np.ndarray | None = None
     of_other_encoder: bool = False
+    law_state: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.q)

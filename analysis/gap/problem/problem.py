@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
+from clie_blocks.analysis.gap.problem.own_law import block_law, with_law_state
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
@@ -26,10 +27,12 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
+from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
+from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.links import Links, mass_rows
+from clie_blocks.robot_loop.sampled_law import sampled_law
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
@@ -128,7 +131,8 @@ class Problem:
 
     @classmethod
     def from_logs(cls, robot: Robot, records: Sequence[Record],
-                  held_out: Sequence[int] | None = None, trust_logs: bool = False) -> Problem:
+                  held_out: Sequence[int] | None = None, trust_logs: bool = False,
+                  law: InputOutputSystem | None = None) -> Problem:
         """State the problem of a robot and its logs.
 
         Parameters
@@ -141,6 +145,9 @@ class Problem:
             Logs for validation only; by default the last, when there are two or more.
         trust_logs : bool
             Take the logs as they are: correct nothing in them, and stop for nothing.
+        law : control.InputOutputSystem, optional
+            The control law as a block in discrete time, in place of that of the robot file:
+            inputs q_d[k], q[k] [rad] and, if it adds one, pe[k]; outputs u[k], as logged.
 
         Raises
         ------
@@ -151,6 +158,7 @@ class Problem:
             If a log is too short, or nothing says what drove the machine.
 
         """
+        robot = robot if law is None else with_law(robot, law)
         records = with_law_encoder(records, robot)
         seen = Examination(robot, tuple(records)) if trust_logs else examine(records, robot)
         seen.raise_obstacles()
@@ -287,7 +295,7 @@ def state_problem(robot: Robot, records: Sequence[Record],
     period = controller_period(robot.controller, records)
     problem = _problem_at(robot, records, held_out, period)
     finest = max(robot.controller.sample_time or 0.0, FINEST_PERIOD)
-    if is_stable(problem) or period <= finest:
+    if is_stable(problem) or period <= finest or robot.controller.is_program:
         return problem
     while period > finest:
         period = max(period / 2, finest)
@@ -317,8 +325,9 @@ def is_stable(problem: Problem) -> bool:
 def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
                 period: float) -> Problem:
     """Problem whose controller has a period [s]."""
-    law = _stated_law(robot.controller, period)
-    by_record = [[with_initial_state(log, law) for log in as_logs(record, robot, k, law.period)]
+    law = _stated_law(robot.controller, period, _pose(robot, records[0]))
+    by_record = [[with_law_state(with_initial_state(log, law), law)
+                  for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
     shortest = min(logs, key=Log.sample_count)
@@ -350,13 +359,31 @@ def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
             tuple(log for k in held_out for log in by_record[k]))
 
 
-def _stated_law(controller: Controller, period: float) -> StatedLaw:
+def _stated_law(controller: Controller, period: float, pose: np.ndarray) -> StatedLaw:
+    """Law of a controller; one of the user's own is linearised at a pose [rad]."""
+    measured_torque = controller.u == MEASURED_TORQUE
+    if controller.is_program:
+        return _own_law(controller, period, pose, measured_torque)
     if controller.law not in ("pd", "cascade"):
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
             "and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, period),
-                        controller.u == MEASURED_TORQUE)
+    return StatedLaw.of(control_law(controller, period), measured_torque)
+
+
+def _own_law(controller: Controller, period: float, pose: np.ndarray,
+             measured_torque: bool) -> StatedLaw:
+    if controller.block is None:
+        raise NotIdentifiableError(
+            f"the control law is {controller.law!r}, a Python program of your own, and a program "
+            "from a robot file is run only where you allow it: look at it, then add --run-law, in "
+            "Python Problem.from_logs(..., law=block)")
+    n = len(pose)
+    block = sampled_law(controller.block, period, stated_or(controller.block_scale, n, 1.0))
+    if block.n != n:
+        raise DiagramError(f"{block.name}: the law commands {block.n} joints, the robot has {n}")
+    return block_law(block, pose, stated_or(controller.saturation, n, np.inf),
+                     stated_or(controller.command_resolution, n, 0.0), measured_torque)
 
 
 def _pose(robot: Robot, record: Record) -> np.ndarray:

@@ -33,7 +33,8 @@ def structure(problem: Problem) -> Structure:
     """Return the structure of a problem."""
     return Structure(problem.n, problem.period, problem.links.layout,
                      bool(np.isfinite(problem.law.saturation).all()),
-                     problem.encoder_on_motor, problem.two_encoders)
+                     problem.encoder_on_motor, problem.two_encoders,
+                     getattr(problem.law, "block", None))
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:
@@ -126,7 +127,7 @@ class Simulator:
 
     def initial_state(self, log: Log, values: Values) -> np.ndarray:
         """State at the first sample of a log: at rest, or in its motion."""
-        return self.block.initial_state(log.start, log.speed, values)
+        return self.block.initial_state(log.start, log.speed, values, log.law_state)
 
     def for_delays(self, longest: float) -> Simulator:
         """Return the same simulator with delay lines that are long enough for a delay [s].

@@ -13,7 +13,7 @@ from clie_blocks.analysis.records.checks.scale import check_scale
 from clie_blocks.analysis.records.checks.stability import check_gains
 from clie_blocks.analysis.records.checks.velocity import check_velocity
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.analysis.records.table import drop_pages
 
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
@@ -40,7 +40,7 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
         Errors first, then warnings, then repairs.
 
     """
-    robot = robot or record.robot
+    robot = as_checks_see(robot or record.robot)
     findings = [*check_clock(record, robot), *check_missing(record, robot)]
     if not any(finding.check in FATAL for finding in findings):
         steady = even_clock(without_copies(record), robot)

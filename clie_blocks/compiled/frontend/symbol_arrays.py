@@ -103,6 +103,11 @@ def symbol_array(values: Any) -> SymbolArray:
     return np.array(_plain(values), dtype=object).view(SymbolArray)
 
 
+def array_of(values: Sequence[Any]) -> np.ndarray:
+    """Scalars as an array: of symbols where any is one, else of numbers."""
+    return symbol_array(values) if has_symbols(values) else np.array(values, float)
+
+
 def has_symbols(value: object) -> bool:
     """Return whether a scalar, list, tuple or array holds a symbol."""
     if isinstance(value, (list, tuple)):

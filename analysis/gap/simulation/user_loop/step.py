@@ -15,57 +15,13 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.user_loop.law import VELOCITY_STEP
 from clie_blocks.analysis.gap.problem.user_loop.ports import COMMAND, POSITION, Ports
+from clie_blocks.compiled.frontend.symbol_arrays import array_of
 from clie_blocks.labels import ports
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
 
-    from clie_blocks.compiled.ir.symbols import Symbol
-
 StepFunction = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-
-
-def trace_step(loop: InputOutputSystem) -> StepFunction:
-    """Return ``f(t, x, u) -> (rate or next state, outputs)`` of a loop.
-
-    Raises
-    ------
-    TraceError
-        If a block of it branches on a signal; names the block and the remedy.
-
-    """
-    from clie_blocks.compiled.frontend.tracing import trace
-    from clie_blocks.compiled.ir.scalars import F
-    from clie_blocks.compiled.ir.symbols import Symbol, topological
-
-    traced = trace(loop)
-    roots = [*traced.derivatives, *(traced.signals[label] for label in traced.outputs)]
-    order, n = topological(roots), len(traced.derivatives)
-    parameters = traced.parameters.defaults
-
-    def evaluate(node: Symbol, variables: Mapping[str, Any], values: Mapping[Symbol, Any]) -> Any:
-        if node.op == "variable":
-            kind, index = node.args
-            return variables[kind][index]
-        return getattr(F, node.op)(*(values.get(argument, argument)
-                                     if isinstance(argument, Symbol) else argument
-                                     for argument in node.args))
-
-    def function(t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        variables: dict[str, Any] = {"t": [t], "x": x, "u": u, "p": parameters}
-        values: dict[Symbol, Any] = {}
-        for node in order:
-            values[node] = evaluate(node, variables, values)
-        results = _array([values[root] if isinstance(root, Symbol) else root for root in roots])
-        return results[:n], results[n:]
-
-    return function
-
-
-def _array(values: Sequence[Any]) -> np.ndarray:
-    from clie_blocks.compiled.frontend.symbol_arrays import has_symbols, symbol_array
-
-    return symbol_array(values) if has_symbols(values) else np.array(values, float)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,7 +31,7 @@ class LoopStep:
     Parameters
     ----------
     function : callable
-        See `trace_step`.
+        See `step_function`.
     inputs, outputs : mapping
         Indices of the signals of each port.
     torque : str
@@ -97,7 +53,9 @@ class LoopStep:
     @classmethod
     def of(cls, loop: InputOutputSystem, loop_ports: Ports, step: float) -> LoopStep:
         """Steps of a loop with some ports."""
-        return cls(trace_step(loop), ports(loop.input_labels), ports(loop.output_labels),
+        from clie_blocks.compiled.frontend.step_function import step_function
+
+        return cls(step_function(loop), ports(loop.input_labels), ports(loop.output_labels),
                    loop_ports.torque, step, bool(loop.dt))
 
     def measured(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -138,4 +96,4 @@ class LoopStep:
 
 
 def _with_added_input(u: np.ndarray, k: int, added: Any) -> np.ndarray:
-    return _array([value + added if i == k else value for i, value in enumerate(u)])
+    return array_of([value + added if i == k else value for i, value in enumerate(u)])

@@ -1,0 +1,98 @@
+"""A whole diagram as one function, of arrays or of the symbols of another program.
+
+What is traced once can stand inside a larger block: the closed loop that a diagnosis simulates
+holds the user's controller, or the whole of the user's loop, in this form.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from clie_blocks.compiled.frontend.symbol_arrays import array_of
+from clie_blocks.compiled.frontend.tracing import trace
+from clie_blocks.compiled.ir.scalars import F
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
+
+if TYPE_CHECKING:
+    from control import InputOutputSystem
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class StepFunction:
+    """``f(t, x, u) -> (rate or next state, outputs)`` of a diagram with its own parameters.
+
+    Parameters
+    ----------
+    roots : tuple of Expression
+        Rates or next states, then outputs.
+    states : int
+        Number of the former.
+    parameters : ndarray
+        Parameters of the diagram, in their slots.
+
+    """
+
+    roots: tuple[Expression, ...]
+    states: int
+    parameters: np.ndarray
+
+    @functools.cached_property
+    def order(self) -> list[Symbol]:
+        """Nodes below the roots, operands before the operations that use them."""
+        return topological(self.roots)
+
+    def __call__(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rates or next state, and outputs, at a time, a state and inputs."""
+        variables: dict[str, Any] = {"t": [t], "x": x, "u": u, "p": self.parameters}
+        values: dict[Symbol, Any] = {}
+        for node in self.order:
+            values[node] = _evaluate(node, variables, values)
+        results = array_of([values[root] if isinstance(root, Symbol) else root
+                            for root in self.roots])
+        return results[:self.states], results[self.states:]
+
+    @property
+    def digest(self) -> str:
+        """What tells it from every other function, the same in every process."""
+        place = {node: f"#{k}" for k, node in enumerate(self.order)}
+
+        def shown(argument: Any) -> str:
+            return place[argument] if isinstance(argument, Symbol) else repr(argument)
+
+        lines = [" ".join([node.op, *map(shown, node.args)]) for node in self.order]
+        lines += [" ".join(map(shown, self.roots)), f"{self.states}",
+                  *map(float.hex, self.parameters.tolist())]
+        return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def step_function(diagram: InputOutputSystem) -> StepFunction:
+    """Return a diagram as a function.
+
+    Raises
+    ------
+    TraceError
+        If a block of it cannot be traced; names the block and the remedy.
+    DiagramError
+        For an algebraic loop.
+
+    """
+    traced = trace(diagram)
+    outputs = [traced.signals[label] for label in traced.outputs]
+    return StepFunction((*traced.derivatives, *outputs), len(traced.derivatives),
+                        traced.parameters.defaults)
+
+
+def _evaluate(node: Symbol, variables: Mapping[str, Any], values: Mapping[Symbol, Any]) -> Any:
+    if node.op == "variable":
+        kind, index = node.args
+        return variables[kind][index]
+    return getattr(F, node.op)(*(values.get(argument, argument)
+                                 if isinstance(argument, Symbol) else argument
+                                 for argument in node.args))
+

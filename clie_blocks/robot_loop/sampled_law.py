@@ -1,0 +1,181 @@
+"""A control law of any form in the sampled loop: a block of python-control in discrete time."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clie_blocks.errors import nearest
+from clie_blocks.labels import DiagramError, ports, signals
+
+if TYPE_CHECKING:
+    from control import InputOutputSystem, NonlinearIOSystem
+
+REFERENCE, POSITION, EXCITATION, COMMAND = "q_d", "q", "pe", "u"
+LawFunction = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+SAME_PERIOD = 0.01  # relative, between the rates of a law and of logs with clocks of their own
+MOST_STATES = 1000  # of a law: a buffer of one second at 1 kHz
+
+
+@dataclasses.dataclass(frozen=True)
+class SampledLaw:
+    """A law as a function, alike for arrays and for the symbols that become machine code.
+
+    Laws with equal equations are equal, so that a compiled loop serves both.
+
+    Parameters
+    ----------
+    name : str
+        Of its block.
+    n : int
+        Joints.
+    period : float
+        Sample time [s].
+    digest : str
+        What tells its equations from those of every other law.
+    states : int
+        Number of states.
+    order : tuple of (str, int)
+        Port and joint of each input of `function`.
+    scale : tuple of float
+        Torque of each joint per unit of its command.
+    function : callable
+        ``function(t, x, inputs) -> (next state, command)``.
+
+    """
+
+    name: str = dataclasses.field(compare=False)
+    n: int
+    period: float
+    digest: str
+    states: int
+    order: tuple[tuple[str, int], ...]
+    scale: tuple[float, ...]
+    function: LawFunction = dataclasses.field(compare=False, repr=False)
+
+    @property
+    def takes_excitation(self) -> bool:
+        """Whether the excitation is an input; else it is added to the command."""
+        return any(port == EXCITATION for port, _ in self.order)
+
+    def step(self, t: float, x: np.ndarray, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
+             ) -> tuple[np.ndarray, np.ndarray]:
+        """Next state, and command with the excitation, of one sample."""
+        from clie_blocks.compiled.frontend.symbol_arrays import array_of
+
+        scale = np.array(self.scale)
+        given = {REFERENCE: q_d, POSITION: q, EXCITATION: pe / scale}
+        after, u = self.function(t, x, array_of([given[port][k] for port, k in self.order]))
+        return after, scale * u + (0.0 if self.takes_excitation else pe)
+
+    @functools.cached_property
+    def system(self) -> NonlinearIOSystem:
+        """The law as a block with the inputs q_d, q, pe and the output u."""
+        import control as ct
+
+        n = self.n
+
+        def update(t: float, x: np.ndarray, u: np.ndarray, params: object) -> np.ndarray:
+            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:])[0]
+
+        def output(t: float, x: np.ndarray, u: np.ndarray, params: object) -> np.ndarray:
+            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:])[1]
+
+        return ct.nlsys(update, output, name="law", dt=self.period, states=self.states,
+                        inputs=signals(REFERENCE, POSITION, EXCITATION, n=n),
+                        outputs=signals(COMMAND, n=n))
+
+
+def sampled_law(block: InputOutputSystem, period: float,
+                scale: Sequence[float] | np.ndarray | None = None) -> SampledLaw:
+    """Return a block of python-control as a law of the sampled loop.
+
+    Ports: inputs q_d[k], q[k] [rad] and optionally pe[k] [N m]; outputs u[k] [N m].
+
+    Parameters
+    ----------
+    block : control.InputOutputSystem
+        In discrete time, or without states; a transfer function is realised.
+    period : float
+        Sample time of the controller [s].
+    scale : array_like, shape (n,), optional
+        Torque of each joint per unit of its command; by default 1.
+
+    Returns
+    -------
+    SampledLaw
+        The law.
+
+    Raises
+    ------
+    DiagramError
+        If a port is missing or unknown, or the block is in continuous time or of another rate.
+    TraceError
+        If the block cannot become machine code; names the block and the remedy.
+
+    """
+    import control as ct
+
+    from clie_blocks.compiled.frontend.step_function import step_function
+
+    if isinstance(block, ct.TransferFunction):
+        block = ct.ss(block, inputs=block.input_labels, outputs=block.output_labels,
+                      name=block.name)
+    if not isinstance(block, (ct.NonlinearIOSystem, ct.StateSpace)):
+        raise DiagramError(f"a control law is a python-control system, not "
+                           f"{type(block).__name__}; build it with nlsys, ss or interconnect")
+    n = _check_ports(block)
+    _check_rate(block, period)
+    if block.nstates > MOST_STATES:
+        raise DiagramError(f"{block.name}: the law has {block.nstates} states, and the loop takes "
+                           f"{MOST_STATES}; keep what it needs of the past, not all of it")
+    function = step_function(block)
+    place = {at: (name, k) for name, group in ports(block.input_labels).items()
+             for k, at in enumerate(group)}
+    order = tuple(place[at] for at in range(block.ninputs))
+    return SampledLaw(block.name, n, period, function.digest,
+                      block.nstates, order, tuple(np.broadcast_to(
+                          1.0 if scale is None else np.asarray(scale, float), n).tolist()),
+                      function)
+
+
+def _check_ports(block: InputOutputSystem) -> int:
+    """Number of joints of a law with the right ports."""
+    inputs, outputs = ports(block.input_labels), ports(block.output_labels)
+    known = (REFERENCE, POSITION, EXCITATION)
+    for name in inputs:
+        if name not in known:
+            raise DiagramError(
+                f"{block.name}: a law has no input {name!r}; {nearest(name, known)}. A velocity "
+                "is formed within the law, from q, as the controller forms it")
+    for name, kind, given in ((POSITION, "input", inputs), (COMMAND, "output", outputs)):
+        if name not in given:
+            raise DiagramError(f"{block.name}: the law has no {kind} {name!r}; its ports are the "
+                               "inputs q_d[k], q[k] and, if it adds one, pe[k], and the outputs "
+                               f"u[k], one per joint; it has {', '.join([*inputs, *outputs])}")
+    n = len(outputs[COMMAND])
+    for name, labels in [*inputs.items(), *outputs.items()]:
+        if name != COMMAND and name in outputs:
+            raise DiagramError(f"{block.name}: the law has an output {name!r}; its only output is "
+                               "the command u[k]: leave the others out")
+        if len(labels) != n:
+            raise DiagramError(f"{block.name}: {name} has {len(labels)} signals and u has {n}; "
+                               "every joint needs one of each")
+    return n
+
+
+def _check_rate(block: InputOutputSystem, period: float) -> None:
+    if block.dt == 0:
+        raise DiagramError(
+            f"{block.name} is in continuous time, and a controller runs in samples: build it with "
+            f"dt={period:g}, or sample it as the controller does, control.sample_system")
+    if block.dt not in (None, True) and abs(block.dt - period) > SAME_PERIOD * period:
+        raise DiagramError(f"{block.name} runs every {block.dt:g} s and the controller of the "
+                           f"robot every {period:g} s; state one of them as the other")
+    if block.dt is None and block.nstates:
+        raise DiagramError(f"{block.name} has states but no sample time; build it with "
+                           f"dt={period:g}")
