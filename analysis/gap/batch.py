@@ -277,7 +277,7 @@ def digest_of_inputs(task: Task, options: Options) -> str:
 
 
 def _with_robot_file(log: Path) -> list[Path]:
-    """A log, and next to it the robot file, which is read with it, and programs that it may name."""
+    """A log, and next to it the robot file, and programs that it may name."""
     return [log, log.parent / "robot.toml", *sorted(log.parent.glob("*.py"))]
 
 

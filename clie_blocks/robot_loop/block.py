@@ -27,7 +27,7 @@ from clie_blocks.robot_loop.dynamics import (
 )
 from clie_blocks.robot_loop.links import Layout, Links
 from clie_blocks.robot_loop.motion import move_apart, move_as_one
-from clie_blocks.robot_loop.sampled_law import SampledLaw
+from clie_blocks.robot_loop.sampled_law import PARAMETERS, SampledLaw
 from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
@@ -136,6 +136,8 @@ class LoopBlock:
         values.update({f"{block}.{name}": np.ones(n)
                        for block, names in self.parameter_names.items() for name in names})
         values["inertia"] = 3.0 + values["inertia"]
+        if self.shape.law and self.shape.law.values:
+            values[PARAMETERS] = np.array(self.shape.law.values)
         return values
 
     def initial_state(self, start: np.ndarray, speed: float | np.ndarray, values: Values,
@@ -182,6 +184,7 @@ class LoopBlock:
         """Memory of every block, parameters of robot and effects, and the links."""
         p: dict[str, np.ndarray | dict[str, np.ndarray]] = {
             key: params[key] for key in (*PER_JOINT, "start", "first", "b", "a")}
+        p[PARAMETERS] = params.get(PARAMETERS, np.zeros(0))
         p.update({block: {name: params[f"{block}.{name}"] for name in names}
                   for block, names in self.parameter_names.items()})
         memory = self.layout.unpack(x)
@@ -231,7 +234,8 @@ class LoopBlock:
         """Command of the law for a measured position, and its memory one sample later."""
         n, law = self.shape.n, self.shape.law
         if law:
-            after, command = law.step(now.t, memory["law"][0], u[:n], q + u[2 * n:], u[n:2 * n])
+            after, command = law.step(now.t, memory["law"][0], u[:n], q + u[2 * n:], u[n:2 * n],
+                                      p[PARAMETERS])
             return limited(command, self.shape.clipped, p), (after,)
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +15,11 @@ from clie_blocks.labels import DiagramError, ports, signals
 if TYPE_CHECKING:
     from control import InputOutputSystem, NonlinearIOSystem
 
+    from clie_blocks.compiled.ir.parameters import Parameters
+
 REFERENCE, POSITION, EXCITATION, COMMAND = "q_d", "q", "pe", "u"
-LawFunction = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+LawFunction = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+PARAMETERS = "law"  # key of the parameters of a law among those of its loop
 SAME_PERIOD = 0.01  # relative, between the rates of a law and of logs with clocks of their own
 MOST_STATES = 1000  # of a law: a buffer of one second at 1 kHz
 
@@ -25,7 +28,8 @@ MOST_STATES = 1000  # of a law: a buffer of one second at 1 kHz
 class SampledLaw:
     """A law as a function, alike for arrays and for the symbols that become machine code.
 
-    Laws with equal equations are equal, so that a compiled loop serves both.
+    Laws with equal equations are equal whatever their parameters, so that a compiled loop serves
+    both.
 
     Parameters
     ----------
@@ -43,8 +47,12 @@ class SampledLaw:
         Port and joint of each input of `function`.
     scale : tuple of float
         Torque of each joint per unit of its command.
+    parameters : tuple of (str, int)
+        Key and place of each parameter in its array.
+    values : tuple of float
+        The parameters.
     function : callable
-        ``function(t, x, inputs) -> (next state, command)``.
+        ``function(t, x, inputs, parameters) -> (next state, command)``.
 
     """
 
@@ -55,6 +63,8 @@ class SampledLaw:
     states: int
     order: tuple[tuple[str, int], ...]
     scale: tuple[float, ...]
+    parameters: tuple[tuple[str, int], ...]
+    values: tuple[float, ...] = dataclasses.field(compare=False, repr=False)
     function: LawFunction = dataclasses.field(compare=False, repr=False)
 
     @property
@@ -63,13 +73,13 @@ class SampledLaw:
         return any(port == EXCITATION for port, _ in self.order)
 
     def step(self, t: float, x: np.ndarray, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
-             ) -> tuple[np.ndarray, np.ndarray]:
+             p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Next state, and command with the excitation, of one sample."""
         from clie_blocks.compiled.frontend.symbol_arrays import array_of
 
         scale = np.array(self.scale)
         given = {REFERENCE: q_d, POSITION: q, EXCITATION: pe / scale}
-        after, u = self.function(t, x, array_of([given[port][k] for port, k in self.order]))
+        after, u = self.function(t, x, array_of([given[port][k] for port, k in self.order]), p)
         return after, scale * u + (0.0 if self.takes_excitation else pe)
 
     @functools.cached_property
@@ -79,13 +89,20 @@ class SampledLaw:
 
         n = self.n
 
-        def update(t: float, x: np.ndarray, u: np.ndarray, params: object) -> np.ndarray:
-            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:])[0]
+        def step(t: float, x: np.ndarray, u: np.ndarray, params: Mapping[str, np.ndarray],
+                 ) -> tuple[np.ndarray, np.ndarray]:
+            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:], params.get(PARAMETERS, ()))
 
-        def output(t: float, x: np.ndarray, u: np.ndarray, params: object) -> np.ndarray:
-            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:])[1]
+        def update(t: float, x: np.ndarray, u: np.ndarray,
+                   params: Mapping[str, np.ndarray]) -> np.ndarray:
+            return step(t, x, u, params)[0]
+
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: Mapping[str, np.ndarray]) -> np.ndarray:
+            return step(t, x, u, params)[1]
 
         return ct.nlsys(update, output, name="law", dt=self.period, states=self.states,
+                        params={PARAMETERS: np.array(self.values)} if self.values else {},
                         inputs=signals(REFERENCE, POSITION, EXCITATION, n=n),
                         outputs=signals(COMMAND, n=n))
 
@@ -140,7 +157,15 @@ def sampled_law(block: InputOutputSystem, period: float,
     return SampledLaw(block.name, n, period, function.digest,
                       block.nstates, order, tuple(np.broadcast_to(
                           1.0 if scale is None else np.asarray(scale, float), n).tolist()),
+                      _names(function.parameters), tuple(function.parameters.defaults.tolist()),
                       function)
+
+
+def _names(parameters: Parameters) -> tuple[tuple[str, int], ...]:
+    """Key and place of each parameter, in the order of their slots."""
+    keys = sorted(parameters.offset, key=lambda key: parameters.offset[key])
+    return tuple((key, place) for key in keys
+                 for place in range(int(np.prod(parameters.shape[key]))))
 
 
 def _check_ports(block: InputOutputSystem) -> int:

@@ -22,15 +22,19 @@ def check_controller(problem: Problem) -> ControllerCheck:
 
 @functools.singledispatch
 def _check(law: Law, problem: Problem) -> ControllerCheck:
-    replay = replay_own_law if isinstance(law, BlockLaw) else replay_controller
     logs = [log for log in problem.logs if log.stride == 1]
     if len(logs) == len(problem.logs):
-        return replay(problem)
+        return _replay(problem)
     if not logs:
         return assume_stated_law(problem)
     slow = ", ".join(log.name for log in problem.logs if log.stride > 1)
-    return replay(problem.with_log_list(logs)).with_decisions(
+    return _replay(problem.with_log_list(logs)).with_decisions(
         (f"the controller runs more often than {slow} has samples; there its law is not checked",))
+
+
+def _replay(problem: Problem) -> ControllerCheck:
+    law = problem.stated_law
+    return replay_own_law(problem, law) if isinstance(law, BlockLaw) else replay_controller(problem)
 
 
 @_check.register(LoopLaw)

@@ -1,22 +1,130 @@
-"""Did a law of the user's own run?  Its block, replayed on the logs, gives the commands or not."""
+"""Did a law of the user's own run?  Its block, replayed on the logs, gives the commands or not.
+
+Where it does not, its parameters may be others than stated: those that give the commands are found
+from all logs together, and of them as few are changed as the commands need.
+"""
+
+import functools
 
 import numpy as np
 
+from clie_blocks.analysis.gap.controller.law_residual import known_samples
 from clie_blocks.analysis.gap.controller.other_laws import replay_error
-from clie_blocks.analysis.gap.controller.replay import ControllerCheck, encoder_steps
+from clie_blocks.analysis.gap.controller.refit import with_law_states
+from clie_blocks.analysis.gap.controller.replay import (
+    ControllerCheck,
+    LawParameter,
+    encoder_steps,
+)
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
 
+ROWS = 4000  # of each log, evenly apart, by which parameters are found
+EVALUATIONS = 30  # in which they are found; a law that is linear in them takes two
+STEP = 1e-5  # of a parameter, in the differences by which it is found
+LEAST_SIZE = 1e-3  # of a parameter that is stated as zero
+RANK = 1e-10  # of the largest singular value: below it, states do not show in the commands
+CERTAIN = 5.0  # half widths by which a parameter that ran differs from the stated one
 
-def replay_own_law(problem: Problem) -> ControllerCheck:
+
+def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
     """Replay the block of a law on every log, from the state in which its commands begin."""
-    law = problem.stated_law
     limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
                            problem.resolution * law.position_gain())
-    error = replay_error(problem, law)
+    error, changed = replay_error(problem, law), tuple[LawParameter, ...]()
+    wrong = error > limit
+    if wrong.any() and len(law.parameters):
+        ran, named = _with_parameters_that_ran(problem, law, limit)
+        left = _error_of(problem, ran)
+        if (wrong & (left <= limit)).any():
+            law, error, changed = ran, left, named
     step, coarse = encoder_steps(problem)
-    wrong = tuple(int(k) for k in np.flatnonzero(error > limit))
-    decisions = tuple(f"{problem.joints[k]}: the law of your own leaves {error[k]:.3g} of the "
-                      f"logged command, where rounding explains {limit[k]:.3g}" for k in wrong)
-    return ControllerCheck(error, limit, (), np.full((2, problem.n), np.nan), coarse, step, law,
-                           decisions, decisions, unexplained=wrong)
+    said = tuple(one.describe() for one in changed)
+    return ControllerCheck(
+        error, limit, (), np.full((2, problem.n), np.nan), coarse, step, law, said, said,
+        unexplained=tuple(int(k) for k in np.flatnonzero(error > limit)), parameters=changed)
+
+
+def _error_of(problem: Problem, law: BlockLaw) -> np.ndarray:
+    """Replay error of a law that begins in the states that its own commands show, shape (n,)."""
+    return replay_error(with_law_states(problem, law), law)
+
+
+def _with_parameters_that_ran(problem: Problem, stated: BlockLaw, limit: np.ndarray,
+                              ) -> tuple[BlockLaw, tuple[LawParameter, ...]]:
+    """Law with the parameters that leave least, and those of them that had to change."""
+    every = np.arange(len(stated.parameters))
+    law, half = _fitted(problem, stated, every, limit)
+    beyond = np.abs(law.parameters - stated.parameters) > CERTAIN * half
+    fewer, half_of_fewer = _fitted(problem, stated, every[beyond], limit)
+    if np.all((_error_of(problem, fewer) <= limit) | (_error_of(problem, law) > limit)):
+        law, half = fewer, half_of_fewer
+    return law, tuple(
+        LawParameter(_name(problem, stated, k), float(law.parameters[k]), float(half[k]),
+                     float(stated.parameters[k]))
+        for k in np.flatnonzero(law.parameters != stated.parameters))
+
+
+def _fitted(problem: Problem, stated: BlockLaw, free: np.ndarray, limit: np.ndarray,
+            ) -> tuple[BlockLaw, np.ndarray]:
+    """Law whose free parameters leave least of the commands, and half the width of each."""
+    from scipy.optimize import least_squares
+
+    half = np.zeros(len(stated.parameters))
+    if not len(free):
+        return stated, half
+    size = np.maximum(np.abs(stated.parameters[free]), LEAST_SIZE)
+
+    def parameters(change: np.ndarray) -> np.ndarray:
+        changed = stated.parameters.copy()
+        changed[free] += size * change
+        return changed
+
+    @functools.lru_cache(maxsize=2)
+    def regression(change: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+        parts = [_regression(log, stated, parameters(np.array(change)), free, size, limit)
+                 for log in problem.logs]
+        columns, left = zip(*parts)
+        return np.concatenate(columns), np.concatenate(left)
+
+    fit = least_squares(lambda change: regression(tuple(change))[1], np.zeros(len(free)),
+                        jac=lambda change: -regression(tuple(change))[0], xtol=1e-12,
+                        max_nfev=EVALUATIONS)
+    half[free] = size * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+    return stated.with_parameters(parameters(fit.x)), half
+
+
+def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarray,
+                size: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of the commands in a log by parameters, and what the law leaves, per limit.
+
+    Both are without what another state at the first sample would explain.
+    """
+    every = max(1, len(log) // ROWS)
+    state = law.rest if log.law_state is None else log.law_state
+    changed = parameters + STEP * size[:, None] * np.eye(len(parameters))[free]
+    count = len(state)
+    runs = law.run(log.law_q, log.q_d, log.pe,
+                   [state] * (1 + len(free)) + list(state + np.eye(count)),
+                   [parameters, *changed, *[parameters] * count], every)
+    usable = (np.abs(log.u) < law.saturation) & known_samples(log, law)[:, None]
+    weight = np.where(usable, 1.0 / limit, 0.0)[::every]
+    left = ((log.u[::every] - runs[0]) * weight).ravel()
+    changes = ((runs[1:] - runs[0]) * weight).reshape(len(runs) - 1, -1).T
+    columns, of_states = changes[:, :len(free)] / STEP, changes[:, len(free):]
+    if not count:
+        return columns, left
+    basis, sizes, _ = np.linalg.svd(of_states, full_matrices=False)
+    basis = basis[:, sizes > RANK * sizes.max(initial=0.0)]
+    return columns - basis @ (basis.T @ columns), left - basis @ (basis.T @ left)
+
+
+def _name(problem: Problem, law: BlockLaw, k: int) -> str:
+    """Name of a parameter, with its joint where it has one value per joint."""
+    key, place = law.block.parameters[k]
+    count = sum(one == key for one, _ in law.block.parameters)
+    if count == problem.n:
+        return f"{key} of {problem.joints[place]}"
+    return key if count == 1 else f"{key}[{place}]"

@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.own_law import with_law_state
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 
@@ -21,6 +22,11 @@ LOUD_ROUNDING = 1.0  # of the encoder's noise: what moves a slow joint by less i
 DELAYED_COMMANDS = (
     "every command follows from the sample before it: the controller sends it one period after "
     "it has measured; the robot file is wrong, and the model has this delay from here on")
+
+
+def with_law_states(problem: Problem, law: StatedLaw) -> Problem:
+    """Problem whose logs begin in the state that the commands show of a law of the user's own."""
+    return problem.with_logs(lambda log: with_law_state(log, law))
 
 
 def with_gain_error(law: StatedLaw, k: int, kp_error: float = 0.0,

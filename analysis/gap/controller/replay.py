@@ -20,6 +20,7 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_command_delay,
     with_command_rounding,
     with_commands_of_law,
+    with_law_states,
 )
 from clie_blocks.analysis.gap.controller.terms import (
     Terms,
@@ -34,6 +35,32 @@ from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.velocity_filter import discretisations
 
 COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is another one
+
+
+@dataclasses.dataclass(frozen=True)
+class LawParameter:
+    """A parameter of a law of the user's own that ran with another value than stated.
+
+    Parameters
+    ----------
+    name : str
+        Its name, with its joint.
+    value, half : float
+        What ran, and the half width of what the commands allow.
+    stated : float
+        What the law's file says.
+
+    """
+
+    name: str
+    value: float
+    half: float
+    stated: float
+
+    def describe(self) -> str:
+        """The parameter as a sentence."""
+        return (f"the law ran with {self.name} = {self.value:.4g}, stated {self.stated:.4g}; the "
+                "file of the law is wrong, or somebody changed the controller")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,6 +107,8 @@ class ControllerCheck:
         Models follow all recorded commands, and the stated law is left out.
     reading : float
         Probability that this is what moved the robot, rather than the law as it is known.
+    parameters : tuple of LawParameter
+        Parameters of a law of the user's own that are not the stated ones.
 
     """
 
@@ -102,6 +131,7 @@ class ControllerCheck:
     unknown_part: bool = False
     open_loop: bool = False
     reading: float = 1.0
+    parameters: tuple[LawParameter, ...] = ()
 
     @property
     def as_stated(self) -> bool:
@@ -111,7 +141,7 @@ class ControllerCheck:
     @property
     def misdescribed(self) -> bool:
         """Whether the law that ran is known, and another one than is stated."""
-        return bool(self.other_filter or self.delayed
+        return bool(self.other_filter or self.delayed or self.parameters
                     or any(not one.is_of_recorder for one in self.named))
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
@@ -122,7 +152,7 @@ class ControllerCheck:
         """Problem with the law that ran."""
         if self.open_loop:
             return with_unknown_law(problem)
-        corrected = dataclasses.replace(problem, law=self.law)
+        corrected = with_law_states(dataclasses.replace(problem, law=self.law), self.law)
         if self.delayed:
             corrected = with_command_delay(corrected)
         corrected = with_commands_of_law(corrected, {

@@ -21,7 +21,7 @@ from clie_blocks.analysis.theory.sampled_loop import closed_loop, held_plant
 from clie_blocks.errors import ClieError
 from clie_blocks.labels import signals
 from clie_blocks.linear_filters import frequency_response
-from clie_blocks.robot_loop.sampled_law import COMMAND, SampledLaw
+from clie_blocks.robot_loop.sampled_law import COMMAND, PARAMETERS, SampledLaw
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
@@ -33,7 +33,6 @@ HIGHEST = 0.2  # rad per sample, up to which
 STATE_SAMPLES = 2000  # from the first on, by which the state at the first sample is found
 STATE_STEP = 1e-3  # of states, in the differences by which it is found
 STATE_ROUNDS = 3  # steps in which it is found; a linear law takes one
-STATE_LANES = 8  # states that are changed side by side
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -48,12 +47,18 @@ class BlockLaw(StatedLaw):
         C(z) of each joint, from its position to less of its command, linearised at rest.
     rest : ndarray, shape (states,)
         State at rest in which it is linearised.
+    parameters : ndarray, shape (m,)
+        Parameters of the block.
+    pose : ndarray, shape (n,)
+        Position at which it is linearised [rad].
 
     """
 
     block: SampledLaw = dataclasses.field(kw_only=True)
     feedback: tuple[Filter, ...] = dataclasses.field(kw_only=True)
     rest: np.ndarray = dataclasses.field(kw_only=True)
+    parameters: np.ndarray = dataclasses.field(kw_only=True)
+    pose: np.ndarray = dataclasses.field(kw_only=True)
 
     @property
     def pd(self) -> StatedLaw:
@@ -66,35 +71,42 @@ class BlockLaw(StatedLaw):
         """Samples after which all of it but sums has forgotten how its run began."""
         return max(_settling(a) for _, a in self.feedback)
 
+    def with_parameters(self, parameters: np.ndarray) -> BlockLaw:
+        """The law with other parameters."""
+        return block_law(self.block, self.pose, self.saturation, self.resolution,
+                         self.measured_torque, parameters)
+
     def commands(self, log: LawLog) -> np.ndarray:
         """Commands of the law on the signals of a log, shape (N, n)."""
-        return self.run(log.law_q, log.q_d, log.pe, [self._state(log.law_state)])[0]
+        state = self.rest if log.law_state is None else log.law_state
+        return self.run(log.law_q, log.q_d, log.pe, [state])[0]
 
     def replay(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float) -> np.ndarray:
         """Command on measured positions, from rest, shape (N, n)."""
         return self.run(q, q_d, pe, [self.rest])[0]
 
     def run(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float,
-            states: Sequence[np.ndarray]) -> np.ndarray:
-        """Commands within their limits from some first states on, shape (states, N, n)."""
+            states: Sequence[np.ndarray], parameters: Sequence[np.ndarray] = (),
+            every: int = 1) -> np.ndarray:
+        """Commands within their limits from first states, with parameters, (runs, rows, n).
+
+        Each run has a state and parameters of its own; of its samples one in `every` is kept.
+        """
         n, rows = len(self.kp), len(q)
         inputs = np.hstack([np.broadcast_to(x, (rows, n)) for x in (q_d, q, pe)])
-        idle = max(0, -len(states) % STATE_LANES) if len(states) > 1 else 0
+        numbers = parameters or [self.parameters] * len(states)
         outputs = self._program.batch(
-            rows * self.period, inputs=inputs, threads=1, log=signals(COMMAND, n=n),
-            initial_state=np.stack([*states, *[states[-1]] * idle]) if self.block.states else None,
-        ).outputs[:len(states), :, :rows]
-        commands = np.swapaxes(outputs, 1, 2)
-        return np.clip(commands, -self.saturation, self.saturation)
+            rows * self.period, inputs=inputs, threads=1, log=signals(COMMAND, n=n), every=every,
+            initial_state=np.stack(states) if self.block.states else None,
+            params={PARAMETERS: np.stack(numbers)} if len(self.parameters) else
+            None).outputs[..., :-(-rows // every)]
+        return np.clip(np.swapaxes(outputs, 1, 2), -self.saturation, self.saturation)
 
     def position_gain(self) -> np.ndarray:
         """RMS of the command over that of white noise in the position, shape (n,)."""
         frequency = np.pi * (np.arange(HALF_CIRCLE) + 0.5) / HALF_CIRCLE
         return np.array([np.sqrt(np.mean(np.abs(frequency_response(b, a, frequency)) ** 2))
                          for b, a in self.feedback])
-
-    def _state(self, stated: np.ndarray | None) -> np.ndarray:
-        return self.rest if stated is None else stated
 
     def _polynomials(self, k: int, inertia: float, damping: float,
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -109,7 +121,8 @@ class BlockLaw(StatedLaw):
 
 
 def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
-              resolution: np.ndarray, measured_torque: bool = False) -> BlockLaw:
+              resolution: np.ndarray, measured_torque: bool = False,
+              parameters: np.ndarray | None = None) -> BlockLaw:
     """Law of a block, linearised at rest at a position.
 
     Parameters
@@ -122,6 +135,8 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
         Limit of the command, infinite for none, and its rounding step, 0 for none.
     measured_torque : bool
         The logged command is a measured torque.
+    parameters : ndarray, shape (m,), optional
+        Parameters of the block; by default its own.
 
     Raises
     ------
@@ -129,8 +144,9 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
         If the law fails or gives no numbers there, or no position changes its command.
 
     """
-    rest = _rest_state(block, start)
-    feedback = tuple(_linearised(block, start, rest))
+    parameters = np.array(block.values) if parameters is None else parameters
+    rest = _rest_state(block, start, parameters)
+    feedback = tuple(_linearised(block, start, rest, parameters))
     kp, kd = np.transpose([_nearest_pd(*each, block.period) for each in feedback])
     if not np.any(kp):
         raise ClieError(f"{block.name}: no position changes the command of the law, so that "
@@ -140,7 +156,8 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
     one = np.ones(block.n)
     return BlockLaw(kp, kd, np.outer(b, one), np.outer(a, one), block.period, resolution,
                     saturation, variant="difference", measured_torque=measured_torque,
-                    block=block, feedback=feedback, rest=rest)
+                    block=block, feedback=feedback, rest=rest, parameters=parameters,
+                    pose=start)
 
 
 def with_law_state(log: Log, law: StatedLaw) -> Log:
@@ -168,12 +185,12 @@ def with_law_state(log: Log, law: StatedLaw) -> Log:
     return dataclasses.replace(log, law_state=found if np.isfinite(left) else law.rest)
 
 
-def _rest_state(block: SampledLaw, start: np.ndarray) -> np.ndarray:
+def _rest_state(block: SampledLaw, start: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """State that stays as it is while the joints rest at their references."""
     from scipy.optimize import least_squares
 
     def change(x: np.ndarray) -> np.ndarray:
-        return _step(block, x, start, start)[0] - x
+        return _step(block, x, start, start, parameters)[0] - x
 
     zero = np.zeros(block.states)
     if not block.states or not np.any(change(zero)):
@@ -182,9 +199,9 @@ def _rest_state(block: SampledLaw, start: np.ndarray) -> np.ndarray:
 
 
 def _step(block: SampledLaw, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
-          ) -> tuple[np.ndarray, np.ndarray]:
+          parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     with np.errstate(all="ignore"):
-        after, u = block.step(0.0, x, q_d, q, np.zeros(block.n))
+        after, u = block.step(0.0, x, q_d, q, np.zeros(block.n), parameters)
     if not (np.isfinite(after).all() and np.isfinite(u).all()):
         raise ClieError(f"{block.name}: the law gives NaN or infinity with the joints at "
                         f"{np.round(q, 6).tolist()} rad and the references at "
@@ -193,12 +210,13 @@ def _step(block: SampledLaw, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
     return after, u
 
 
-def _linearised(block: SampledLaw, start: np.ndarray, rest: np.ndarray) -> list[Filter]:
+def _linearised(block: SampledLaw, start: np.ndarray, rest: np.ndarray,
+                parameters: np.ndarray) -> list[Filter]:
     """C(z) of each joint at rest: of the states that its position moves and its command reads."""
     n, states = block.n, block.states
 
     def both(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-        return np.concatenate(_step(block, x, start, q))
+        return np.concatenate(_step(block, x, start, q, parameters))
 
     h = PERTURBATION
     by_state = [(both(rest + h * unit, start) - both(rest - h * unit, start)) / (2 * h)

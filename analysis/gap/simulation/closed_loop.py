@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.batch_runs import batch_signals
 from clie_blocks.compiled.cache.cached_program import cached_program, source_digest
@@ -21,6 +22,7 @@ from clie_blocks.errors import DivergedError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.dynamics import ActingCause, Values
 from clie_blocks.robot_loop.pieces import Late
+from clie_blocks.robot_loop.sampled_law import PARAMETERS
 
 if TYPE_CHECKING:
     from clie_blocks.compiled import Program
@@ -34,7 +36,7 @@ def structure(problem: Problem) -> Structure:
     return Structure(problem.n, problem.period, problem.links.layout,
                      bool(np.isfinite(problem.law.saturation).all()),
                      problem.encoder_on_motor, problem.two_encoders,
-                     getattr(problem.law, "block", None))
+                     problem.law.block if isinstance(problem.law, BlockLaw) else None)
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:
@@ -43,6 +45,8 @@ def constants(problem: Problem) -> dict[str, np.ndarray]:
     values = {"inertia": nominal.inertia, "damping": nominal.damping, "load": nominal.load,
               "kp": law.kp, "kd": law.kd, "b": law.numerator, "a": law.denominator,
               "saturation": np.minimum(law.saturation, 1e9), "ratio": problem.gear_ratio}
+    if isinstance(law, BlockLaw) and len(law.parameters):
+        values[PARAMETERS] = law.parameters
     values.update({f"links.{name}": getattr(links, name) for name in links.parameters})
     return {key: np.array(value, float) for key, value in values.items()}
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from clie_blocks.compiled.frontend.symbol_arrays import array_of
 from clie_blocks.compiled.frontend.tracing import trace
+from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.ir.scalars import F
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StepFunction:
-    """``f(t, x, u) -> (rate or next state, outputs)`` of a diagram with its own parameters.
+    """``f(t, x, u, p) -> (rate or next state, outputs)`` of a diagram.
 
     Parameters
     ----------
@@ -33,23 +34,25 @@ class StepFunction:
         Rates or next states, then outputs.
     states : int
         Number of the former.
-    parameters : ndarray
-        Parameters of the diagram, in their slots.
+    parameters : Parameters
+        Parameters of the diagram: keys, slots, and the values with which it was built.
 
     """
 
     roots: tuple[Expression, ...]
     states: int
-    parameters: np.ndarray
+    parameters: Parameters
 
     @functools.cached_property
     def order(self) -> list[Symbol]:
         """Nodes below the roots, operands before the operations that use them."""
         return topological(self.roots)
 
-    def __call__(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rates or next state, and outputs, at a time, a state and inputs."""
-        variables: dict[str, Any] = {"t": [t], "x": x, "u": u, "p": self.parameters}
+    def __call__(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None,
+                 ) -> tuple[np.ndarray, np.ndarray]:
+        """Rates or next state, and outputs, with parameters as built unless they are given."""
+        variables: dict[str, Any] = {
+            "t": [t], "x": x, "u": u, "p": self.parameters.defaults if p is None else p}
         values: dict[Symbol, Any] = {}
         for node in self.order:
             values[node] = _evaluate(node, variables, values)
@@ -59,15 +62,14 @@ class StepFunction:
 
     @property
     def digest(self) -> str:
-        """What tells it from every other function, the same in every process."""
+        """What tells its equations from all others, the same in every process."""
         place = {node: f"#{k}" for k, node in enumerate(self.order)}
 
         def shown(argument: Any) -> str:
             return place[argument] if isinstance(argument, Symbol) else repr(argument)
 
         lines = [" ".join([node.op, *map(shown, node.args)]) for node in self.order]
-        lines += [" ".join(map(shown, self.roots)), f"{self.states}",
-                  *map(float.hex, self.parameters.tolist())]
+        lines += [" ".join(map(shown, self.roots)), f"{self.states}"]
         return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -85,7 +87,7 @@ def step_function(diagram: InputOutputSystem) -> StepFunction:
     traced = trace(diagram)
     outputs = [traced.signals[label] for label in traced.outputs]
     return StepFunction((*traced.derivatives, *outputs), len(traced.derivatives),
-                        traced.parameters.defaults)
+                        traced.parameters)
 
 
 def _evaluate(node: Symbol, variables: Mapping[str, Any], values: Mapping[Symbol, Any]) -> Any:
