@@ -34,7 +34,9 @@ def _check(law: Law, problem: Problem) -> ControllerCheck:
 
 def _replay(problem: Problem) -> ControllerCheck:
     law = problem.stated_law
-    return replay_own_law(problem, law) if isinstance(law, BlockLaw) else replay_controller(problem)
+    if isinstance(law, BlockLaw):
+        return replay_own_law(problem, law)
+    return replay_controller(problem)
 
 
 @_check.register(LoopLaw)

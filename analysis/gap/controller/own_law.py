@@ -92,7 +92,8 @@ def _fitted(problem: Problem, stated: BlockLaw, free: np.ndarray, limit: np.ndar
     fit = least_squares(lambda change: regression(tuple(change))[1], np.zeros(len(free)),
                         jac=lambda change: -regression(tuple(change))[0], xtol=1e-12,
                         max_nfev=EVALUATIONS)
-    half[free] = size * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+    variance = np.diag(np.linalg.pinv(fit.jac.T @ fit.jac))
+    half[free] = size * np.sqrt(np.maximum(variance, 0.0))
     return stated.with_parameters(parameters(fit.x)), half
 
 
