@@ -3,7 +3,7 @@
 import numpy as np
 
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.errors import NotIdentifiableError
 
 
@@ -28,7 +28,7 @@ def robot_of(record: Record) -> Robot:
         raise NotIdentifiableError(f"{record.source}: it comes without a robot.toml, and without "
                                    "one no parameter can be identified; put one into the folder "
                                    "of the log, or name it with --robot")
-    return record.robot
+    return as_checks_see(record.robot)
 
 
 def _present(record: Record, name: str, signal: np.ndarray | None) -> np.ndarray:

@@ -28,7 +28,7 @@ from clie_blocks.analysis.records.corrections import Correction, Examination, co
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_logs
 from clie_blocks.analysis.records.reading import add_reading_options, reading
-from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.output import command_parser, progress, run_main, to_json
 
@@ -82,7 +82,7 @@ def check_log(record: Record, robot: Robot | None = None, others: Sequence[Recor
         Findings in order of weight, capabilities, experiment and exit code.
 
     """
-    robot = robot or record.robot
+    robot = as_checks_see(robot or record.robot)
     findings = check_record(record, robot)
     errors = [finding.check for finding in findings if finding.severity == "error"]
     if any(check in FATAL for check in errors):
@@ -116,7 +116,7 @@ def check_logs(records: Sequence[Record], robot: Robot | None = None) -> list[Re
         groups.setdefault(own and (own.source or id(own)), []).append(record)
     reports = {}
     for group in groups.values():
-        own = robot or group[0].robot
+        own = as_checks_see(robot or group[0].robot)
         seen = None if own is None else correct(group, own)
         logs = group if seen is None else seen.records
         for record, corrected in zip(group, logs, strict=True):

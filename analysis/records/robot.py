@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, overload
 
 import numpy as np
 
@@ -415,6 +415,10 @@ def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
         sample_time=float(block.dt) if is_timed else law.sample_time))
 
 
+@overload
+def as_checks_see(robot: Robot) -> Robot: ...
+@overload
+def as_checks_see(robot: Robot | None) -> Robot | None: ...
 def as_checks_see(robot: Robot | None) -> Robot | None:
     """Robot whose law is unknown where it is a program, which checks do not run."""
     if robot is None or not robot.controller.is_program:

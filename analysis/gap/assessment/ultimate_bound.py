@@ -10,6 +10,7 @@ import numpy as np
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.linear_filters import frequency_response
 
 
@@ -23,7 +24,7 @@ def ultimate_bound(hypothesis: Hypothesis, method: AssessmentMethod,
         99 % quantile of the norm of the modelling error at low frequency [rad/s^2].
     mu_1 : float or None
         Radius of (A.5), in the norm of ``(e, de)``; None where the condition of Theorem 1 is
-        violated.
+        violated, and under a law that is not (11).
 
     """
     from clie_blocks.analysis.theory.bounds import ControlledJoints, theorem_2
@@ -32,7 +33,7 @@ def ultimate_bound(hypothesis: Hypothesis, method: AssessmentMethod,
     errors = np.concatenate([modelling_error(hypothesis, j, method.bound_band)
                              for j in validation_logs(hypothesis.problem)])
     eps_bar = float(np.quantile(np.linalg.norm(errors, axis=1), method.bound_quantile))
-    if not (np.all(law.kp > 0) and np.all(law.kd > 0)):
+    if isinstance(law, BlockLaw) or not (np.all(law.kp > 0) and np.all(law.kd > 0)):
         return eps_bar, None
     joints = ControlledJoints(values["damping"] / values["inertia"], 1.0 / values["inertia"],
                               0.0 * values["inertia"], law.kp, law.kd)

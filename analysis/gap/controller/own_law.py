@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.controller.refit import with_law_states
 from clie_blocks.analysis.gap.controller.replay import (
     ControllerCheck,
     LawParameter,
+    describe_parameters,
     encoder_steps,
 )
 from clie_blocks.analysis.gap.problem.log import Log
@@ -41,7 +42,7 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
         if (wrong & (left <= limit)).any():
             law, error, changed = ran, left, named
     step, coarse = encoder_steps(problem)
-    said = tuple(one.describe() for one in changed)
+    said = describe_parameters(changed, problem.joints)
     return ControllerCheck(
         error, limit, (), np.full((2, problem.n), np.nan), coarse, step, law, said, said,
         unexplained=tuple(int(k) for k in np.flatnonzero(error > limit)), parameters=changed)
@@ -62,7 +63,7 @@ def _with_parameters_that_ran(problem: Problem, stated: BlockLaw, limit: np.ndar
     if np.all((_error_of(problem, fewer) <= limit) | (_error_of(problem, law) > limit)):
         law, half = fewer, half_of_fewer
     return law, tuple(
-        LawParameter(_name(problem, stated, k), float(law.parameters[k]), float(half[k]),
+        LawParameter(*_name(problem, stated, k), float(law.parameters[k]), float(half[k]),
                      float(stated.parameters[k]))
         for k in np.flatnonzero(law.parameters != stated.parameters))
 
@@ -122,10 +123,10 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
     return columns - basis @ (basis.T @ columns), left - basis @ (basis.T @ left)
 
 
-def _name(problem: Problem, law: BlockLaw, k: int) -> str:
-    """Name of a parameter, with its joint where it has one value per joint."""
+def _name(problem: Problem, law: BlockLaw, k: int) -> tuple[str, int | None]:
+    """Name of a parameter, and its joint where it has one value per joint."""
     key, place = law.block.parameters[k]
     count = sum(one == key for one, _ in law.block.parameters)
     if count == problem.n:
-        return f"{key} of {problem.joints[place]}"
-    return key if count == 1 else f"{key}[{place}]"
+        return key, place
+    return (key if count == 1 else f"{key}[{place}]"), None

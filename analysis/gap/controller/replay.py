@@ -44,7 +44,9 @@ class LawParameter:
     Parameters
     ----------
     name : str
-        Its name, with its joint.
+        Its key, with its place in an array.
+    joint : int or None
+        The joint that it belongs to.
     value, half : float
         What ran, and the half width of what the commands allow.
     stated : float
@@ -53,14 +55,22 @@ class LawParameter:
     """
 
     name: str
+    joint: int | None
     value: float
     half: float
     stated: float
 
-    def describe(self) -> str:
-        """The parameter as a sentence."""
-        return (f"the law ran with {self.name} = {self.value:.4g}, stated {self.stated:.4g}; the "
-                "file of the law is wrong, or somebody changed the controller")
+
+def describe_parameters(changed: Sequence[LawParameter], joints: Sequence[str]) -> tuple[str, ...]:
+    """Parameters that ran, and the stated ones, as a sentence per joint."""
+    sentences = []
+    for joint in dict.fromkeys(one.joint for one in changed):
+        values = ", ".join(f"{one.name} {one.value:.4g} (stated {one.stated:.4g})"
+                           for one in changed if one.joint == joint)
+        where = "" if joint is None else f"{joints[joint]}: "
+        sentences.append(f"{where}the law of your own ran with {values}; its file is wrong, or "
+                         "somebody changed the controller")
+    return tuple(sentences)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

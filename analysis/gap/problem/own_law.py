@@ -39,19 +39,9 @@ STATE_ROUNDS = 3  # steps in which it is found; a linear law takes one
 class BlockLaw(StatedLaw):
     """A law as a block, with the gains and the velocity filter of the PD law nearest to it.
 
-    Parameters
-    ----------
-    block : SampledLaw
-        The law.
-    feedback : tuple of (ndarray, ndarray)
-        C(z) of each joint, from its position to less of its command, linearised at rest.
-    rest : ndarray, shape (states,)
-        State at rest in which it is linearised.
-    parameters : ndarray, shape (m,)
-        Parameters of the block.
-    pose : ndarray, shape (n,)
-        Position at which it is linearised [rad].
-
+    Beyond what a `StatedLaw` has: the `block` with its `parameters` (m,); `feedback` of each
+    joint, C(z) from its position to less of its command, linearised with the joints at rest at
+    `pose` (n,) [rad]; and `rest` (states,), the state of the block there.
     """
 
     block: SampledLaw = dataclasses.field(kw_only=True)

@@ -67,6 +67,9 @@ def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:
         gains = join_words(joints[k] for k in check.other_gains)
         yield (f"The gains that ran at {gains} are not the stated ones: correct the robot file "
                "first.")
+    if check.parameters:
+        names = join_words(dict.fromkeys(one.name for one in check.parameters))
+        yield f"The law of your own ran with another {names} than its file states: correct it."
     if any(check.integral):
         integral = join_words(joints[k] for k in np.flatnonzero(check.integral))
         yield (f"The control law of {integral} has an integral part: state it in the robot file, "

@@ -253,15 +253,18 @@ def controller_entries(result: Result) -> list[dict[str, Any]]:
                  for i, name in enumerate(("velocity_filter_highpass", "velocity_filter_lowpass"))]
     rows += [_of_controller(problem, k, "Ki", gain, 0.0, "N m/(rad s)")
              for k, gain in enumerate(check.integral) if gain]
+    rows += [_of_controller(problem, one.joint, one.name, one.value, one.stated, "")
+             for one in check.parameters]
     if check.delayed:
         rows += [_of_controller(problem, k, "command_delay", problem.period, 0.0, "s")
                  for k in range(problem.n)]
     return rows
 
 
-def _of_controller(problem: Problem, k: int, name: str, value: float, stated: float | None,
+def _of_controller(problem: Problem, k: int | None, name: str, value: float, stated: float | None,
                    unit: str) -> dict[str, Any]:
-    return {"parameter": name, "joint": problem.joints[k], "value": float(value),
+    joint = "the robot" if k is None else problem.joints[k]
+    return {"parameter": name, "joint": joint, "value": float(value),
             "stated": None if stated is None else float(stated),
             "unit": unit.replace("1/s", "rad/s")}
 

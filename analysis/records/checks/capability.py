@@ -145,6 +145,8 @@ def _law(record: Record, robot: Robot | None) -> str:
         return f"not reproduced on {', '.join(left)}" if left else "understood"
     if record.u is None or record.qd is None:
         return "unknown: " + ("no command" if record.u is None else "no reference") + " is logged"
+    if record.robot is not None and record.robot.controller.is_program:
+        return "a program of your own, which 'clie diagnose --run-law' replays"
     return "not stated" + _recognised_law(record)
 
 

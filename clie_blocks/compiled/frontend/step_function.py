@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import hashlib
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +19,13 @@ from clie_blocks.compiled.frontend.symbol_arrays import array_of
 from clie_blocks.compiled.frontend.tracing import trace
 from clie_blocks.compiled.ir.parameters import Parameters
 from clie_blocks.compiled.ir.scalars import F
-from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
+from clie_blocks.compiled.ir.symbols import Expression, Symbol, TraceError, topological
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
+
+
+CALLED_BACK = re.compile(r"[;,] or have it called back, slowly: opaque=\[.*?\]")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -79,12 +83,15 @@ def step_function(diagram: InputOutputSystem) -> StepFunction:
     Raises
     ------
     TraceError
-        If a block of it cannot be traced; names the block and the remedy.
+        If a block of it cannot be traced; names the block and the remedy, which is not a callback.
     DiagramError
         For an algebraic loop.
 
     """
-    traced = trace(diagram)
+    try:
+        traced = trace(diagram)
+    except TraceError as error:
+        raise type(error)(CALLED_BACK.sub("", str(error))) from error
     outputs = [traced.signals[label] for label in traced.outputs]
     return StepFunction((*traced.derivatives, *outputs), len(traced.derivatives),
                         traced.parameters)

@@ -10,14 +10,14 @@ from clie_blocks.analysis.blind.scoring.score import score
 def test_what_is_reported_did_not_train_the_calibration(tmp_path, monkeypatch, plain_study):
     facts = {"robots": 60, "seed": 1, "trials": 200, "seeds": [41, 42]}
     monkeypatch.setattr(seeds, "_calibration_facts", lambda: facts)
+    monkeypatch.setattr(seeds, "OPENED_SEEDS", (20005,))
     assert seeds.are_fresh([40, 81]) and not seeds.are_fresh([81, 42])
     assert not seeds.are_fresh([81, 75]) and not seeds.are_fresh([81, 3000])
-    assert seeds.training_sources()[0][-1].endswith(str(seeds.OPENED_SEEDS[-1]))
+    assert seeds.training_sources()[0][-1].endswith("20005")
     assert [row[1:] for row in seeds.training_sources()[1:]] == [
         ("own_robots", "60", "1"), ("MuJoCo", "200", "41, 42")]
-    opened = seeds.OPENED_SEEDS[0]
-    assert seeds.were_opened([opened]) and not seeds.were_opened([opened, 81])
-    assert not seeds.are_fresh([opened])
+    assert seeds.were_opened([20005]) and not seeds.were_opened([20005, 81])
+    assert not seeds.are_fresh([20005])
     for seed, proof in ((81, True), (42, False), (3000, False)):
         board = plain_study.board(score(plain_study.right_answers, plain_study.labels))
         page = Path(save_page(board | {"seeds": [seed]}, tmp_path))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +43,6 @@ if TYPE_CHECKING:
 MODEL = ("inertia", "damping", "load")
 _SENSOR_STEPS = 3  # the error of a sensor is small and smooth: each step leaves its square
 FARTHEST_MOTION = 1e4  # times the range of the robot's motion: a loop that moves farther diverges
-CALLED_BACK = re.compile(r"[;,] or have it called back, slowly: opaque=\[.*?\]")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -254,7 +252,7 @@ class LoopSimulator:
                                   "load": np.zeros(law.ports.n)})
         except TraceError as error:
             raise ClieError(f"{law.diagram.name}: the diagnosis runs a loop as machine code, and "
-                            f"{CALLED_BACK.sub('', str(error))}") from error
+                            f"{error}") from error
         except DivergedError as error:
             raise _diverged(law, log) from error
         largest = FARTHEST_MOTION * max(np.ptp(log.q), np.ptp(log.q_d), 1e-6)

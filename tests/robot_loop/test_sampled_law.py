@@ -1,0 +1,115 @@
+"""Control laws as blocks in the sampled loop: the contract of their ports, and their runs."""
+
+import control as ct
+import numpy as np
+import pytest
+
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.labels import DiagramError, signals
+from clie_blocks.robot_loop.block import LoopBlock, Structure
+from clie_blocks.robot_loop.links import no_links
+from clie_blocks.robot_loop.sampled_law import sampled_law
+
+T = 1e-3
+KP, KD = np.array([4.0, 2.0]), np.array([0.1, 0.05])
+
+
+def pd_block(n=2, dt=T, pe=True, inputs=None, outputs=None, name="pd"):
+    """PD with a difference of positions, as a user would write it."""
+    def update(t, x, u, params):
+        return u[n:2 * n]
+
+    def output(t, x, u, params):
+        u_pd = params["kp"] * (u[:n] - u[n:2 * n]) - params["kd"] * (u[n:2 * n] - x) / T
+        return u_pd + u[2 * n:] if pe else u_pd
+
+    ports = signals("q_d", "q", *(["pe"] if pe else []), n=n)
+    return ct.nlsys(update, output, name=name, dt=dt, states=n,
+                    inputs=inputs or ports, outputs=outputs or signals("u", n=n),
+                    params={"kp": KP[:n], "kd": KD[:n]})
+
+
+def motion(law, steps=400):
+    """Positions and commands of two joints that follow a sine under a law."""
+    shape = Structure(2, T, no_links(2).layout, False, law=law)
+    block = LoopBlock(shape, (), {})
+    values = {"inertia": [2e-3, 1e-3], "damping": [5e-3, 4e-3], "load": [0.01, 0.0],
+              "kp": KP, "kd": KD, "saturation": [9.0, 9.0], "ratio": [1.0, 1.0],
+              "start": [0.0, 0.0], "first": [0.0, 0.0],
+              "b": np.outer([1 / T, -1 / T, 0.0], np.ones(2)),
+              "a": np.outer([1.0, 0.0, 0.0], np.ones(2))}
+    links = no_links(2)
+    values |= {f"links.{name}": getattr(links, name) for name in links.parameters}
+    if law is not None:
+        values["law"] = np.array(law.values)
+    system = block.block({key: np.array(value, float) for key, value in values.items()}, "robot")
+    t = T * np.arange(steps)[:, None]
+    inputs = np.hstack([0.3 * np.sin(9 * t), 0.2 * np.sin(7 * t), 0.1 * np.cos(40 * t), 0 * t,
+                        0 * t, 0 * t])
+    return np.asarray(compile_diagram(system).run(steps * T, inputs=inputs).outputs)
+
+
+@pytest.mark.parametrize("pe", [True, False])
+def test_pd_as_a_block_moves_the_robot_as_pd_does(pe):
+    law = sampled_law(pd_block(pe=pe), T)
+    np.testing.assert_allclose(motion(law), motion(None), rtol=1e-11, atol=1e-13)
+
+
+def test_a_transfer_function_without_states_of_its_own_is_a_law():
+    gain = ct.ss([], [], [], [[3.0, -3.0]], inputs=["q_d[0]", "q[0]"], outputs=["u[0]"], dt=T)
+    law = sampled_law(gain, T)
+    _, u = law.step(0.0, np.zeros(0), np.array([1.0]), np.array([0.5]), np.array([0.1]),
+                    np.zeros(0))
+    assert u == pytest.approx([1.6])
+
+
+def test_inputs_may_stand_in_any_order():
+    shuffled = pd_block(pe=False, inputs=["q_d[0]", "q_d[1]", "q[0]", "q[1]"])
+    swapped = ct.nlsys(
+        lambda t, x, u, params: shuffled.dynamics(t, x, np.concatenate((u[2:], u[:2]))),
+        lambda t, x, u, params: params["kp"] * (u[2:] - u[:2]) - params["kd"] * (u[:2] - x) / T,
+        name="swapped", dt=T, states=2, inputs=["q[0]", "q[1]", "q_d[0]", "q_d[1]"],
+        outputs=["u[0]", "u[1]"], params={"kp": KP, "kd": KD})
+    rng = np.random.default_rng(1)
+    q_d, q, pe, x = rng.normal(size=(4, 2))
+    one, other = (sampled_law(block, T) for block in (shuffled, ct.nlsys(
+        lambda t, x, u, params: u[:2], swapped.outfcn, name="swapped", dt=T, states=2,
+        inputs=swapped.input_labels, outputs=swapped.output_labels,
+        params={"kp": KP, "kd": KD})))
+    first = one.step(0.0, x, q_d, q, pe, np.array(one.values))
+    second = other.step(0.0, x, q_d, q, pe, np.array(other.values))
+    np.testing.assert_allclose(np.concatenate(first), np.concatenate(second), rtol=1e-14)
+
+
+def test_commands_in_another_unit_are_scaled():
+    law = sampled_law(pd_block(), T, [2.0, 3.0])
+    own = sampled_law(pd_block(), T)
+    x, q_d, q, zero = np.zeros(2), np.array([1.0, 1.0]), np.zeros(2), np.zeros(2)
+    p = np.array(law.values)
+    np.testing.assert_allclose(law.step(0.0, x, q_d, q, zero, p)[1],
+                               [2.0, 3.0] * own.step(0.0, x, q_d, q, zero, p)[1])
+    pe = np.array([0.5, -0.5])  # an excitation is logged in the unit of the torque
+    np.testing.assert_allclose(law.step(0.0, x, q, q, pe, p)[1], pe)
+
+
+@pytest.mark.parametrize(("block", "message"), [
+    (lambda: pd_block(1, inputs=["q_d[0]", "dq[0]", "pe[0]"]), "no input 'dq'.*within the law"),
+    (lambda: pd_block(1, inputs=["q_d[0]", "r[0]", "pe[0]"]), "no input 'r'"),
+    (lambda: pd_block(1, pe=False, outputs=["tau[0]"]), "no output 'u'.*it has q_d, q, tau"),
+    (lambda: pd_block(2, pe=False, inputs=["q_d[0]", "q_d[1]", "q_d[2]", "q[0]"]),
+     "q_d has 3 signals and u has 2"),
+    (lambda: pd_block(1, dt=0), "continuous time.*dt=0.001"),
+    (lambda: pd_block(1, dt=2e-3), "every 0.002 s and the controller of the robot every 0.001"),
+    (lambda: pd_block(1, dt=None), "no sample time"),
+    (lambda: "pd", "python-control system, not str")])
+def test_a_law_that_breaks_the_contract_is_refused(block, message):
+    with pytest.raises(DiagramError, match=message):
+        sampled_law(block(), T)
+
+
+def test_a_law_with_all_its_past_is_refused():
+    n = 1001
+    line = ct.ss(np.eye(n, k=-1), np.eye(n, 1), np.eye(1, n), [[0.0]], inputs=["q[0]"],
+                 outputs=["u[0]"], dt=T)
+    with pytest.raises(DiagramError, match="1001 states"):
+        sampled_law(line, T)
