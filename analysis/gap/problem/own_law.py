@@ -31,8 +31,8 @@ NEGLIGIBLE = 1e-9  # of the largest entry of a linearisation: rounding of its di
 LOWEST = 1.0  # rad/s, from which a law is compared with PD
 HIGHEST = 0.2  # rad per sample, up to which
 STATE_SAMPLES = 2000  # from the first on, by which the state at the first sample is found
-STATE_STEP = 1e-3  # of states, in the differences by which it is found
-STATE_ROUNDS = 3  # steps in which it is found; a linear law takes one
+STATE_STEP = 1e-5  # of states, in the differences by which it is found
+STATE_ROUNDS = 10  # steps in which it is found; a linear law takes one
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -69,16 +69,16 @@ class BlockLaw(StatedLaw):
     def commands(self, log: LawLog) -> np.ndarray:
         """Commands of the law on the signals of a log, shape (N, n)."""
         state = self.rest if log.law_state is None else log.law_state
-        return self.run(log.law_q, log.q_d, log.pe, [state])[0]
+        return self._limited(self.run(log.law_q, log.q_d, log.pe, [state])[0])
 
     def replay(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float) -> np.ndarray:
         """Command on measured positions, from rest, shape (N, n)."""
-        return self.run(q, q_d, pe, [self.rest])[0]
+        return self._limited(self.run(q, q_d, pe, [self.rest])[0])
 
     def run(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float,
             states: Sequence[np.ndarray], parameters: Sequence[np.ndarray] = (),
             every: int = 1) -> np.ndarray:
-        """Commands within their limits from first states, with parameters, (runs, rows, n).
+        """Commands without the stated limits from first states, shape (runs, rows, n).
 
         Each run has a state and parameters of its own; of its samples one in `every` is kept.
         """
@@ -90,7 +90,10 @@ class BlockLaw(StatedLaw):
             initial_state=np.stack(states) if self.block.states else None,
             params={PARAMETERS: np.stack(numbers)} if len(self.parameters) else
             None).outputs[..., :-(-rows // every)]
-        return np.clip(np.swapaxes(outputs, 1, 2), -self.saturation, self.saturation)
+        return np.swapaxes(outputs, 1, 2)
+
+    def _limited(self, u: np.ndarray) -> np.ndarray:
+        return np.clip(u, -self.saturation, self.saturation)
 
     def position_gain(self) -> np.ndarray:
         """RMS of the command over that of white noise in the position, shape (n,)."""
@@ -162,7 +165,7 @@ def with_law_state(log: Log, law: StatedLaw) -> Log:
     usable = np.abs(u) < law.saturation
     if log.measured is not None:
         usable &= log.measured[rows, None]
-    state, left = law.rest, np.inf
+    state, left = _likeliest_state(law, u, usable, q, q_d, pe), np.inf
     for _ in range(STATE_ROUNDS):
         steps = STATE_STEP * np.eye(law.block.states)
         runs = law.run(q, q_d, pe, [state, *(state + steps)])
@@ -173,6 +176,20 @@ def with_law_state(log: Log, law: StatedLaw) -> Log:
         columns = np.stack([(run - runs[0])[usable] for run in runs[1:]], axis=1) / STATE_STEP
         state = state + np.linalg.lstsq(columns, residual, rcond=NEGLIGIBLE)[0]
     return dataclasses.replace(log, law_state=found if np.isfinite(left) else law.rest)
+
+
+def _likeliest_state(law: BlockLaw, u: np.ndarray, usable: np.ndarray, q: np.ndarray,
+                     q_d: np.ndarray, pe: np.ndarray) -> np.ndarray:
+    """State from which the search begins: at rest at the first sample, or just behind it.
+
+    A law that began a sample ago has the first error for its last one.  Without that, the error's
+    velocity would be so large that the command meets a limit, where nothing shows the state.
+    """
+    at_rest = _rest_state(law.block, q[0], law.parameters)
+    behind, _ = _step(law.block, at_rest, q_d[0], q[0], law.parameters)
+    states = [law.rest, at_rest, behind]
+    left = [float(np.sum((u - run)[usable] ** 2)) for run in law.run(q, q_d, pe, states)]
+    return states[int(np.argmin(left))]
 
 
 def _rest_state(block: SampledLaw, start: np.ndarray, parameters: np.ndarray) -> np.ndarray:
