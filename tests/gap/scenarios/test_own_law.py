@@ -1,0 +1,134 @@
+"""Robots of another engine under PID with feedforward, whose law is a file of the user's own."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+
+from clie_blocks.analysis.blind.engine.controller import filter_coefficients  # noqa: E402
+from clie_blocks.analysis.blind.population.files import write_trial  # noqa: E402
+from clie_blocks.analysis.blind.population.standard import draw_trial  # noqa: E402
+from clie_blocks.analysis.gap.batch import read  # noqa: E402
+from clie_blocks.analysis.gap.command import main  # noqa: E402
+from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
+
+LAW = '''"""PID with the velocity of the error, and the weight compensated."""
+
+from pathlib import Path
+
+import control as ct
+import numpy as np
+
+N, T = {n}, {period}
+B, A = {b}, {a}  # velocity filter
+GAINS = {{key: np.array(value) for key, value in {gains}.items()}}
+
+Path(__file__).with_name("was_run").touch()
+
+
+def filtered(z, before):
+    y = B[0] * z + before[0]
+    return y, [B[1] * z - A[1] * y + before[1], B[2] * z - A[2] * y]
+
+
+def parts(x, u):
+    (q_d, q, pe), (total, *rest) = np.split(u, 3), np.split(x, 5)
+    return q_d, q, pe, total + T * (q_d - q), rest[:2], rest[2:]
+
+
+def update(t, x, u, params):
+    q_d, q, pe, total, of_joint, of_reference = parts(x, u)
+    return np.concatenate([total, *filtered(q, of_joint)[1], *filtered(q_d, of_reference)[1]])
+
+
+def output(t, x, u, params):
+    q_d, q, pe, total, of_joint, of_reference = parts(x, u)
+    rate = filtered(q, of_joint)[0] - params["share"] * filtered(q_d, of_reference)[0]
+    return (params["kp"] * (q_d - q) + params["ki"] * total - params["kd"] * rate
+            + params["weight"] * np.cos(q) + pe)
+
+
+controller = ct.nlsys(
+    update, output, name="pid", dt=T, states=5 * N, params=GAINS,
+    inputs=[f"{{name}}[{{k}}]" for name in ("q_d", "q", "pe") for k in range(N)],
+    outputs=[f"u[{{k}}]" for k in range(N)])
+'''
+
+
+def under_pid(rng, robot, truth):
+    """True parameters with an integral part, the reference's velocity, and a weight compensated."""
+    return {**truth, "integral": 5 * robot.kp, "reference_speed": np.ones(robot.n),
+            "compensated_weight": 0.1 * robot.kp}
+
+
+@pytest.fixture
+def trial(tmp_path):
+    """Folder of a robot under PID, with its law in a file, some gains of which may be wrong."""
+    def make(effects, seed, kind, **wrong):
+        made = draw_trial(np.random.default_rng(seed), 0, "parametric", effects,
+                          "medium" if effects else None, kind, wrong=under_pid)
+        write_trial(made, tmp_path)
+        robot, one = made.robot, np.ones(made.robot.n)
+        b, a = (np.append(np.ravel(side), [0.0] * (3 - np.size(side))).tolist() for side in
+                filter_coefficients(*robot.corners, robot.period, robot.discretisation))
+        gains = {"kp": robot.kp, "ki": 5 * robot.kp, "kd": robot.kd, "share": one,
+                 "weight": 0.1 * robot.kp}
+        gains = {key: (value * wrong.get(key, 1.0)).tolist() for key, value in gains.items()}
+        (tmp_path / "my_law.py").write_text(
+            LAW.format(n=robot.n, period=robot.period, b=b, a=a, gains=gains))
+        text = (tmp_path / "robot.toml").read_text()
+        (tmp_path / "robot.toml").write_text(re.sub(
+            r"\[controller\].*?sample_time_s", '[controller]\nlaw = "my_law.py:controller"\n'
+            "sample_time_s", text, flags=re.DOTALL))
+        return made
+    return make
+
+
+def test_a_program_is_not_run_unless_the_user_says_so(trial, tmp_path, capsys):
+    trial((), 11, "pendulum")
+    assert main([str(tmp_path), "--quiet"]) == 4
+    assert re.search(r"my_law.py:controller.*--run-law", capsys.readouterr().err, re.DOTALL)
+    assert not (tmp_path / "was_run").exists()
+
+
+@pytest.mark.slow
+def test_a_sound_robot_under_its_own_law_is_sound(trial, tmp_path):
+    trial((), 11, "arm")
+    found = diagnose(read(tmp_path, run_law=True))
+    assert found.verdict == "none" and found.controller.as_stated
+
+
+@pytest.mark.slow
+def test_friction_is_named_under_a_law_of_the_users_own(trial, tmp_path):
+    made = trial(("coulomb",), 12, "arm")
+    answer = diagnose(read(tmp_path, run_law=True)).to_dict()
+    first, level = answer["effects"][0], made.label["effects"][0]["numbers"]["level"][0]
+    same = [row["probability"] for row in answer["effects"] if row["joint"] == [1]
+            and row["effect"] in ("coulomb", "asymmetric_coulomb")]
+    assert first["effect"] in ("coulomb", "asymmetric_coulomb") and sum(same) > 0.9
+    assert answer["controller_as_stated"]
+    value = next(iter(first["parameters"].values()))["value"][0]
+    assert value == pytest.approx(level, rel=0.1)
+
+
+@pytest.mark.slow
+def test_wrong_gains_of_the_file_are_named_and_accuse_no_joint(trial, tmp_path, capsys):
+    trial((), 11, "arm", ki=1.5, weight=0.0)
+    assert main([str(tmp_path), "--run-law", "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"joint1: the law of your own ran with ki \S+ \(stated", said)
+    assert "agrees with the robot down to the sensor noise" in said
+    page = next((tmp_path / "out").glob("*.html")).read_text()
+    assert "The law of your own ran with another ki and weight" in page
+
+
+@pytest.mark.slow
+def test_a_part_that_the_file_lacks_does_not_hide_the_cause(trial, tmp_path):
+    trial(("torque_ripple",), 14, "arm")
+    program = (tmp_path / "my_law.py").read_text()
+    (tmp_path / "my_law.py").write_text(program.replace('params["weight"] * np.cos(q)', "0.0"))
+    found = diagnose(read(tmp_path, run_law=True))
+    assert not found.controller.as_stated
+    assert found.to_dict()["effects"][0]["effect"] == "torque_ripple"
