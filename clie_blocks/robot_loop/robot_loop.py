@@ -1,4 +1,4 @@
-"""The sampled robot for a diagram: joints, drives and effects under a sampled PD law."""
+"""The sampled robot for a diagram: joints, drives and effects under a sampled law."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from clie_blocks.labels import DiagramError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.links import Links, no_links
 from clie_blocks.robot_loop.pieces import pieces_of
+from clie_blocks.robot_loop.sampled_law import PARAMETERS, sampled_law
 from clie_blocks.signals import vector
 
 if TYPE_CHECKING:
-    from control import NonlinearIOSystem
+    from control import InputOutputSystem, NonlinearIOSystem
 
 UNLIMITED = 1e9  # N m: a limit that no command meets
 
@@ -26,7 +27,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
                saturation: ArrayLike = UNLIMITED, gear_ratio: ArrayLike = 1.0,
                velocity_filter: tuple[ArrayLike, ArrayLike] | None = None,
                links: Links | None = None, encoder_on_motor: bool = False,
-               effects: Iterable[Setting] = (),
+               effects: Iterable[Setting] = (), law: InputOutputSystem | None = None,
                name: str = "robot") -> NonlinearIOSystem:
     """Sampled loop ``inertia ddq + damping dq + load = kp (q_d - q) - kd v + pe`` with effects.
 
@@ -60,6 +61,10 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         The encoder sits on the motor, before a soft or loose gear; by default behind it.
     effects : list of Setting
         Effects with their parameters.
+    law : control.InputOutputSystem, optional
+        Any law in the place of PD, in discrete time: inputs q_d[k], q[k] [rad] and, if it adds
+        one, pe[k] [N m]; outputs u[k] [N m].  It begins with zero states; `kp`, `kd` and
+        `velocity_filter` are then of no account.
     name : str
         Name of the block.
 
@@ -71,8 +76,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     Raises
     ------
     DiagramError
-        If a number is out of range, an effect has no form for the sampled robot, or two effects
-        have the same name.
+        If a number is out of range, an effect has no form for the sampled robot, two effects
+        have the same name, or the law has other ports or another rate.
 
     """
     if not period > 0:
@@ -93,8 +98,16 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
                for key in carried.parameters}
     values |= {f"{label}.{key}": value * np.ones(n) for label, setting in chosen.items()
                for key, value in setting.vectors(n).items()}
+    sampled = None if law is None else sampled_law(law, period)
+    if sampled is not None:
+        if sampled.n != n:
+            raise DiagramError(f"{name}: the law {sampled.name!r} commands {sampled.n} joints, "
+                               f"the robot has {n}")
+        if sampled.values:
+            values[PARAMETERS] = np.array(sampled.values)
     shape = Structure(n, period, carried.layout,
-                      bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor)
+                      bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor,
+                      law=sampled)
     pieces = [(label, piece) for label, setting in chosen.items()
               for piece in pieces_of(setting.effect, [p.name for p in setting.effect.parameters])]
     names = {label: tuple(p.name for p in setting.effect.parameters)

@@ -18,7 +18,7 @@ from clie_blocks.analysis.gap.controller.replay import (
     encoder_steps,
 )
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.own_law import BlockLaw
+from clie_blocks.analysis.gap.problem.own_law import STATE_STEP, BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
 
@@ -109,7 +109,7 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
     changed = parameters + STEP * size[:, None] * np.eye(len(parameters))[free]
     count = len(state)
     runs = law.run(log.law_q, log.q_d, log.pe,
-                   [state] * (1 + len(free)) + list(state + np.eye(count)),
+                   [state] * (1 + len(free)) + list(state + STATE_STEP * np.eye(count)),
                    [parameters, *changed, *[parameters] * count], every)
     usable = (np.abs(log.u) < law.saturation) & known_samples(log, law)[:, None]
     weight = np.where(usable, 1.0 / limit, 0.0)[::every]

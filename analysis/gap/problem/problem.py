@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
+from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
-from clie_blocks.analysis.gap.problem.own_law import block_law, with_law_state
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw, block_law, with_law_state
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
@@ -326,8 +326,7 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
                 period: float) -> Problem:
     """Problem whose controller has a period [s]."""
     law = _stated_law(robot.controller, period, _pose(robot, records[0]))
-    by_record = [[with_law_state(with_initial_state(log, law), law)
-                  for log in as_logs(record, robot, k, law.period)]
+    by_record = [[_begun(log, law) for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
     shortest = min(logs, key=Log.sample_count)
@@ -369,6 +368,13 @@ def _stated_law(controller: Controller, period: float, pose: np.ndarray) -> Stat
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
             "and 'cascade': state [controller] with its gains")
     return StatedLaw.of(control_law(controller, period), measured_torque)
+
+
+def _begun(log: Log, law: StatedLaw) -> Log:
+    """Log with what its first samples show of the state in which robot and law began."""
+    if isinstance(law, BlockLaw):
+        return with_law_state(with_initial_speed(log, law.period), law)
+    return with_initial_state(log, law)
 
 
 def _own_law(controller: Controller, period: float, pose: np.ndarray,

@@ -58,7 +58,7 @@ controller = ct.nlsys(
 
 
 def under_pid(rng, robot, truth):
-    """True parameters with an integral part, the reference's velocity, and a weight compensated."""
+    """True parameters with an integral part, reference velocity, and a weight compensated."""
     return {**truth, "integral": 5 * robot.kp, "reference_speed": np.ones(robot.n),
             "compensated_weight": 0.1 * robot.kp}
 
