@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.ir.parameters import Parameters
 
 REFERENCE, POSITION, EXCITATION, COMMAND = "q_d", "q", "pe", "u"
-LawFunction = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+LawFunction = Callable[[float | np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+                       tuple[np.ndarray, np.ndarray]]
+NONE = np.zeros(0)
 PARAMETERS = "law"  # key of the parameters of a law among those of its loop
 SAME_PERIOD = 0.01  # relative, between the rates of a law and of logs with clocks of their own
 MOST_STATES = 1000  # of a law: a buffer of one second at 1 kHz
@@ -72,7 +74,7 @@ class SampledLaw:
         """Whether the excitation is an input; else it is added to the command."""
         return any(port == EXCITATION for port, _ in self.order)
 
-    def step(self, t: float, x: np.ndarray, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
+    def step(self, t: float | np.ndarray, x: np.ndarray, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
              p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Next state, and command with the excitation, of one sample."""
         from clie_blocks.compiled.frontend.symbol_arrays import array_of
@@ -91,7 +93,7 @@ class SampledLaw:
 
         def step(t: float, x: np.ndarray, u: np.ndarray, params: Mapping[str, np.ndarray],
                  ) -> tuple[np.ndarray, np.ndarray]:
-            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:], params.get(PARAMETERS, ()))
+            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:], params.get(PARAMETERS, NONE))
 
         def update(t: float, x: np.ndarray, u: np.ndarray,
                    params: Mapping[str, np.ndarray]) -> np.ndarray:

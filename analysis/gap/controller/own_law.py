@@ -65,7 +65,7 @@ def _with_parameters_that_ran(problem: Problem, stated: BlockLaw, limit: np.ndar
     return law, tuple(
         LawParameter(*_name(problem, stated, k), float(law.parameters[k]), float(half[k]),
                      float(stated.parameters[k]))
-        for k in np.flatnonzero(law.parameters != stated.parameters))
+        for k in np.flatnonzero(law.parameters != stated.parameters).tolist())
 
 
 def _fitted(problem: Problem, stated: BlockLaw, free: np.ndarray, limit: np.ndarray,

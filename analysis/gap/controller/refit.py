@@ -11,7 +11,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
-from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import with_law_state
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -24,7 +24,7 @@ DELAYED_COMMANDS = (
     "it has measured; the robot file is wrong, and the model has this delay from here on")
 
 
-def with_law_states(problem: Problem, law: StatedLaw) -> Problem:
+def with_law_states(problem: Problem, law: Law) -> Problem:
     """Problem whose logs begin in the state that the commands show of a law of the user's own."""
     return problem.with_logs(lambda log: with_law_state(log, law))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.law import Filter, LawLog, StatedLaw
+from clie_blocks.analysis.gap.problem.law import Filter, Law, LawLog, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.records.control_law import HALF_CIRCLE
 from clie_blocks.analysis.records.velocity_filter import NEVER_FORGETS, settling, velocity_filter
@@ -153,7 +153,7 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
                     pose=start)
 
 
-def with_law_state(log: Log, law: StatedLaw) -> Log:
+def with_law_state(log: Log, law: Law) -> Log:
     """Log with the state in which its commands show that the user's own law began.
 
     Where the controller runs more often than the log has samples, it begins at rest.

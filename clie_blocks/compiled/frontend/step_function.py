@@ -52,8 +52,8 @@ class StepFunction:
         """Nodes below the roots, operands before the operations that use them."""
         return topological(self.roots)
 
-    def __call__(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray | None = None,
-                 ) -> tuple[np.ndarray, np.ndarray]:
+    def __call__(self, t: float | np.ndarray, x: np.ndarray, u: np.ndarray,
+                 p: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Rates or next state, and outputs, with parameters as built unless they are given."""
         variables: dict[str, Any] = {
             "t": [t], "x": x, "u": u, "p": self.parameters.defaults if p is None else p}
