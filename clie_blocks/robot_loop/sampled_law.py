@@ -74,8 +74,8 @@ class SampledLaw:
         """Whether the excitation is an input; else it is added to the command."""
         return any(port == EXCITATION for port, _ in self.order)
 
-    def step(self, t: float | np.ndarray, x: np.ndarray, q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
-             p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def step(self, t: float | np.ndarray, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
+             pe: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Next state, and command with the excitation, of one sample."""
         from clie_blocks.compiled.frontend.symbol_arrays import array_of
 
