@@ -5,6 +5,8 @@ from .compiled import compile_diagram as compile_diagram
 from .compiled import held_normal as held_normal
 from .controllers import linearizing_controller as linearizing_controller
 from .controllers import pd_controller as pd_controller
+from .controllers import sampled_cascade as sampled_cascade
+from .controllers import sampled_pid as sampled_pid
 from .diagrams.clie_composite import clie_composite as clie_composite
 from .diagrams.clie_loop import clie_loop as clie_loop
 from .diagrams.feedback_linearization import feedback_linearization as feedback_linearization

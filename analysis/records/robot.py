@@ -26,8 +26,9 @@ from clie_blocks.rigid_body.tree import Tree
 if TYPE_CHECKING:
     from control import InputOutputSystem
 
-LAWS = ("pd", "cascade", "servo", "unknown")
+LAWS = ("pd", "pid", "cascade", "servo", "unknown")
 PROGRAM = "program"  # a law that is given as a block, in Python
+HOLDS = ("conditional", "back_calculation", "none")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
 DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
@@ -183,7 +184,9 @@ class Controller(_Section):
 
     The laws, with v the velocity estimate of `velocity_filter`:
     ``pd``       u = Kp (qd - q) - Kd v + pe, eq. (11) with a moving reference;
-    ``cascade``  u = Kp Kv (qd - q) - Kv v + pe, position loop around a velocity loop;
+    ``pid``      u = Kp (qd - q) + Ki sum(qd - q) T - Kd v + pe, see `sampled_pid`;
+    ``cascade``  u = Kv w + Ki sum(w) T + pe, w = Kp (qd - q) - v, position loop around a velocity
+                 loop, see `sampled_cascade`; Ki is 0 where it is not stated;
     ``servo``    u = clip(Kp (qd - q), +-saturation) is a duty cycle of the supply voltage;
     ``unknown``  nothing is known, u is the logged torque or current;
     ``my_law.py:controller``  the block of python-control that the file, beside the robot file,
@@ -194,8 +197,17 @@ class Controller(_Section):
     ----------
     law : str
         One of these; by default ``pd`` where gains are given, else ``unknown``.
-    kp, kd, kv : array_like, shape (n,)
-        Gains [command per rad; command per rad/s]; in ``cascade`` kp is in 1/s.
+    kp, ki, kd, kv : array_like, shape (n,)
+        Gains [command per rad; per rad s; per rad/s]; in ``cascade`` kp is in 1/s and ki is the
+        command per rad.
+    velocity_of : str
+        What Kd damps in ``pd`` and ``pid``: ``joint`` (by default), v, or ``error``, the velocity
+        of q - qd through the same filter.
+    anti_windup : str
+        What an integral does where the command is limited: ``conditional`` (by default),
+        ``back_calculation`` or ``none``.
+    tracking_time : float
+        Of back-calculation [s].
     velocity_filter : str
         ``two_corner`` is G1 (47); ``two_tap`` the backward difference of the mean of the last two
         samples, (q_k - q_{k-2}) / (2 T); ``difference`` the backward difference; ``exact`` a
@@ -226,8 +238,12 @@ class Controller(_Section):
 
     law: str = file_field("law", "law", choices=(*LAWS, PROGRAM))
     kp: np.ndarray | None = file_field("Kp", "joints")
+    ki: np.ndarray | None = file_field("Ki", "joints", least=0)
     kd: np.ndarray | None = file_field("Kd", "joints")
     kv: np.ndarray | None = file_field("Kv", "joints")
+    velocity_of: str | None = file_field("velocity_of", "choice", choices=("joint", "error"))
+    anti_windup: str | None = file_field("anti_windup", "choice", choices=HOLDS)
+    tracking_time: float | None = file_field("tracking_time_s", "number", above=0)
     velocity_filter: str | None = file_field("velocity_filter", "choice", choices=FILTERS)
     highpass: float | None = file_field("velocity_filter_highpass_rad_s", "number", above=0)
     lowpass: float | None = file_field("velocity_filter_lowpass_rad_s", "number", above=0)
@@ -245,8 +261,14 @@ class Controller(_Section):
 
     @property
     def is_program(self) -> bool:
-        """Whether the law is a program of the user's own, which these checks do not run."""
+        """Whether the law is a program of the user's own."""
         return self.law not in LAWS
+
+    @property
+    def is_block(self) -> bool:
+        """Whether the law runs as a block: it has more states than the filter of PD (11)."""
+        return (self.is_program or self.law == "pid" or self.velocity_of == "error"
+                or (self.law == "cascade" and self.ki is not None and bool(np.any(self.ki))))
 
     @property
     def corners(self) -> tuple[float, float] | None:
@@ -259,7 +281,8 @@ class Controller(_Section):
         super().__post_init__()
         law = self.law or ("unknown" if self.kp is None else "pd")
         object.__setattr__(self, "law", law)
-        needed = {"pd": ("kp", "kd"), "cascade": ("kp", "kv"), "servo": ("kp",)}
+        needed = {"pd": ("kp", "kd"), "pid": ("kp", "ki", "kd"), "cascade": ("kp", "kv"),
+                  "servo": ("kp",)}
         missing = [name for name in needed.get(law, ()) if getattr(self, name) is None]
         if missing:
             raise RecordError(f"the control law {law!r} needs {missing[0].capitalize()}, one gain "
@@ -410,8 +433,9 @@ def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
     law = robot.controller
     is_timed = block.dt not in (None, True, 0)
     return dataclasses.replace(robot, controller=dataclasses.replace(
-        law, law=law.law if law.is_program else PROGRAM, block=block, kp=None, kd=None, kv=None,
-        velocity_filter=None, highpass=None, lowpass=None, discretisation=None,
+        law, law=law.law if law.is_program else PROGRAM, block=block, kp=None, ki=None, kd=None,
+        kv=None, velocity_of=None, velocity_filter=None, highpass=None, lowpass=None,
+        discretisation=None,
         sample_time=float(block.dt) if is_timed else law.sample_time))
 
 
@@ -420,11 +444,11 @@ def as_checks_see(robot: Robot) -> Robot: ...
 @overload
 def as_checks_see(robot: Robot | None) -> Robot | None: ...
 def as_checks_see(robot: Robot | None) -> Robot | None:
-    """Robot whose law is unknown where it is a program, which checks do not run."""
-    if robot is None or not robot.controller.is_program:
+    """Robot whose law is unknown where it runs as a block, which checks do not."""
+    if robot is None or not robot.controller.is_block:
         return robot
     return dataclasses.replace(robot, controller=dataclasses.replace(
-        robot.controller, law="unknown", block=None))
+        robot.controller, law="unknown", block=None, velocity_of=None))
 
 
 def speaks_of_torque(robot: Robot) -> bool:

@@ -39,7 +39,7 @@ COARSE_STEP = 1.5  # times the stated step of the encoder: a larger step is anot
 
 @dataclasses.dataclass(frozen=True)
 class LawParameter:
-    """A parameter of a law of the user's own that ran with another value than stated.
+    """A parameter of a law that runs as a block, and ran with another value than stated.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def describe_parameters(changed: Sequence[LawParameter], joints: Sequence[str]) 
         values = ", ".join(f"{one.name} {one.value:.4g} (stated {one.stated:.4g})"
                            for one in changed if one.joint == joint)
         where = "" if joint is None else f"{joints[joint]}: "
-        sentences.append(f"{where}the law of your own ran with {values}; its file is wrong, or "
+        sentences.append(f"{where}the law ran with {values}; its description is wrong, or "
                          "somebody changed the controller")
     return tuple(sentences)
 

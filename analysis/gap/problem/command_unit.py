@@ -48,7 +48,7 @@ def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> St
     law = robot.controller
     factors: dict[str, Any] = {
         name: getattr(law, name) * force
-        for name in ("kp", "kd", "kv", "saturation", "command_resolution")
+        for name in ("kp", "ki", "kd", "kv", "saturation", "command_resolution")
         if getattr(law, name) is not None and not (name == "kp" and law.law == "cascade")}
     if law.block is not None:
         factors["block_scale"] = force

@@ -81,7 +81,7 @@ def _check_samples(records: Sequence[Record]) -> None:
 def _form(robot: Robot, records: Sequence[Record]) -> Form:
     if robot.controller.law == "servo":
         return duty_as_torque
-    if robot.controller.is_program:
+    if robot.controller.is_block:
         return lambda same, logs: (same, list(logs))
     if robot.controller.law != "unknown":
         return lambda same, logs: (same, [with_reference(log, same) for log in logs])

@@ -27,6 +27,7 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
+from clie_blocks.analysis.records.law_block import law_block
 from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
@@ -295,7 +296,7 @@ def state_problem(robot: Robot, records: Sequence[Record],
     period = controller_period(robot.controller, records)
     problem = _problem_at(robot, records, held_out, period)
     finest = max(robot.controller.sample_time or 0.0, FINEST_PERIOD)
-    if is_stable(problem) or period <= finest or robot.controller.is_program:
+    if is_stable(problem) or period <= finest or robot.controller.is_block:
         return problem
     while period > finest:
         period = max(period / 2, finest)
@@ -361,12 +362,12 @@ def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
 def _stated_law(controller: Controller, period: float, pose: np.ndarray) -> StatedLaw:
     """Law of a controller; one of the user's own is linearised at a pose [rad]."""
     measured_torque = controller.u == MEASURED_TORQUE
-    if controller.is_program:
+    if controller.is_block:
         return _own_law(controller, period, pose, measured_torque)
     if controller.law not in ("pd", "cascade"):
         raise NotIdentifiableError(
-            f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd' "
-            "and 'cascade': state [controller] with its gains")
+            f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd', "
+            "'pid' and 'cascade': state [controller] with its gains")
     return StatedLaw.of(control_law(controller, period), measured_torque)
 
 
@@ -379,13 +380,14 @@ def _begun(log: Log, law: StatedLaw) -> Log:
 
 def _own_law(controller: Controller, period: float, pose: np.ndarray,
              measured_torque: bool) -> StatedLaw:
-    if controller.block is None:
+    n = len(pose)
+    law = controller.block or law_block(controller, period, n)
+    if law is None:
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}, a Python program of your own, and a program "
             "from a robot file is run only where you allow it: look at it, then add --run-law, in "
             "Python Problem.from_logs(..., law=block)")
-    n = len(pose)
-    block = sampled_law(controller.block, period, stated_or(controller.block_scale, n, 1.0))
+    block = sampled_law(law, period, stated_or(controller.block_scale, n, 1.0))
     if block.n != n:
         raise DiagramError(f"{block.name}: the law commands {block.n} joints, the robot has {n}")
     return block_law(block, pose, stated_or(controller.saturation, n, np.inf),

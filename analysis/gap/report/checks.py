@@ -69,7 +69,7 @@ def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:
                "first.")
     if check.parameters:
         names = join_words(dict.fromkeys(one.name for one in check.parameters))
-        yield f"The law of your own ran with another {names} than its file states: correct it."
+        yield f"The law ran with another {names} than stated: correct the description first."
     if any(check.integral):
         integral = join_words(joints[k] for k in np.flatnonzero(check.integral))
         yield (f"The control law of {integral} has an integral part: state it in the robot file, "

@@ -147,6 +147,8 @@ def _law(record: Record, robot: Robot | None) -> str:
         return "unknown: " + ("no command" if record.u is None else "no reference") + " is logged"
     if record.robot is not None and record.robot.controller.is_program:
         return "a program of your own, which 'clie diagnose --run-law' replays"
+    if record.robot is not None and record.robot.controller.is_block:
+        return f"the law {record.robot.controller.law!r}, which 'clie diagnose' replays"
     return "not stated" + _recognised_law(record)
 
 

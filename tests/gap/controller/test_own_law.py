@@ -84,10 +84,10 @@ def test_parameters_that_ran_are_found_and_the_others_stay(ran, named):
 def test_differences_are_told_joint_by_joint():
     check = check_controller(problem(kp=np.array([44.0, 20.0])))
     assert check.differences == (
-        "joint 1: the law of your own ran with kp 44 (stated 40); its file is wrong, or somebody "
-        "changed the controller",
-        "joint 2: the law of your own ran with kp 20 (stated 25); its file is wrong, or somebody "
-        "changed the controller")
+        "joint 1: the law ran with kp 44 (stated 40); its description is wrong, or "
+        "somebody changed the controller",
+        "joint 2: the law ran with kp 20 (stated 25); its description is wrong, or "
+        "somebody changed the controller")
 
 
 def test_a_part_that_no_parameter_makes_is_left_as_unexplained():

@@ -1,4 +1,4 @@
-"""Robots of another engine under PID with feedforward, whose law is a file of the user's own."""
+"""Robots of another engine under laws that run as blocks: by their gains, or in a file."""
 
 import re
 
@@ -118,10 +118,10 @@ def test_wrong_gains_of_the_file_are_named_and_accuse_no_joint(trial, tmp_path, 
     trial((), 11, "arm", ki=1.5, weight=0.0)
     assert main([str(tmp_path), "--run-law", "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"joint1: the law of your own ran with ki \S+ \(stated", said)
+    assert re.search(r"joint1: the law ran with ki \S+ \(stated", said)
     assert "agrees with the robot down to the sensor noise" in said
     page = next((tmp_path / "out").glob("*.html")).read_text()
-    assert "The law of your own ran with another ki and weight" in page
+    assert "The law ran with another ki and weight than stated" in page
 
 
 @pytest.mark.slow
@@ -132,3 +132,52 @@ def test_a_part_that_the_file_lacks_does_not_hide_the_cause(trial, tmp_path):
     found = diagnose(read(tmp_path, run_law=True))
     assert not found.controller.as_stated
     assert found.to_dict()["effects"][0]["effect"] == "torque_ripple"
+
+
+@pytest.fixture
+def by_gains(tmp_path):
+    """Folder of a robot under PD or PID on the velocity of the error, stated by its gains."""
+    def make(effects, seed, law, ki=5.0):
+        def wrong(rng, robot, truth):
+            integral = 5 * robot.kp if law == "pid" else 0 * robot.kp
+            return {**truth, "integral": integral, "reference_speed": np.ones(robot.n)}
+
+        made = draw_trial(np.random.default_rng(seed), 0, "parametric", effects,
+                          "medium" if effects else None, "arm", wrong=wrong)
+        write_trial(made, tmp_path)
+        lines = [f'law = "{law}"', 'velocity_of = "error"']
+        if law == "pid":
+            lines.append(f"Ki = {(ki * made.robot.kp).tolist()}")
+        text = (tmp_path / "robot.toml").read_text()
+        (tmp_path / "robot.toml").write_text(
+            text.replace("[controller]", "\n".join(["[controller]", *lines, "#"])))
+        return made
+    return make
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["pd", "pid"])
+def test_a_sound_robot_under_a_law_of_stated_gains_is_sound(by_gains, tmp_path, law):
+    by_gains((), 21, law)
+    found = diagnose(read(tmp_path))
+    assert found.verdict == "none" and found.controller.as_stated
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "effect", "seed", "names"), [
+    ("pid", "actuator_lag", 22, {"actuator_lag", "time_delay"}), ("pd", "spring", 23, {"spring"})])
+def test_an_effect_is_named_under_a_law_of_stated_gains(by_gains, tmp_path, law, effect, seed,
+                                                        names):
+    made = by_gains((effect,), seed, law)
+    first = diagnose(read(tmp_path)).to_dict()["effects"][0]
+    assert first["effect"] in names and first["joint"] == made.label["effects"][0]["joints"]
+
+
+@pytest.mark.slow
+def test_an_integral_gain_that_is_stated_wrong_is_found(by_gains, tmp_path):
+    made = by_gains((), 21, "pid", ki=8.0)
+    found = diagnose(read(tmp_path))
+    assert found.verdict == "none" and found.controller.misdescribed
+    assert {one.name for one in found.controller.parameters} == {"ki"}
+    for one in found.controller.parameters:
+        assert one.value == pytest.approx(5 * made.robot.kp[one.joint], rel=1e-3)

@@ -1,58 +1,12 @@
-"""PD control with excitation, for the robot and its model alike; feedback linearisation."""
+"""Feedback linearisation with estimated parameters."""
 
 import control as ct
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clie_blocks.controllers.gains import positive_gains
 from clie_blocks.labels import PerJoint
-from clie_blocks.signals import DiagramError, signals, vector
-
-
-def pd_torque(q_d: np.ndarray, q: np.ndarray, dq: np.ndarray, pe: np.ndarray, kp: PerJoint,
-              kd: PerJoint) -> np.ndarray:
-    """PD torque with excitation, eq. (11): ``u = Kp (q_d - q) - Kd dq + PE``."""
-    return kp * (q_d - q) - kd * dq + pe
-
-
-def pd_controller(kp: ArrayLike, kd: ArrayLike, *, name: str = "pd") -> ct.NonlinearIOSystem:
-    """PD controller with persistent excitation, eqs. (11) and (20).
-
-    Inputs: q_d, q [rad], dq [rad/s], pe [N m].  Outputs: u [N m], motor side.  No state.
-
-    Parameters
-    ----------
-    kp, kd : array_like, shape (n,)
-        Diagonals of Kp [N m/rad] and Kd [N m s/rad], all positive.  The keys ``'kp'`` and
-        ``'kd'`` are shared on purpose: the method needs the same gains in both loops.
-    name : str
-        Name of the block.
-
-    Returns
-    -------
-    control.NonlinearIOSystem
-        The block.
-
-    Raises
-    ------
-    DiagramError
-        If a gain is not positive or the lengths differ.
-
-    Notes
-    -----
-    The reference is taken as constant: there is no term ``Kd dq_d``.  With a moving reference the
-    law stays (11), and damping opposes the commanded motion.
-
-    """
-    gains = _gains(kp, kd, name)
-    n = gains["kp"].size
-
-    def output(t: float, x: np.ndarray, u: np.ndarray,
-               params: dict[str, np.ndarray]) -> np.ndarray:
-        q_d, q, dq, pe = u.reshape(4, n)
-        return pd_torque(q_d, q, dq, pe, params["kp"], params["kd"])
-
-    return ct.nlsys(None, output, dt=None, name=name, params=gains, outputs=signals("u", n=n),
-                    inputs=signals("q_d", "q", "dq", "pe", n=n))
+from clie_blocks.signals import signals, vector
 
 
 def linearizing_torque(q_d: np.ndarray, dq_d: np.ndarray, ddq_d: np.ndarray, q: np.ndarray,
@@ -92,7 +46,7 @@ def linearizing_controller(a: ArrayLike, b: ArrayLike, d: ArrayLike, kp: ArrayLi
         If b or a gain is not positive or the lengths differ.
 
     """
-    gains = _gains(kp, kd, name)
+    gains = positive_gains(kp, kd, name)
     n = gains["kp"].size
     sign = -1.0 if printed_sign else 1.0
     estimates = {f"{name}.a": vector(a, f"{name}: a", n=n, unit="1/s"),
@@ -109,12 +63,3 @@ def linearizing_controller(a: ArrayLike, b: ArrayLike, d: ArrayLike, kp: ArrayLi
     return ct.nlsys(None, output, dt=None, name=name, params={**gains, **estimates},
                     inputs=signals("q_d", "dq_d", "ddq_d", "q", "dq", n=n),
                     outputs=signals("u", n=n))
-
-
-def _gains(kp: ArrayLike, kd: ArrayLike, name: str) -> dict[str, np.ndarray]:
-    gains = {"kp": vector(kp, f"{name}: kp", unit="N m/rad", above=0),
-             "kd": vector(kd, f"{name}: kd", unit="N m s/rad", above=0)}
-    if gains["kp"].size != gains["kd"].size:
-        raise DiagramError(f"{name}: kp has {gains['kp'].size} gains but kd has "
-                           f"{gains['kd'].size}; give one of each per joint")
-    return gains

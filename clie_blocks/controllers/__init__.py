@@ -1,0 +1,9 @@
+"""Control laws, one per file: those of the paper in continuous time, and sampled ones."""
+
+from clie_blocks.controllers.cascade import sampled_cascade
+from clie_blocks.controllers.linearizing import linearizing_controller, linearizing_torque
+from clie_blocks.controllers.pd import pd_controller, pd_torque
+from clie_blocks.controllers.pid import sampled_pid
+
+__all__ = ["linearizing_controller", "linearizing_torque", "pd_controller", "pd_torque",
+           "sampled_cascade", "sampled_pid"]
