@@ -28,18 +28,20 @@ def law_block(controller: Controller, period: float, n: int) -> NonlinearIOSyste
 
     """
     from clie_blocks.controllers import sampled_cascade, sampled_pid
+    from clie_blocks.controllers.sampled import UNLIMITED
 
     if controller.is_program or controller.kp is None:
         return None
     corners, zero = controller.corners, np.zeros(n)
     variant = stated_variant(controller) or ("tustin" if corners else "difference")
     rate = velocity_filter("difference" if variant == "exact" else variant, period, corners)
-    limit = {} if controller.saturation is None else {"limit": controller.saturation}
+    limit = UNLIMITED + zero if controller.saturation is None else controller.saturation
     hold = controller.anti_windup or "conditional"
     ki = zero if controller.ki is None else controller.ki
     if controller.law == "cascade":
         return sampled_cascade(controller.kp, zero if controller.kv is None else controller.kv, ki,
-                               period, velocity_filter=rate, anti_windup=hold, **limit)
+                               period, velocity_filter=rate, anti_windup=hold, limit=limit)
     return sampled_pid(controller.kp, ki, zero if controller.kd is None else controller.kd, period,
                        velocity_filter=rate, velocity_of_error=controller.velocity_of == "error",
-                       anti_windup=hold, tracking_time=controller.tracking_time or 0.1, **limit)
+                       anti_windup=hold, tracking_time=controller.tracking_time or 0.1,
+                       limit=limit)
