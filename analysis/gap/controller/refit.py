@@ -120,6 +120,6 @@ def with_command_rounding(problem: Problem) -> Problem:
             return log
         error = np.clip(log.u - law.commands(log), -largest, largest)
         known = known_samples(log, law)[:, None] & (np.abs(log.u) < law.saturation)
-        return dataclasses.replace(log, pe=log.pe + np.where(known, error, 0.0))
+        return log.following(np.where(known, error, 0.0))
 
     return problem.with_logs(rounded)

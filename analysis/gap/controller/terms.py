@@ -91,9 +91,9 @@ def with_recorded_commands(problem: Problem, joints: Sequence[int]) -> Problem:
     law, at = problem.stated_law, list(joints)
 
     def following(log: Log) -> Log:
-        pe = log.pe.copy()
-        pe[:, at] += command_beyond_law(law, log)[:, at]
-        return dataclasses.replace(log, pe=pe)
+        beyond = np.zeros_like(log.pe)
+        beyond[:, at] = command_beyond_law(law, log)[:, at]
+        return log.following(beyond)
 
     return problem.with_logs(following)
 
@@ -103,7 +103,7 @@ def with_unknown_law(problem: Problem) -> Problem:
     law = problem.stated_law.pd
     zero = np.zeros(problem.n)
     open_loop = dataclasses.replace(law, kp=zero, kd=zero, saturation=zero + np.inf)
-    driven = problem.with_logs(lambda log: dataclasses.replace(log, pe=log.u))
+    driven = problem.with_logs(lambda log: log.following(log.u - log.pe))
     return dataclasses.replace(driven, law=open_loop)
 
 

@@ -52,6 +52,8 @@ class Log:
         Whether `q` is of the encoder on which the law does not act, and `other_q` of the law's.
     law_state : ndarray, shape (states,), or None
         State of a law of the user's own at the first sample.
+    added : ndarray, shape (N, n), or float
+        What of `pe` no excitation was: part of the recorded command that models follow [N m].
 
     """
 
@@ -70,6 +72,7 @@ class Log:
     other_q: np.ndarray | None = None
     of_other_encoder: bool = False
     law_state: np.ndarray | None = None
+    added: np.ndarray | float = 0.0
 
     def __len__(self) -> int:
         return len(self.q)
@@ -77,6 +80,10 @@ class Log:
     def sample_count(self) -> int:
         """Number of samples, of a log that may have more ticks."""
         return len(self) // self.stride
+
+    def following(self, torque: np.ndarray) -> "Log":
+        """The log with a part of its recorded command that models follow, shape (N, n)."""
+        return dataclasses.replace(self, pe=self.pe + torque, added=self.added + torque)
 
     @property
     def law_q(self) -> np.ndarray:

@@ -192,7 +192,8 @@ def matching_log(log: Log, simulated: Sequence[Log]) -> int | None:
 
 def distance(log: Log, other: Log) -> float:
     """Largest difference of set-points and excitations, relative to their ranges."""
-    return max(_distance(log.q_d, other.q_d), _distance(log.pe, other.pe))
+    return max(_distance(log.q_d, other.q_d),
+               _distance(log.pe - log.added, other.pe - other.added))
 
 
 def _distance(one: np.ndarray, two: np.ndarray) -> float:
