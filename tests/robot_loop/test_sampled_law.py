@@ -4,7 +4,7 @@ import control as ct
 import numpy as np
 import pytest
 
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import TraceError, compile_diagram
 from clie_blocks.labels import DiagramError, signals
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.links import no_links
@@ -105,6 +105,17 @@ def test_commands_in_another_unit_are_scaled():
 def test_a_law_that_breaks_the_contract_is_refused(block, message):
     with pytest.raises(DiagramError, match=message):
         sampled_law(block(), T)
+
+
+@pytest.mark.parametrize(("output", "message"), [
+    (lambda t, x, u, params: u[:1] if u[0] > 0 else -u[:1], "np.where"),
+    (lambda t, x, u, params: 1 / 0 * u[:1], "ZeroDivisionError"),
+    (lambda t, x, u, params: np.random.normal() + u[:1], "random numbers")])
+def test_what_cannot_become_machine_code_is_refused_without_a_callback(output, message):
+    block = ct.nlsys(None, output, name="own", dt=T, inputs=["q_d[0]", "q[0]"], outputs=["u[0]"])
+    with pytest.raises(TraceError, match=f"own.*{message}") as refused:
+        sampled_law(block, T)
+    assert "opaque" not in str(refused.value)
 
 
 def test_a_law_with_all_its_past_is_refused():
