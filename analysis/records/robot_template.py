@@ -29,6 +29,9 @@ _CONTROLLER = """\
 [controller]                     # u = Kp (qd - q) - Kd v + pe, on the motor side
 # ? Kp = {one}
 # ? Kd = {one}
+# ? velocity_of = "error"        # Kd damps the error of the velocity, not the velocity
+# another law: law = "pid" with Ki, "cascade" with Kv, or a block of your own in a Python file,
+# law = "my_law.py:controller"
 # ? velocity_filter = "difference"   # or two_tap, exact, two_corner with its corners
 # ? sample_time_s = 0.001
 
