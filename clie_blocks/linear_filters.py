@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 from clie_blocks.errors import ClieError
 
 WIDEST = 8  # columns that the recursion filters side by side
+DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")  # of G1 (47)
+CORNERS = ("highpass", "lowpass")  # of G1 (47), as keys of parameters
 TERMS = 20  # of the exponential series; at a norm of 1/2 the next is below 1e-24
 
 Section = tuple[np.ndarray, np.ndarray]  # numerator and denominator in powers of 1/z
@@ -267,3 +269,39 @@ end:
   ret void
 }}
 """
+
+
+def discrete_pole(kind: str, step: float, corner: np.ndarray | float) -> Any:
+    """Pole of a first-order lag with a corner [rad/s], as a discretisation maps it."""
+    a = corner * step
+    return {"tustin": lambda: (2 - a) / (2 + a), "zoh": lambda: np.exp(-a),
+            "matched": lambda: np.exp(-a), "backward": lambda: 1 / (1 + a),
+            "forward": lambda: 1 - a}[kind]()
+
+
+def two_corner_filter(kind: str, step: float, high: np.ndarray | float,
+                      low: np.ndarray | float) -> tuple[list[Any], list[Any]]:
+    """Coefficients ``b, a`` of G1 (47) in powers of 1/z, one value per corner or an array of them.
+
+    Parameters
+    ----------
+    kind : str
+        One of `DISCRETISATIONS`.  ``zoh`` keeps the step response of G1, and with it the slope of
+        a ramp only nearly; ``matched`` maps the poles alike and has the zero of the backward
+        difference.
+    step : float
+        Sample time [s].
+    high, low : float or ndarray
+        High-pass and low-pass corner [rad/s].
+
+    """
+    p1, p2 = (discrete_pole(kind, step, corner) for corner in (high, low))
+    gain = (1 - p1) * (1 - p2) / step
+    if kind == "zoh":
+        apart = np.abs(low - high) * step
+        spread = np.where(apart > 0, -np.expm1(-apart) / np.where(apart > 0, apart, 1.0), 1.0)
+        gain = high * low * step * np.maximum(p1, p2) * spread
+    now, before = {"tustin": (0.5, 0.5), "backward": (1.0, 0.0), "matched": (1.0, 0.0)}.get(
+        kind, (0.0, 1.0))
+    return ([now * gain, (before - now) * gain, -before * gain],
+            [1.0 + 0.0 * p1, -(p1 + p2), p1 * p2])

@@ -11,10 +11,10 @@ from typing import Self
 
 import numpy as np
 
-from clie_blocks.analysis.records.robot import DISCRETISATIONS, Controller
+from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 from clie_blocks.errors import NotIdentifiableError
-from clie_blocks.linear_filters import frequency_response, lfilter
+from clie_blocks.linear_filters import DISCRETISATIONS, frequency_response, lfilter
 
 HALF_CIRCLE = 4096  # frequencies from 0 to Nyquist at which a velocity filter is integrated
 

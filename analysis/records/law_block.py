@@ -9,6 +9,7 @@ import numpy as np
 from clie_blocks.analysis.records.control_law import stated_variant
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
+from clie_blocks.linear_filters import DISCRETISATIONS
 
 if TYPE_CHECKING:
     from control import NonlinearIOSystem
@@ -27,14 +28,17 @@ def law_block(controller: Controller, period: float, n: int) -> NonlinearIOSyste
         Joints.
 
     """
-    from clie_blocks.controllers import sampled_cascade, sampled_pid
+    from clie_blocks.controllers import VelocityFilter, sampled_cascade, sampled_pid
     from clie_blocks.controllers.sampled import UNLIMITED
 
     if controller.is_program or controller.kp is None:
         return None
     corners, zero = controller.corners, np.zeros(n)
     variant = stated_variant(controller) or ("tustin" if corners else "difference")
-    rate = velocity_filter("difference" if variant == "exact" else variant, period, corners)
+    rate = VelocityFilter(period, kind=variant, corners=corners)
+    if corners is None or variant not in DISCRETISATIONS:
+        variant = "difference" if variant == "exact" else variant
+        rate = VelocityFilter(period, velocity_filter(variant, period))
     limit = UNLIMITED + zero if controller.saturation is None else controller.saturation
     hold = controller.anti_windup or "conditional"
     ki = zero if controller.ki is None else controller.ki

@@ -21,6 +21,7 @@ from clie_blocks.analysis.records.fields import (
     per_joint,
 )
 from clie_blocks.errors import RecordError
+from clie_blocks.linear_filters import DISCRETISATIONS
 from clie_blocks.rigid_body.tree import Tree
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ PROGRAM = "program"  # a law that is given as a block, in Python
 HOLDS = ("conditional", "back_calculation", "none")
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
-DISCRETISATIONS = ("tustin", "zoh", "backward", "forward", "matched")
 Part = TypeVar("Part", bound="_Section")
 OF_MODEL = ("base", "tip", "locked", "model_joints", "sign", "zero", "gravity", "payload")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")

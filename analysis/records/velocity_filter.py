@@ -5,9 +5,13 @@ F(z) = (b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)
 
 import numpy as np
 
-from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.errors import RecordError
-from clie_blocks.linear_filters import lfilter
+from clie_blocks.linear_filters import (
+    DISCRETISATIONS,
+    discrete_pole,
+    lfilter,
+    two_corner_filter,
+)
 
 NEVER_FORGETS = 1 - 1e-4  # pole whose response outlasts 400,000 samples
 SETTLED = 1e-4  # share of its start that a velocity filter has forgotten when it counts as settled
@@ -28,39 +32,19 @@ def velocity_filter(kind: str, step: float,
     corners : tuple of float
         High-pass and low-pass corner of G1 [rad/s].
 
-    Notes
-    -----
-    ``zoh`` keeps the step response of G1, and with it the slope of a ramp only nearly; ``matched``
-    maps the poles alike and has the zero of the backward difference.
-
     """
     if kind not in DISCRETISATIONS:
         taps = {"two_tap": [0.5, 0.0, -0.5], "difference": [1.0, -1.0, 0.0]}.get(kind, [0.0] * 3)
         return np.array(taps) / step, np.array([1.0, 0.0, 0.0])
-    high, low = _known_corners(kind, corners)
-    p1, p2 = discrete_poles(kind, step, (high, low))
-    gain = (1 - p1) * (1 - p2) / step
-    if kind == "zoh":
-        apart = abs(low - high) * step
-        gain = high * low * step * max(p1, p2) * (-np.expm1(-apart) / apart if apart else 1.0)
-    after = {"tustin": [0.5, 0.5], "backward": [1.0, 0.0], "matched": [1.0, 0.0]}.get(
-        kind, [0.0, 1.0])
-    return gain * np.convolve([1.0, -1.0], after), np.poly([p1, p2])
-
-
-def discrete_poles(kind: str, step: float, corners: tuple[float, float]) -> list[float]:
-    """Poles of G1 (47) as a discretisation maps them."""
-    discrete = {"tustin": lambda a: (2 - a * step) / (2 + a * step),
-                "zoh": lambda a: np.exp(-a * step), "matched": lambda a: np.exp(-a * step),
-                "backward": lambda a: 1 / (1 + a * step),
-                "forward": lambda a: 1 - a * step}[kind]
-    return [discrete(corner) for corner in corners]
+    b, a = two_corner_filter(kind, step, *_known_corners(kind, corners))
+    return np.array(b, float), np.array(a, float)
 
 
 def discretisations(step: float, corners: tuple[float, float]) -> tuple[str, ...]:
     """Names of the discretisations of G1 that are stable, and no more than just, at a step."""
     return tuple(name for name in DISCRETISATIONS
-                 if max(map(abs, discrete_poles(name, step, corners))) < NEVER_FORGETS)
+                 if max(abs(discrete_pole(name, step, corner)) for corner in corners)
+                 < NEVER_FORGETS)
 
 
 def settling(denominator: np.ndarray) -> int:

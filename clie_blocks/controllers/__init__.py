@@ -4,6 +4,7 @@ from clie_blocks.controllers.cascade import sampled_cascade
 from clie_blocks.controllers.linearizing import linearizing_controller, linearizing_torque
 from clie_blocks.controllers.pd import pd_controller, pd_torque
 from clie_blocks.controllers.pid import sampled_pid
+from clie_blocks.controllers.sampled import VelocityFilter
 
-__all__ = ["linearizing_controller", "linearizing_torque", "pd_controller", "pd_torque",
-           "sampled_cascade", "sampled_pid"]
+__all__ = ["VelocityFilter", "linearizing_controller", "linearizing_torque", "pd_controller",
+           "pd_torque", "sampled_cascade", "sampled_pid"]

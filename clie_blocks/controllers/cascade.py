@@ -8,19 +8,17 @@ from numpy.typing import ArrayLike
 
 from clie_blocks.controllers.sampled import (
     UNLIMITED,
-    Coefficients,
     Memory,
     Params,
     Parts,
+    VelocityFilter,
     checked,
-    filter_coefficients,
-    filtered,
     law_with_integral,
 )
 
 
 def sampled_cascade(kp: ArrayLike, kv: ArrayLike, ki: ArrayLike, period: float, *,
-                    velocity_filter: Coefficients | None = None, limit: ArrayLike = UNLIMITED,
+                    velocity_filter: VelocityFilter | None = None, limit: ArrayLike = UNLIMITED,
                     anti_windup: str = "conditional",
                     name: str = "cascade") -> ct.NonlinearIOSystem:
     """Cascade in samples: ``u = kv w + ki T sum(w) + pe``, w = kp (q_d - q) - v, within a limit.
@@ -36,10 +34,10 @@ def sampled_cascade(kp: ArrayLike, kv: ArrayLike, ki: ArrayLike, period: float, 
         Gains [1/s, N m s/rad, N m/rad]; parameters of the block under these keys.
     period : float
         Sample time [s].
-    velocity_filter : tuple of array_like, optional
-        Coefficients b, a in powers of 1/z, three at most; by default the difference of samples.
+    velocity_filter : VelocityFilter, optional
+        By default the difference of samples; corners are parameters of the block.
     limit : array_like, shape (n,)
-        Largest command [N m]; the key is ``limit``.
+        Largest command [N m].
     anti_windup : str
         ``conditional`` or ``none``, see `integral_step`.
     name : str
@@ -57,16 +55,18 @@ def sampled_cascade(kp: ArrayLike, kv: ArrayLike, ki: ArrayLike, period: float, 
 
     """
     n = np.size(kp)
+    velocity = velocity_filter or VelocityFilter(period)
     params = checked(name, n, period, anti_windup, kp=(kp, "1/s", 0.0),
                      kv=(kv, "N m s/rad", 0.0), ki=(ki, "N m/rad", 0.0),
                      limit=(limit, "N m", 0.0))
-    b, a = filter_coefficients(velocity_filter, period)
+    largest = params.pop("limit")
+    params |= velocity.parameters(name, n)
 
     def parts(integral: np.ndarray, memory: Memory, q_d: np.ndarray, q: np.ndarray,
               pe: np.ndarray, params: Params) -> Parts:
-        rate, after = filtered(q, memory, b, a)
+        rate, after = velocity(q, memory, params)
         error = params["kp"] * (q_d - q) - rate
         step = params["ki"] * period * error
         return params["kv"] * error + integral + step + pe, error, step, after
 
-    return law_with_integral(parts, params, period, anti_windup, np.zeros(n), name)
+    return law_with_integral(parts, params, largest, period, anti_windup, np.zeros(n), name)

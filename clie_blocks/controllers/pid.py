@@ -8,20 +8,18 @@ from numpy.typing import ArrayLike
 
 from clie_blocks.controllers.sampled import (
     UNLIMITED,
-    Coefficients,
     Memory,
     Params,
     Parts,
+    VelocityFilter,
     checked,
-    filter_coefficients,
-    filtered,
     law_with_integral,
 )
 from clie_blocks.labels import DiagramError
 
 
 def sampled_pid(kp: ArrayLike, ki: ArrayLike, kd: ArrayLike, period: float, *,
-                velocity_filter: Coefficients | None = None, velocity_of_error: bool = False,
+                velocity_filter: VelocityFilter | None = None, velocity_of_error: bool = False,
                 limit: ArrayLike = UNLIMITED, anti_windup: str = "conditional",
                 tracking_time: ArrayLike = 0.1, name: str = "pid") -> ct.NonlinearIOSystem:
     """PID in samples: ``u = kp e + ki T sum(e) - kd v + pe``, e = q_d - q, within a limit.
@@ -36,12 +34,12 @@ def sampled_pid(kp: ArrayLike, ki: ArrayLike, kd: ArrayLike, period: float, *,
         Gains [N m/rad, N m/(rad s), N m s/rad]; parameters of the block under these keys.
     period : float
         Sample time [s].
-    velocity_filter : tuple of array_like, optional
-        Coefficients b, a in powers of 1/z, three at most; by default the difference of samples.
+    velocity_filter : VelocityFilter, optional
+        By default the difference of samples; corners are parameters of the block.
     velocity_of_error : bool
         Damp the error of the velocity instead of the velocity.
     limit : array_like, shape (n,)
-        Largest command [N m]; the key is ``limit``.
+        Largest command [N m].
     anti_windup : str
         ``conditional``, ``back_calculation`` or ``none``, see `integral_step`.
     tracking_time : array_like, shape (n,)
@@ -61,20 +59,22 @@ def sampled_pid(kp: ArrayLike, ki: ArrayLike, kd: ArrayLike, period: float, *,
 
     """
     n = np.size(kp)
+    velocity = velocity_filter or VelocityFilter(period)
     params = checked(name, n, period, anti_windup, kp=(kp, "N m/rad", 0.0),
                      ki=(ki, "N m/(rad s)", 0.0), kd=(kd, "N m s/rad", 0.0),
                      limit=(limit, "N m", 0.0), tracking_time=(tracking_time, "s", 0.0))
     if not np.all(params["tracking_time"] > 0):
         raise DiagramError(f"{name}: tracking_time must be positive")
     back = period / params.pop("tracking_time")
-    b, a = filter_coefficients(velocity_filter, period)
+    largest = params.pop("limit")
+    params |= velocity.parameters(name, n)
 
     def parts(integral: np.ndarray, memory: Memory, q_d: np.ndarray, q: np.ndarray,
               pe: np.ndarray, params: Params) -> Parts:
         error = q_d - q
-        rate, after = filtered(-error if velocity_of_error else q, memory, b, a)
+        rate, after = velocity(-error if velocity_of_error else q, memory, params)
         step = params["ki"] * period * error
         free = params["kp"] * error + integral + step - params["kd"] * rate + pe
         return free, error, step, after
 
-    return law_with_integral(parts, params, period, anti_windup, back, name)
+    return law_with_integral(parts, params, largest, period, anti_windup, back, name)

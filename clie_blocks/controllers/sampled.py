@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import control as ct
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from clie_blocks.errors import nearest
 from clie_blocks.labels import DiagramError, signals, vector
+from clie_blocks.linear_filters import CORNERS, DISCRETISATIONS, two_corner_filter
 
 HOLDS = ("conditional", "back_calculation", "none")  # of an integral where the command is limited
 UNLIMITED = 1e9  # a limit that no command meets
@@ -20,17 +23,56 @@ Parts = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]
 LawParts = Callable[[np.ndarray, Memory, np.ndarray, np.ndarray, np.ndarray, Params], Parts]
 
 
-def filter_coefficients(velocity_filter: Coefficients | None, period: float,
-                        ) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients b, a of a filter in powers of 1/z; by default those of a difference."""
-    b, a = velocity_filter or ((1.0 / period, -1.0 / period, 0.0), (1.0, 0.0, 0.0))
-    padded = [np.pad(np.asarray(side, float), (0, 3 - len(np.atleast_1d(side))))
-              for side in (b, a)]
-    return padded[0] / padded[1][0], padded[1] / padded[1][0]
+@dataclasses.dataclass(frozen=True)
+class VelocityFilter:
+    """Filter of second order from position to velocity, of one law.
+
+    Parameters
+    ----------
+    period : float
+        Sample time [s].
+    coefficients : tuple of array_like, optional
+        b and a in powers of 1/z, three at most; by default those of a difference.
+    kind : str
+        How G1 (47) is discretised, where `corners` are given.
+    corners : tuple of array_like, optional
+        High-pass and low-pass corner [rad/s]: parameters of the law.
+
+    """
+
+    period: float
+    coefficients: Coefficients | None = None
+    kind: str = "tustin"
+    corners: tuple[ArrayLike, ArrayLike] | None = None
+
+    def parameters(self, name: str, n: int) -> dict[str, np.ndarray]:
+        """Corners by key, one per joint; empty for a filter of fixed coefficients."""
+        if self.corners is None:
+            return {}
+        if self.kind not in DISCRETISATIONS:
+            raise DiagramError(f"{name}: no discretisation is called {self.kind!r}; "
+                               f"{nearest(self.kind, DISCRETISATIONS)}")
+        return {key: vector(value, f"{name}: {key}", n=n, unit="rad/s", above=0)
+                for key, value in zip(CORNERS, self.corners)}
+
+    def __call__(self, x: np.ndarray, memory: Memory, params: Params,
+                 ) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Output, and memory one sample later."""
+        if self.corners is None:
+            return filtered(x, memory, *self._fixed())
+        return filtered(x, memory, *two_corner_filter(
+            self.kind, self.period, *(params[key] for key in CORNERS)))
+
+    def _fixed(self) -> tuple[np.ndarray, np.ndarray]:
+        step = self.period
+        b, a = self.coefficients or ((1.0 / step, -1.0 / step, 0.0), (1.0, 0.0, 0.0))
+        padded = [np.pad(np.asarray(side, float), (0, 3 - len(np.atleast_1d(side))))
+                  for side in (b, a)]
+        return padded[0] / padded[1][0], padded[1] / padded[1][0]
 
 
-def filtered(x: np.ndarray, memory: Memory, b: np.ndarray, a: np.ndarray,
-             ) -> tuple[np.ndarray, list[np.ndarray]]:
+def filtered(x: np.ndarray, memory: Memory, b: Sequence[Any] | np.ndarray,
+             a: Sequence[Any] | np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """Output of a filter of second order, and its memory one sample later."""
     y = b[0] * x + memory[0]
     return y, [b[1] * x - a[1] * y + memory[1], b[2] * x - a[2] * y]
@@ -61,8 +103,9 @@ def integral_step(free: np.ndarray, limited: np.ndarray, error: np.ndarray, step
     return step
 
 
-def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], period: float, hold: str,
-                      back: np.ndarray, name: str) -> ct.NonlinearIOSystem:
+def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], limit: np.ndarray,
+                      period: float, hold: str, back: np.ndarray,
+                      name: str) -> ct.NonlinearIOSystem:
     """Law of an integral part, a filter of second order and a limit, as a block.
 
     Parameters
@@ -71,7 +114,9 @@ def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], period: fl
         ``parts(integral, memory, q_d, q, pe, params)``: command before its limit, error that is
         integrated, what it adds to the integral part in one sample, and memory of the filter.
     params : dict
-        Parameters of the block, each of shape (n,); ``limit`` among them.
+        Parameters of the block, each of shape (n,).
+    limit : ndarray, shape (n,)
+        Largest command [N m].
     period : float
         Sample time [s].
     hold, back
@@ -80,12 +125,12 @@ def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], period: fl
         Name of the block.
 
     """
-    n = len(params["limit"])
+    n = len(limit)
 
     def both(x: np.ndarray, u: np.ndarray, params: Params) -> tuple[np.ndarray, np.ndarray]:
         integral, *memory = (x[k * n:(k + 1) * n] for k in range(3))
         free, error, step, after = parts(integral, memory, u[:n], u[n:2 * n], u[2 * n:], params)
-        limited = np.clip(free, -params["limit"], params["limit"])
+        limited = np.clip(free, -limit, limit)
         grown = integral + integral_step(free, limited, error, step, hold, back)
         return np.concatenate((grown, *after)), limited
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clie_blocks.controllers import sampled_cascade, sampled_pid
+from clie_blocks.controllers import VelocityFilter, sampled_cascade, sampled_pid
 from clie_blocks.labels import DiagramError
 
 T = 0.01
@@ -54,8 +54,9 @@ def test_a_cascade_without_integral_is_pd_of_its_products():
 
 def test_pid_has_the_transfer_function_of_the_textbook():
     b, a = [100.0, -100.0], [1.0, -0.6]  # a filtered difference
-    law = ct.linearize(sampled_pid([4.0], [3.0], [0.5], T, velocity_filter=(b, a)),
-                       np.zeros(3), np.zeros(3))
+    rate = VelocityFilter(T, (b, a))
+    law = ct.linearize(sampled_pid([4.0], [3.0], [0.5], T, velocity_filter=rate), np.zeros(3),
+                       np.zeros(3))
     z = np.exp(1j * np.geomspace(0.01, 3.0, 20))
     wanted = -(4.0 + 3.0 * T / (1 - 1 / z) + 0.5 * (b[0] + b[1] / z) / (a[0] + a[1] / z))
     # A linear system of python-control has samples one per unit of time where dt is not given.
@@ -98,3 +99,19 @@ def test_an_integral_leaves_a_limit_at_once_where_the_error_turns():
 def test_numbers_out_of_range_are_refused(make, message):
     with pytest.raises(DiagramError, match=message):
         make()
+
+
+def test_corners_of_a_velocity_filter_are_parameters_of_its_law():
+    rate = VelocityFilter(T, kind="tustin", corners=(20.0, 30.0))
+    law = sampled_pid([4.0, 4.0], [0.0, 0.0], [1.0, 1.0], T, velocity_filter=rate)
+    assert law.params["highpass"].tolist() == [20.0, 20.0]
+    q = np.array([0.0, 0.0, 0.1, 0.1, 0.0, 0.0])
+    slower = {**law.params, "lowpass": np.array([30.0, 5.0])}
+    one, other = law.output(0.0, np.zeros(6), q, slower)
+    assert abs(other) < abs(one)
+
+
+def test_a_discretisation_that_is_not_known_gets_the_nearest():
+    with pytest.raises(DiagramError, match="'tusten'.*tustin"):
+        sampled_pid([1.0], [0.0], [1.0], T, velocity_filter=VelocityFilter(
+            T, kind="tusten", corners=(20.0, 30.0)))

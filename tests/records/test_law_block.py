@@ -7,6 +7,7 @@ from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.law_block import law_block
 from clie_blocks.analysis.records.robot import Controller, Robot, as_checks_see
 from clie_blocks.errors import RecordError
+from clie_blocks.linear_filters import DISCRETISATIONS
 
 T = 1e-3
 LIMIT = [0.15, 0.15]
@@ -28,8 +29,8 @@ def test_a_law_with_more_states_than_pd_runs_as_a_block(stated, runs_as_block):
 
 @pytest.mark.parametrize("rate", [
     {"velocity_filter": "difference"}, {"velocity_filter": "two_tap"},
-    {"velocity_filter": "two_corner", "highpass": 200.0, "lowpass": 300.0,
-     "discretisation": "matched"}])
+    *({"velocity_filter": "two_corner", "highpass": 200.0, "lowpass": 300.0,
+       "discretisation": kind} for kind in DISCRETISATIONS)])
 @pytest.mark.parametrize("law", ["pid", "cascade"])
 def test_without_an_integral_a_block_computes_what_the_stated_law_does(law, rate):
     gains = {"pid": {**GAINS, "ki": [0.0, 0.0]}, "cascade": {

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from clie_blocks.analysis.records.robot import DISCRETISATIONS
 from clie_blocks.analysis.records.velocity_filter import (
     discretisations,
     response_from_rest,
     settling,
     velocity_filter,
 )
+from clie_blocks.linear_filters import DISCRETISATIONS
 
 STEP, CORNERS = 1e-3, (200.0, 300.0)
 

@@ -81,12 +81,17 @@ def other_laws(problem: Problem, stated: StatedLaw, limit: np.ndarray, joints: S
     return laws
 
 
+def describe_filter(name: str, high: float, low: float) -> str:
+    """Corners of the filter that ran at a joint [rad/s], as a sentence."""
+    return (f"{name}: the velocity filter that ran has corners {high:.0f} and {low:.0f} rad/s, "
+            "not the stated ones")
+
+
 def _add_filter(laws: OtherLaws, k: int, corners: tuple[float, float], name: str) -> None:
     laws.law = laws.law.with_filter(slice(k, k + 1), laws.law.variant, corners)
     laws.corners[:, k] = corners
     laws.other_filter.append(k)
-    laws.decisions.append(f"{name}: the velocity filter that ran has corners {corners[0]:.0f} and "
-                          f"{corners[1]:.0f} rad/s, not the stated ones")
+    laws.decisions.append(describe_filter(name, *corners))
 
 
 def _add_named(laws: OtherLaws, named: NamedJoint, stated: StatedLaw, name: str) -> None:

@@ -9,7 +9,7 @@ import functools
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.law_residual import known_samples
-from clie_blocks.analysis.gap.controller.other_laws import replay_error
+from clie_blocks.analysis.gap.controller.other_laws import describe_filter, replay_error
 from clie_blocks.analysis.gap.controller.refit import with_law_states
 from clie_blocks.analysis.gap.controller.replay import (
     ControllerCheck,
@@ -21,12 +21,14 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import STATE_STEP, BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
+from clie_blocks.linear_filters import CORNERS
 
 ROWS = 4000  # of each log, evenly apart, by which parameters are found
 EVALUATIONS = 30  # in which they are found; a law that is linear in them takes two
 STEP = 1e-5  # of a parameter, in the differences by which it is found
 LEAST_SIZE = 1e-3  # of a parameter that is stated as zero
 RANK = 1e-10  # of the largest singular value: below it, states do not show in the commands
+DIVERGED = 1e6  # limits that a law counts to leave under parameters with which it diverges
 CERTAIN = 5.0  # half widths by which a parameter that ran differs from the stated one
 
 
@@ -42,10 +44,25 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
         if (wrong & (left <= limit)).any():
             law, error, changed = ran, left, named
     step, coarse = encoder_steps(problem)
-    said = describe_parameters(changed, problem.joints)
+    corners = _corners(problem, law)
+    filtered = tuple(sorted({one.joint for one in changed
+                             if one.name in CORNERS and one.joint is not None}))
+    changed = tuple(one for one in changed if one.joint not in filtered
+                    or one.name not in CORNERS)
+    said = (*(describe_filter(problem.joints[k], *corners[:, k]) for k in filtered),
+            *describe_parameters(changed, problem.joints))
     return ControllerCheck(
-        error, limit, (), np.full((2, problem.n), np.nan), coarse, step, law, said, said,
+        error, limit, filtered, corners, coarse, step, law, said, said,
         unexplained=tuple(int(k) for k in np.flatnonzero(error > limit)), parameters=changed)
+
+
+def _corners(problem: Problem, law: BlockLaw) -> np.ndarray:
+    """Corners of each joint's velocity filter, shape (2, n) [rad/s]; NaN where it has none."""
+    corners = np.full((2, problem.n), np.nan)
+    for (key, joint), value in zip(law.block.parameters, law.parameters):
+        if key in CORNERS and joint < problem.n:
+            corners[CORNERS.index(key), joint] = value
+    return corners
 
 
 def _error_of(problem: Problem, law: BlockLaw) -> np.ndarray:
@@ -111,6 +128,8 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
     runs = law.run(log.law_q, log.q_d, log.pe,
                    [state] * (1 + len(free)) + list(state + STATE_STEP * np.eye(count)),
                    [parameters, *changed, *[parameters] * count], every)
+    if not np.isfinite(runs).all():
+        return np.zeros((runs[0].size, len(free))), np.full(runs[0].size, DIVERGED)
     usable = (np.abs(log.u) < law.saturation) & known_samples(log, law)[:, None]
     weight = np.where(usable, 1.0 / limit, 0.0)[::every]
     left = ((log.u[::every] - runs[0]) * weight).ravel()

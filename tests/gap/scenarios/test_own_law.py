@@ -165,7 +165,8 @@ def test_a_sound_robot_under_a_law_of_stated_gains_is_sound(by_gains, tmp_path, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("law", "effect", "seed", "names"), [
-    ("pid", "actuator_lag", 22, {"actuator_lag", "time_delay"}), ("pd", "spring", 23, {"spring"})])
+    ("pid", "actuator_lag", 22, {"actuator_lag", "time_delay"}), ("pd", "spring", 23, {"spring"}),
+    ("pd", "velocity_filter_mismatch", 24, {"velocity_filter_mismatch"})])
 def test_an_effect_is_named_under_a_law_of_stated_gains(by_gains, tmp_path, law, effect, seed,
                                                         names):
     made = by_gains((effect,), seed, law)
