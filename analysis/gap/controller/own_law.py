@@ -28,6 +28,7 @@ EVALUATIONS = 30  # in which they are found; a law that is linear in them takes 
 STEP = 1e-5  # of a parameter, in the differences by which it is found
 LEAST_SIZE = 1e-3  # of a parameter that is stated as zero
 RANK = 1e-10  # of the largest singular value: below it, states do not show in the commands
+STATE_ROUNDS = 2  # steps in which the first state is found; a linear law takes one
 DIVERGED = 1e6  # limits that a law counts to leave under parameters with which it diverges
 CERTAIN = 5.0  # half widths by which a parameter that ran differs from the stated one
 
@@ -119,27 +120,33 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
                 size: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of the commands in a log by parameters, and what the law leaves, per limit.
 
-    Both are without what another state at the first sample would explain.
+    Both are those of the first state that leaves least under these parameters: a filter that
+    began with the memory of another one has a transient, which would hide their slopes.
     """
     every = max(1, len(log) // ROWS)
-    state = law.rest if log.law_state is None else log.law_state
-    changed = parameters + STEP * size[:, None] * np.eye(len(parameters))[free]
-    count = len(state)
-    runs = law.run(log.law_q, log.q_d, log.pe,
-                   [state] * (1 + len(free)) + list(state + STATE_STEP * np.eye(count)),
-                   [parameters, *changed, *[parameters] * count], every)
-    if not np.isfinite(runs).all():
-        return np.zeros((runs[0].size, len(free))), np.full(runs[0].size, DIVERGED)
     usable = (np.abs(log.u) < law.saturation) & known_samples(log, law)[:, None]
     weight = np.where(usable, 1.0 / limit, 0.0)[::every]
-    left = ((log.u[::every] - runs[0]) * weight).ravel()
-    changes = ((runs[1:] - runs[0]) * weight).reshape(len(runs) - 1, -1).T
-    columns, of_states = changes[:, :len(free)] / STEP, changes[:, len(free):]
-    if not count:
-        return columns, left
-    basis, sizes, _ = np.linalg.svd(of_states, full_matrices=False)
-    basis = basis[:, sizes > RANK * sizes.max(initial=0.0)]
-    return columns - basis @ (basis.T @ columns), left - basis @ (basis.T @ left)
+
+    def changes(states: list[np.ndarray], of: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """What the first run leaves, and by how much the others differ from it."""
+        runs = law.run(log.law_q, log.q_d, log.pe, states, of, every)
+        if not np.isfinite(runs).all():
+            return np.full(runs[0].size, DIVERGED), np.zeros((runs[0].size, len(runs) - 1))
+        left = ((log.u[::every] - runs[0]) * weight).ravel()
+        return left, ((runs[1:] - runs[0]) * weight).reshape(len(runs) - 1, -1).T
+
+    state = law.rest if log.law_state is None else log.law_state
+    basis = np.zeros((weight.size, 0))
+    for _ in range(STATE_ROUNDS if len(state) else 0):
+        left, columns = changes([state, *(state + STATE_STEP * np.eye(len(state)))],
+                                [parameters] * (1 + len(state)))
+        basis, sizes, turn = np.linalg.svd(columns, full_matrices=False)
+        shown = sizes > RANK * sizes.max(initial=0.0)
+        basis = basis[:, shown]
+        state = state + STATE_STEP * turn[shown].T @ ((basis.T @ left) / sizes[shown])
+    changed = parameters + STEP * size[:, None] * np.eye(len(parameters))[free]
+    left, columns = changes([state] * (1 + len(free)), [parameters, *changed])
+    return (columns - basis @ (basis.T @ columns)) / STEP, left - basis @ (basis.T @ left)
 
 
 def _name(problem: Problem, law: BlockLaw, k: int) -> tuple[str, int | None]:

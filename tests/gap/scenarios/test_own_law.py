@@ -182,3 +182,14 @@ def test_an_integral_gain_that_is_stated_wrong_is_found(by_gains, tmp_path):
     assert {one.name for one in found.controller.parameters} == {"ki"}
     for one in found.controller.parameters:
         assert one.value == pytest.approx(5 * made.robot.kp[one.joint], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_filter_and_a_gain_that_are_both_stated_wrong_are_found(by_gains, tmp_path):
+    made = by_gains(("velocity_filter_mismatch",), 24, "pid", ki=8.0)
+    check = diagnose(read(tmp_path)).controller
+    (joint,) = made.label["effects"][0]["joints"]
+    assert check.other_filter == (joint - 1,) and not check.unexplained
+    assert {one.name for one in check.parameters} == {"ki"}
+    np.testing.assert_allclose([one.value for one in check.parameters], 5 * made.robot.kp,
+                               rtol=1e-3)
