@@ -103,6 +103,8 @@ class Program(Studies):
         Sample time of a diagram in discrete time [s].
     params : dict
         Default value by key.
+    operations : int
+        How many of them a step takes, about.
 
     """
 
@@ -113,7 +115,7 @@ class Program(Studies):
         self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
-        self._layout = layout(self._trace)
+        self._layout, self.operations = layout(self._trace), len(self._trace.graph)
         self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
 
     @functools.cached_property
@@ -138,7 +140,8 @@ class Program(Studies):
     def description(self) -> Description:
         """What the arguments and results are called, and where they lie."""
         return Description(self.name, self.inputs, self.outputs, self.states, self._layout.slots,
-                           len(self._layout.record), self._parameters, self.period)
+                           len(self._layout.record), self._parameters, self.period,
+                           self.operations)
 
     @property
     def callbacks(self) -> list[Callback]:
@@ -148,7 +151,7 @@ class Program(Studies):
     @property
     def is_large(self) -> bool:
         """Whether the diagram takes thousands of operations."""
-        return len(self._trace.graph) > LARGE
+        return self.operations > LARGE
 
     @property
     def cached(self) -> bool:

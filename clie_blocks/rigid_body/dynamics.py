@@ -28,6 +28,8 @@ from clie_blocks.rigid_body.scalars import (
 )
 from clie_blocks.rigid_body.tree import Tree
 
+Body = tuple[Scalar, Three, Rows]  # mass, mass times centre, inertia about the origin
+
 _Z: Three = (0.0, 0.0, 1.0)
 
 
@@ -81,6 +83,11 @@ def velocity_torque(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     return _stacked(_velocity_torques(tree, _parts(q), _parts(dq)), q)
 
 
+def bias_torque(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Velocity torque and weight together, C(q, dq) dq + G(q), at the cost of the former."""
+    return _stacked(_bias_torques(tree, _parts(q), _parts(dq)), q)
+
+
 def coriolis_matrix(tree: Tree, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     """Matrix C(q, dq) of eq. (1) in Christoffel's form, (..., n, n): dM/dt - 2 C is skew.
 
@@ -105,15 +112,23 @@ def mass_matrix(tree: Tree, q: np.ndarray) -> np.ndarray:
 
 
 def mass_rows(tree: Tree, q: Sequence[Scalar]) -> list[list[Scalar]]:
-    """Mass matrix as rows of scalars: what it takes to accelerate one joint after the other."""
-    n = tree.n
+    """Mass matrix as rows of scalars, from what each joint and all that it carries weigh as one.
+
+    Composite rigid bodies: R. Featherstone, Rigid Body Dynamics Algorithms, section 6.2.
+    """
+    n, local = tree.n, _local_poses(tree, q)
     rows: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
-    rest = [0.0] * n
-    for k in range(n):
-        unit = [float(j == k) for j in range(n)]
-        column = _torques(tree, q, rest, unit, ZERO)
-        for j in range(k + 1):
-            rows[j][k] = rows[k][j] = column[j]
+    bodies = [_link(tree, k) for k in range(n)]
+    for k in reversed(range(n)):
+        push, twist = _force_of_unit_acceleration(bodies[k], tree.slides[k])
+        rows[k][k] = push[2] if tree.slides[k] else twist[2]
+        at, j = k, tree.parents[k]
+        if j >= 0:
+            bodies[j] = _joined(bodies[j], _moved(bodies[k], *local[k]))
+        while j >= 0:
+            push, twist = _moved_force(push, twist, *local[at])
+            rows[j][k] = rows[k][j] = push[2] if tree.slides[j] else twist[2]
+            at, j = j, tree.parents[j]
     return rows
 
 
@@ -133,8 +148,7 @@ def forward_dynamics(tree: Tree, q: np.ndarray, dq: np.ndarray, torque: np.ndarr
 
     """
     places, n = _parts(q), tree.n
-    rest = [0.0] * n
-    bias = _torques(tree, places, _parts(dq), rest, numbers(tree.gravity))
+    bias = _bias_torques(tree, places, _parts(dq))
     more = _parts(armature + np.zeros(n))
     rows = mass_rows(tree, places)
     matrix = [[total(rows[j][k], more[k]) if j == k else rows[j][k] for k in range(n)]
@@ -217,9 +231,8 @@ def _torques(tree: Tree, q: Sequence[Scalar], dq: Sequence[Scalar], ddq: Sequenc
         torque[k] = total(force[k][2] if tree.slides[k] else moment[k][2], of_rotor[k])
         j = tree.parents[k]
         if j >= 0:
-            push, twist = product(turn, force[k]), product(turn, moment[k])
-            force[j] = added(force[j], push)
-            moment[j] = added(moment[j], twist, cross(place, push))
+            push, twist = _moved_force(force[k], moment[k], turn, place)
+            force[j], moment[j] = added(force[j], push), added(moment[j], twist)
     return torque
 
 
@@ -241,6 +254,42 @@ def _swing(spin: Three, turning: Three, arm: Three) -> Three:
     return added(cross(turning, arm), cross(spin, cross(spin, arm)))
 
 
+def _moved_force(push: Three, twist: Three, turn: Rows, place: Three) -> tuple[Three, Three]:
+    """Force and moment about the origin of a frame, as its parent sees them."""
+    push = product(turn, push)
+    return push, added(product(turn, twist), cross(place, push))
+
+
+def _force_of_unit_acceleration(body: Body, slides: bool) -> tuple[Three, Three]:
+    """Force and moment that accelerate a body along, or about, the z axis."""
+    mass, (x, y, _), inertia = body
+    across = times(-1.0, y), x, 0.0
+    if slides:
+        return scaled(mass, _Z), scaled(-1.0, across)
+    return across, tuple(row[2] for row in inertia)
+
+
+def _moved(body: Body, turn: Rows, place: Three) -> Body:
+    """Mass, first moment and inertia of a body about the origin of the frame's parent."""
+    mass, first, inertia = body
+    before = product(turn, first)
+    after = added(before, scaled(mass, place))
+    arms = tuple(map(times, added(before, after), place))
+    turned = [product(inertia, row) for row in turn]
+    upper = {(i, j): total(dot(turn[j], turned[i]), *(
+        (arms[k] for k in range(3) if k != i) if i == j else
+        (times(-1.0, times(before[i], place[j])), times(-1.0, times(place[i], after[j])))))
+        for i in range(3) for j in range(i, 3)}
+    return mass, after, tuple(tuple(upper[min(i, j), max(i, j)] for j in range(3))
+                              for i in range(3))
+
+
+def _joined(one: Body, other: Body) -> Body:
+    """Two bodies as one, both in the same frame."""
+    return (total(one[0], other[0]), added(one[1], other[1]),
+            tuple(map(added, one[2], other[2])))
+
+
 def _add_rotors(tree: Tree, local: Sequence[tuple[Rows, Three]],
                 motion: Sequence[tuple[Three, Three, Three]], dq: Sequence[Scalar],
                 ddq: Sequence[Scalar], rotors: Rotors, moment: list[Three]) -> list[Scalar]:
@@ -258,7 +307,7 @@ def _add_rotors(tree: Tree, local: Sequence[tuple[Rows, Three]],
     return torque
 
 
-def _link(tree: Tree, k: int) -> tuple[Scalar, Three, Rows]:
+def _link(tree: Tree, k: int) -> Body:
     return numbers(tree.mass[k]), numbers(tree.moment[k]), numbers(tree.inertia[k])
 
 
@@ -276,6 +325,10 @@ def _local_poses(tree: Tree, q: Sequence[Scalar]) -> list[tuple[Rows, Three]]:
                              total(times(b, cosine), times(-a, sine)), c)
                             for a, b, c in fixed), place))
     return found
+
+
+def _bias_torques(tree: Tree, q: Sequence[Scalar], dq: Sequence[Scalar]) -> list[Scalar]:
+    return _torques(tree, q, dq, [0.0] * tree.n, numbers(tree.gravity))
 
 
 def _velocity_torques(tree: Tree, q: Sequence[Scalar], dq: Sequence[Scalar]) -> list[Scalar]:

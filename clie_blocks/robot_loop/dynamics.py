@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from clie_blocks.robot_loop.links import Links, coriolis_torque, gravity_torque, mass_rows
+from clie_blocks.robot_loop.links import Links, bias_torque, gravity_torque, mass_rows
 
 DELAY_TAPS = 60  # samples of a delay line
 FRICTION_SWEEPS = 4  # over the joints, in which the friction impulses of coupled joints settle
@@ -111,10 +111,7 @@ class State:
     @property
     def carried(self) -> np.ndarray:
         """Torque that the gear carries: weight and velocity torque of the links, motor side."""
-        torque = coriolis_torque(self.links, self.q, self.dq) / self.ratio
-        if self.links.has_gravity:
-            torque = torque + gravity_torque(self.links, self.q) / self.ratio
-        return torque
+        return bias_torque(self.links, self.q, self.dq) / self.ratio
 
 
 def measured_position(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
@@ -195,8 +192,8 @@ def velocity_after_friction(dq: np.ndarray, own: np.ndarray, cross: np.ndarray |
     impulse = [0.0 * dq[k] for k in range(n)]
     for _ in range(FRICTION_SWEEPS):
         for k in range(n):
-            to_stop = effective[k] * dq[k] - _sum(share[k][j] * impulse[j]
-                                                  for j in range(n) if j != k)
+            newest_last = (*range(k + 1, n), *range(k))  # what a processor waits for
+            to_stop = effective[k] * dq[k] - _sum(share[k][j] * impulse[j] for j in newest_last)
             impulse[k] = np.clip(to_stop, -h * backward[k], h * forward[k])
     return np.stack([dq[k] - _sum(inverse[k][j] * impulse[j] for j in range(n))
                      for k in range(n)])
@@ -241,9 +238,9 @@ def link_terms(s: State, pieces: NamedPieces, p: Parameters,
     if links.has_coupling:
         own, cross = split_mass(mass_rows(links, s.q))
         own, cross = share * (own - links.diagonal), share * cross
-        torque = share * coriolis_torque(links, s.q, s.dq)
-    if links.has_gravity:
-        torque = torque + share * gravity_torque(links, s.q)
+        torque = share * bias_torque(links, s.q, s.dq)
+    elif links.has_gravity:
+        torque = share * gravity_torque(links, s.q)
     for name, piece in _at(pieces, "body"):
         more_own, more_cross, more_torque = piece.act(s, p[name])
         own, torque = own + more_own, torque + more_torque

@@ -293,6 +293,15 @@ def coriolis_torque(links: Links, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     return 0.0 * q if links.n == 1 else dynamics.velocity_torque(links.tree, q, dq)
 
 
+def bias_torque(links: Links, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    """Coriolis torque [N m], with the weight where gravity acts."""
+    if not links.has_gravity:
+        return coriolis_torque(links, q, dq)
+    if links.n == 1:
+        return gravity_torque(links, q)
+    return dynamics.bias_torque(links.tree, q, dq)
+
+
 def coupling_torque(links: Links, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Torque of inertia coupling, of the change of inertia, and Coriolis [N m]."""
     if links.n == 1:

@@ -24,7 +24,7 @@ from clie_blocks.analysis.gap.causes.cause import (
 from clie_blocks.analysis.gap.causes.drive import counts_motor_turns
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
-from clie_blocks.robot_loop.links import Links, coriolis_torque, gravity_torque, mass_rows
+from clie_blocks.robot_loop.links import Links, bias_torque, gravity_torque, mass_rows
 
 PARAMETRIC = "parametric"
 """The name of all of them."""
@@ -53,14 +53,9 @@ def _links_terms(links: Links, q: np.ndarray, dq: np.ndarray,
                  ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Diagonal and whole of the mass matrix, and torque, of what the model holds, joint side."""
     own, cross = split_mass(mass_rows(links, q))
-    torque = np.zeros(links.n)
     if links.has_coupling:
-        torque = coriolis_torque(links, q, dq)
-    else:
-        cross = 0.0 * cross
-    if links.has_gravity:
-        torque = torque + gravity_torque(links, q)
-    return own, cross, torque
+        return own, cross, bias_torque(links, q, dq)
+    return own, 0.0 * cross, gravity_torque(links, q) if links.has_gravity else np.zeros(links.n)
 
 
 def _difference(s: State, links: Links, q: np.ndarray) -> BodyTerms:

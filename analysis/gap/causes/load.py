@@ -20,6 +20,7 @@ from clie_blocks.effects import LIBRARY
 from clie_blocks.robot_loop.dynamics import Piece, State, split_mass
 from clie_blocks.robot_loop.links import (
     Links,
+    bias_torque,
     coriolis_torque,
     gravity_torque,
     mass_rows,
@@ -199,9 +200,7 @@ def tip_mass(s: State) -> BodyTerms:
     """Own mass, shared mass and torque of 1 kg at the tip, motor side."""
     unit = unit_tip_links(s.links)
     own, cross = split_mass(mass_rows(unit, s.q))
-    torque = coriolis_torque(unit, s.q, s.dq)
-    if s.links.has_gravity:
-        torque = torque + gravity_torque(unit, s.q)
+    torque = bias_torque(unit, s.q, s.dq)
     return own / s.ratio, cross / s.ratio, torque / s.ratio
 
 

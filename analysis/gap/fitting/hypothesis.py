@@ -104,6 +104,11 @@ class FreeParameter:
     is_scale: bool = False
     axis: int | None = None
 
+    @property
+    def of_robot(self) -> bool:
+        """Whether it is one of the joint model or of the links, and of no cause."""
+        return self.key in (*_JOINT_MODEL, LINK_MASS, LINK_COM)
+
     def place(self, k: int | slice = slice(None)) -> tuple[int | slice, ...]:
         """Index in the array of its key, at joint k or at all joints where it has none itself."""
         joint = k if self.joint is None else self.joint

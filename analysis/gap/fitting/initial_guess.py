@@ -33,18 +33,18 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit) 
     keeps_all = len(known) + len(new) == len(candidate.members)
     reference = (before if keeps_all else nominal).cost
     for _ in range(method.joint_model_steps):
-        tangent = jacobian(hypothesis, residuals)
+        tangent = jacobian(hypothesis, residuals, before.hypothesis)
         if tangent.cost < reference:
             break
         adapted = damped_step(hypothesis, tangent, method, method.cautious_damping, fitted_keys)
-        if jacobian(adapted, residuals).cost >= tangent.cost:
+        if jacobian(adapted, residuals, before.hypothesis).cost >= tangent.cost:
             break
         hypothesis = adapted
-    return shrink_amplitudes(hypothesis, residuals, reference, new)
+    return shrink_amplitudes(hypothesis, residuals, reference, new, before.hypothesis)
 
 
 def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: float,
-                      members: Sequence[Member]) -> Hypothesis:
+                      members: Sequence[Member], like: Hypothesis) -> Hypothesis:
     """Return a start with smaller amplitudes of some causes, if it does worse than without them.
 
     A linear regression may reach too far; `reference` is the cost on the fit logs without the
@@ -55,7 +55,7 @@ def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: fl
                   for number in member.cause.numbers
                   if number.neutral == 0.0 and not number.fixed}
     for _ in range(method.shrink_tries):
-        if jacobian(start, residuals).cost < reference:
+        if jacobian(start, residuals, like).cost < reference:
             break
         start = start.with_values({
             key: method.shrink_factor * value if key in amplitudes else value

@@ -6,7 +6,7 @@ rows, of other logs or of joints that do not push each other, are moved in one r
 
 import dataclasses
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesi
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _KEPT_BYTES = 400_000_000  # of Jacobians: those of arms of six joints fill gigabytes
+_KEPT_BORROWED = 4  # Jacobians with columns of other hypotheses: a fit asks for the last two
 _LEAST_RELATIVE_SIZE = 0.2  # of a parameter's value, which may be far larger than its size
 
 
@@ -77,17 +78,37 @@ class Tangent:
 
 
 _TANGENTS: FitCache[Hypothesis, Tangent] = FitCache()
+_BORROWED: FitCache[Hypothesis, tuple[Hypothesis, Tangent]] = FitCache()
 
 
-def jacobian(hypothesis: Hypothesis, residuals: ResidualModel) -> Tangent:
-    """Return the `Tangent` of a hypothesis; asking again is free, unless it was long ago."""
+def jacobian(hypothesis: Hypothesis, residuals: ResidualModel, like: Hypothesis | None = None,
+             ) -> Tangent:
+    """Return the `Tangent` of a hypothesis; asking again is free, unless it was long ago.
+
+    The columns of what a hypothesis has in common with another one, `like`, may be those of that
+    one: residual and cost are exact, and a few steps need no better slopes.
+    """
     known = _TANGENTS.of(residuals)
     if hypothesis in known:
         return known[hypothesis]
+    if like is not None:
+        return _borrowing_jacobian(hypothesis, residuals, like)
     known[hypothesis] = tangent = forward_jacobian(hypothesis, residuals)
     while len(known) > 1 and sum(each.columns.nbytes for each in known.values()) > _KEPT_BYTES:
         del known[next(iter(known))]
     return tangent
+
+
+def _borrowing_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, like: Hypothesis,
+                        ) -> Tangent:
+    """`Tangent` with columns of another hypothesis; only the last few are kept."""
+    known = _BORROWED.of(residuals)
+    if hypothesis not in known or known[hypothesis][0] is not like:
+        shared = [one for one in hypothesis.free_parameters if one.of_robot]
+        known[hypothesis] = like, _with_columns_of(like, hypothesis, residuals, shared)
+        while len(known) > _KEPT_BORROWED:
+            del known[next(iter(known))]
+    return known[hypothesis][1]
 
 
 def central_jacobian(hypothesis: Hypothesis, residuals: ResidualModel) -> Tangent:
@@ -121,13 +142,19 @@ def extended_jacobian(hypothesis: Hypothesis, part: Hypothesis, residuals: Resid
 
     The columns that both have are those of the other one: only what is added is simulated.
     """
-    places = {_identity(parameter): i for i, parameter in enumerate(part.free_parameters)}
-    common = [i for i, parameter in enumerate(hypothesis.free_parameters)
-              if _identity(parameter) in places]
-    known = [places[_identity(hypothesis.free_parameters[i])] for i in common]
-    added = forward_jacobian(hypothesis, residuals, without=common)
-    added.columns[:len(added.slopes), common] = jacobian(part, residuals).slopes[:, known]
-    return added
+    return _with_columns_of(part, hypothesis, residuals, hypothesis.free_parameters)
+
+
+def _with_columns_of(lender: Hypothesis, hypothesis: Hypothesis, residuals: ResidualModel,
+                     parameters: Iterable[FreeParameter]) -> Tangent:
+    """`Tangent` in which the columns of some parameters are another one's, if it has them."""
+    places = {_identity(parameter): i for i, parameter in enumerate(lender.free_parameters)}
+    own = {_identity(parameter): i for i, parameter in enumerate(hypothesis.free_parameters)}
+    common = [_identity(parameter) for parameter in parameters if _identity(parameter) in places]
+    lent, known = [own[key] for key in common], [places[key] for key in common]
+    tangent = forward_jacobian(hypothesis, residuals, without=lent)
+    tangent.columns[:len(tangent.slopes), lent] = jacobian(lender, residuals).slopes[:, known]
+    return tangent
 
 
 def _identity(parameter: FreeParameter) -> tuple[str | int | None, ...]:

@@ -28,31 +28,38 @@ TINY = 1e-9
 _BOUND_ROUNDS = 8  # of finding the limits and tolerances that a step ends at or beyond
 
 
-def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None) -> Fit:
+def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = None,
+        like: Hypothesis | None = None) -> Fit:
     """Fit a hypothesis to the fit logs, then evaluate it on all logs.
 
-    Where a fit ends beyond the datasheet it continues with central differences: along a flat
-    valley, the curvature in a one-sided slope outweighs the datasheet.  By default it takes as
-    many steps as the method of the residuals says, and none once the time is over.
+    Slopes of the joint model and the links may be borrowed from a hypothesis that is `like` the
+    start, until a step gains little: until then only the causes are simulated.  Where a fit ends
+    beyond the datasheet it continues with central differences: along a flat valley, the curvature
+    in a one-sided slope outweighs the datasheet.  By default it takes as many steps as the method
+    of the residuals says, and none once the time is over.
     """
     method = residuals.method.fitting
-    hypothesis, tangent = start, jacobian(start, residuals)
+    hypothesis, tangent = start, jacobian(start, residuals, like)
     damping, kept, two_sided, cautious = method.least_damping, 0, False, False
     for _ in range(method.iterations if iterations is None else iterations):
         if residuals.is_out_of_time:
             break
-        step = _improving_step(hypothesis, tangent, residuals, damping, cautious)
+        step = _improving_step(hypothesis, tangent, residuals, damping, cautious, like)
         if step is not None:
             hypothesis, damping, cautious = step
             kept += 1
-        after = jacobian(hypothesis, residuals)
+        after = jacobian(hypothesis, residuals, like)
         if step is None or tangent.cost - after.cost < _least_gain(after, method):
             violation = after.prior_violation
-            if two_sided or violation @ violation < method.two_sided_violation:
+            if like is not None:
+                like, after = None, jacobian(hypothesis, residuals)
+            elif two_sided or violation @ violation < method.two_sided_violation:
                 break
-            damping, two_sided = method.least_damping, True
+            else:
+                two_sided = True
+            damping = method.least_damping
         tangent = central_jacobian(hypothesis, residuals) if two_sided else after
-    return _evaluated(hypothesis, residuals, kept)
+    return _evaluated(hypothesis, residuals, kept, like)
 
 
 def _least_gain(tangent: Tangent, method: FittingMethod) -> float:
@@ -69,7 +76,8 @@ class _Step(NamedTuple):
 
 
 def _improving_step(hypothesis: Hypothesis, tangent: Tangent, residuals: ResidualModel,
-                    damping: float, cautious: bool) -> _Step | None:
+                    damping: float, cautious: bool, like: Hypothesis | None = None,
+                    ) -> _Step | None:
     """Step that improves; None if there is none worth it.
 
     If the first step fails, many with more damping are simulated side by side.  The next first
@@ -81,7 +89,7 @@ def _improving_step(hypothesis: Hypothesis, tangent: Tangent, residuals: Residua
         return None
     first = damped_step(hypothesis, tangent, method, damping)
     after_first = _Step(first, max(damping / 10, method.least_damping), False)
-    if not cautious and jacobian(first, residuals).cost < tangent.cost:
+    if not cautious and jacobian(first, residuals, like).cost < tangent.cost:
         return after_first
     dampings = max(damping, method.cautious_damping) * np.array(method.retry_factors)
     proposals = [damped_step(hypothesis, tangent, method, more) for more in dampings]
@@ -106,9 +114,10 @@ def _costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarr
     return costs
 
 
-def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int) -> Fit:
+def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int,
+               like: Hypothesis | None) -> Fit:
     """Fit of a hypothesis as it stands."""
-    problem, tangent = hypothesis.problem, jacobian(hypothesis, residuals)
+    problem, tangent = hypothesis.problem, jacobian(hypothesis, residuals, like)
     held_out = [part[0] for j in range(len(problem.fit), len(problem.logs))
                 for part in residuals.of_runs(hypothesis.means(j, [hypothesis.values]), j)]
     parts, shape = [*tangent.parts, *held_out], (len(problem.logs), problem.n)

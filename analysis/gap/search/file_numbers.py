@@ -42,12 +42,12 @@ def fit_numbers(members: Sequence[Member], residuals: ResidualModel, nominal: Fi
     continued unless its slopes, too, predict that a hopeless excess is left.
     """
     method = residuals.method.search
-    stated = build_hypothesis(residuals.problem, members)
-    begun = min((fit(start, residuals, method.first_steps)
+    stated, like = build_hypothesis(residuals.problem, members), nominal.hypothesis
+    begun = min((fit(start, residuals, method.first_steps, like)
                  for start in (stated, *_other_ratios(stated, nominal))), key=_cost)
-    if predicted_end(begun, residuals) > method.hopeless_share * nominal.excess:
+    if predicted_end(begun, residuals, like) > method.hopeless_share * nominal.excess:
         return begun
-    return fit(begun.hypothesis, residuals, method.finalist_steps)
+    return fit(begun.hypothesis, residuals, method.finalist_steps, like)
 
 
 def _other_ratios(stated: Hypothesis, nominal: Fit) -> Iterator[Hypothesis]:
@@ -73,9 +73,9 @@ def _cost(fit: Fit) -> float:
     return fit.cost
 
 
-def predicted_end(begun: Fit, residuals: ResidualModel) -> float:
+def predicted_end(begun: Fit, residuals: ResidualModel, like: Hypothesis) -> float:
     """Excess that the slopes of an unfinished fit predict for its end."""
-    gain = predicted_gain(begun.hypothesis, jacobian(begun.hypothesis, residuals),
+    gain = predicted_gain(begun.hypothesis, jacobian(begun.hypothesis, residuals, like),
                           residuals.method.fitting)
     return training_excess(begun, gain)
 

@@ -24,8 +24,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    finished = sorted((fit(one.hypothesis, residuals, method.search.finalist_steps)
-                       for one in to_finish), key=lambda one: one.total)
+    finished = sorted((fit(one.hypothesis, residuals, method.search.finalist_steps,
+                           nominal.hypothesis) for one in to_finish), key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
     return [refit_event_times(one, residuals)
@@ -104,12 +104,12 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
 
     A part starts with the leader's parameters; where other alternatives start says nothing.
     """
-    leader = part_of(candidate)
+    leader, like = part_of(candidate), (candidate.extends or nominal).hypothesis
     if leader is not None:
-        unfitted = fit(start, residuals, 0)
+        unfitted = fit(start, residuals, 0, like)
         if starts_far_behind(unfitted, leader, nominal, residuals.method):
             return unfitted
-    return fit(start, residuals, residuals.method.search.first_steps)
+    return fit(start, residuals, residuals.method.search.first_steps, like)
 
 
 def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> bool:

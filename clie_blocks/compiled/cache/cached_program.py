@@ -108,6 +108,7 @@ class CachedProgram(Batches):
         self._identity, self.description, self._compiled = identity, description, compiled
         self._engines: dict[tuple, Engine] = {}
         self.name, self.period = description.name, description.period
+        self.operations = description.operations
         self.inputs, self.outputs = description.inputs, description.outputs
         self.states, self.signals = description.states, list(description.slots)
         self._parameters = description.parameters

@@ -28,6 +28,8 @@ class Description:
         Where each parameter lies.
     period : float or None
         Sample time of a diagram in discrete time [s].
+    operations : int
+        How many of them a step takes, about.
 
     """
 
@@ -39,6 +41,7 @@ class Description:
     record: int
     parameters: Parameters
     period: float | None
+    operations: int
 
     def text(self) -> str:
         """Return the description as text, exact in every bit."""

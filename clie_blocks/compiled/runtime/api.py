@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.batch import Batch
     from clie_blocks.compiled.runtime.sensitivities import Derivatives, Place
 
+MANY = 3000  # operations, whose values in two registers each go through the memory
+
 
 class Batches:
     """Many runs at once: what a program can do that knows its machine code and its labels."""
@@ -35,6 +37,7 @@ class Batches:
     states: list[tuple[str, str]]
     signals: list[str]
     period: float | None
+    operations: int
     _engine: str
     _engines: dict[tuple, Engine]
     _layout: Layout
@@ -129,8 +132,8 @@ class Batches:
         """The most runs of a batch that go side by side, at little more than the cost of one."""
         if self._engine == "python" or self._layout.opaque:
             return 1
-        from clie_blocks.compiled.codegen.machine import lane_width
-        return lane_width()
+        from clie_blocks.compiled.codegen.machine import ONE_REGISTER, lane_width
+        return min(lane_width(), ONE_REGISTER) if self.operations > MANY else lane_width()
 
     def _shown(self) -> list[int]:
         """States that the user knows; a sampled loop has others."""

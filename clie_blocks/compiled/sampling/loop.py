@@ -114,7 +114,7 @@ class SampledProgram(Program):
         self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
-        self._layout = layout(self._trace)
+        self._layout, self.operations = layout(self._trace), len(self._trace.graph)
         self._default = self._build(self._layout, "ode5")
         self._blocks = joined.syslist
 
