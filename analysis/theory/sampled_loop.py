@@ -5,6 +5,8 @@ With the plant P = 1/(inertia s^2 + damping s) held over a sample, and the law C
     S_tau = P / (1 + P C)  (torque -> position),   S_0 = 1 / (1 + P C)  (sensor error -> measured).
 """
 
+import functools
+
 import numpy as np
 
 Polynomials = tuple[np.ndarray, np.ndarray]  # numerator and denominator in powers of z^-1
@@ -49,6 +51,14 @@ def decimated_filter(b: np.ndarray, a: np.ndarray, width: int, stride: int = 1) 
     It is exact for an input that is constant over each block, at a fraction of the cost.  Of the
     output every sample is seen, or one in `stride`.
     """
+    return _decimated(tuple(b), tuple(a), width, stride)
+
+
+@functools.lru_cache(maxsize=256)
+def _decimated(numerator: tuple[float, ...], denominator: tuple[float, ...], width: int,
+               stride: int) -> Polynomials:
+    """`decimated_filter` of each loop once: a search asks for it a thousand times."""
+    b, a = np.array(numerator), np.array(denominator)
     order = len(a) - 1
     step = np.eye(order, k=-1)
     step[0] = -a[1:] / a[0]
@@ -60,5 +70,8 @@ def decimated_filter(b: np.ndarray, a: np.ndarray, width: int, stride: int = 1) 
         if sample % stride == 0:
             seen, through = seen + out @ state / count, through + (out @ driven + direct) / count
         state, driven = step @ state, step @ driven + np.eye(order)[0]
-    denominator = np.poly(state)
-    return np.poly(state - np.outer(driven, seen)) + (through - 1.0) * denominator, denominator
+    decimated = np.poly(state)
+    result = np.poly(state - np.outer(driven, seen)) + (through - 1.0) * decimated, decimated
+    for polynomial in result:
+        polynomial.setflags(write=False)
+    return result

@@ -346,3 +346,12 @@ def chi2_by_joint(variants: Sequence[Hypothesis], residuals: ResidualModel, j: i
     """
     runs = variants[0].means(j, [variant.values for variant in variants])
     return [(part**2).sum(axis=1) for part in residuals.of_runs(runs, j)]
+
+
+def costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarray:
+    """Cost on the fit logs of each of some variants of a hypothesis, simulated side by side."""
+    softness = residuals.method.fitting.prior_softness
+    violations = [variant.prior_violations(softness) for variant in variants]
+    of_priors = np.array([violation @ violation for violation in violations])
+    return of_priors + sum(chi2 for j in range(len(variants[0].problem.fit))
+                           for chi2 in chi2_by_joint(variants, residuals, j))

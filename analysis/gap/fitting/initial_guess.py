@@ -22,8 +22,13 @@ class Startable(Protocol):
         """The fit whose joint model they start with; None for the refitted nominal model."""
 
 
-def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit) -> Hypothesis:
-    """Return the hypothesis of a candidate that a fit starts from."""
+def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
+                  leader: Fit | None = None) -> Hypothesis:
+    """Return the hypothesis of a candidate that a fit starts from.
+
+    It has the joint model of the fit that it extends, or of a `leader` where that does better
+    than no cause at all.
+    """
     method = residuals.method.fitting
     before = candidate.extends or nominal
     hypothesis = build_hypothesis(residuals.problem, candidate.members, before.hypothesis)
@@ -32,6 +37,8 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit) 
     new = [member for member in candidate.members if member.name not in known]
     keeps_all = len(known) + len(new) == len(candidate.members)
     reference = (before if keeps_all else nominal).cost
+    if leader is not None:
+        hypothesis = with_joint_model(leader, hypothesis, reference, residuals, before.hypothesis)
     for _ in range(method.joint_model_steps):
         tangent = jacobian(hypothesis, residuals, before.hypothesis)
         if tangent.cost < reference:
@@ -41,6 +48,17 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit) 
             break
         hypothesis = adapted
     return shrink_amplitudes(hypothesis, residuals, reference, new, before.hypothesis)
+
+
+def with_joint_model(leader: Fit, start: Hypothesis, limit: float, residuals: ResidualModel,
+                     like: Hypothesis) -> Hypothesis:
+    """Return a hypothesis with the joint model of a fit, if its cost is below a limit then.
+
+    What a cause leaves to be fitted of the joint model, others like it leave as well.
+    """
+    values = build_hypothesis(start.problem, (), leader.hypothesis).values
+    other = start.with_values({**start.values, **values})
+    return other if jacobian(other, residuals, like).cost < limit else start
 
 
 def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: float,

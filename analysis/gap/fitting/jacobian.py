@@ -153,7 +153,9 @@ def _with_columns_of(lender: Hypothesis, hypothesis: Hypothesis, residuals: Resi
     common = [_identity(parameter) for parameter in parameters if _identity(parameter) in places]
     lent, known = [own[key] for key in common], [places[key] for key in common]
     tangent = forward_jacobian(hypothesis, residuals, without=lent)
-    tangent.columns[:len(tangent.slopes), lent] = jacobian(lender, residuals).slopes[:, known]
+    slopes = jacobian(lender, residuals).slopes
+    for i, j in zip(lent, known):
+        tangent.columns[:len(slopes), i] = slopes[:, j]
     return tangent
 
 
@@ -176,7 +178,8 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
     parts = [run[0] for run in runs]
     violations = hypothesis.prior_violations(method.prior_softness)
     residual = np.concatenate([*parts, violations])
-    columns, last = np.zeros((len(residual), len(hypothesis.free_parameters))), 0
+    columns = np.zeros((len(residual), len(hypothesis.free_parameters)), order="F")
+    last = 0
     for place, run in enumerate(runs):
         log, joint = divmod(place, n)
         rows = slice(last, last + run.shape[1])

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis, chi2_by_joint
+from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis, costs
 from clie_blocks.analysis.gap.fitting.jacobian import Tangent, central_jacobian, jacobian
 from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -93,25 +93,14 @@ def _improving_step(hypothesis: Hypothesis, tangent: Tangent, residuals: Residua
         return after_first
     dampings = max(damping, method.cautious_damping) * np.array(method.retry_factors)
     proposals = [damped_step(hypothesis, tangent, method, more) for more in dampings]
-    costs = _costs([first, *proposals] if cautious else proposals, residuals)
-    if cautious and costs[0] < tangent.cost:
+    reached = costs([first, *proposals] if cautious else proposals, residuals)
+    if cautious and reached[0] < tangent.cost:
         return after_first
-    costs = costs[-len(proposals):]
-    best = int(np.argmin(costs))
-    if costs[best] < tangent.cost:
+    reached = reached[-len(proposals):]
+    best = int(np.argmin(reached))
+    if reached[best] < tangent.cost:
         return _Step(proposals[best], dampings[best] / 10, True)
     return None
-
-
-def _costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarray:
-    """Cost of each of some variants of a hypothesis, simulated side by side."""
-    softness = residuals.method.fitting.prior_softness
-    violations = [variant.prior_violations(softness) for variant in variants]
-    costs = np.array([violation @ violation for violation in violations])
-    for j in range(len(variants[0].problem.fit)):
-        for chi2 in chi2_by_joint(variants, residuals, j):
-            costs = costs + chi2
-    return costs
 
 
 def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int,

@@ -6,7 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
-from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
+from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -24,8 +24,13 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    finished = sorted((fit(one.hypothesis, residuals, method.search.finalist_steps,
-                           nominal.hypothesis) for one in to_finish), key=lambda one: one.total)
+    like, finished = nominal.hypothesis, []
+    for one in sorted(to_finish, key=lambda one: one.total):
+        start = one.hypothesis
+        if finished and finished[0].cost < one.cost:
+            start = with_joint_model(finished[0], start, one.cost, residuals, like)
+        finished.append(fit(start, residuals, method.search.finalist_steps, like))
+        finished.sort(key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
     return [refit_event_times(one, residuals)
@@ -91,8 +96,8 @@ def _first_fits(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Can
             break
         if best is None or (can_compete(candidate, best, residuals.method) and not is_outclassed(
                 candidate, best, gain, nominal, residuals.method)):
-            begun.append(_first_steps(initial_guess(candidate, residuals, nominal), candidate,
-                                      residuals, nominal))
+            start = initial_guess(candidate, residuals, nominal, best)
+            begun.append(_first_steps(start, candidate, residuals, nominal))
             if best is None or training_excess(begun[-1]) < training_excess(best):
                 best, gain = begun[-1], candidate.score
     return begun
