@@ -14,6 +14,7 @@ from clie_blocks import manipulator
 from clie_blocks.rigid_body.arm import planar_tree
 from clie_blocks.rigid_body.dynamics import (
     Rotors,
+    bias_torque,
     coriolis_matrix,
     forward_dynamics,
     gravity_torque,
@@ -58,6 +59,23 @@ def test_the_terms_make_up_the_torques(seed):
     np.testing.assert_allclose(parts, inverse_dynamics(links, q, dq, ddq), atol=1e-11)
     np.testing.assert_allclose(coriolis_matrix(links, q, dq) @ dq, velocity_torque(links, q, dq),
                                atol=1e-11)
+    np.testing.assert_allclose(bias_torque(links, q, dq),
+                               velocity_torque(links, q, dq) + gravity_torque(links, q),
+                               atol=1e-11)
+
+
+@given(seeds, st.lists(st.integers(-1, 5), min_size=6, max_size=6), st.sets(st.integers(0, 5)))
+@settings(max_examples=15)
+def test_composite_bodies_weigh_what_it_takes_to_accelerate_one_joint(seed, parents, sliding):
+    """On any tree, branches and sliding joints included."""
+    chain = random_tree(seed, 6, tuple(sliding))
+    links = dataclasses.replace(chain, parents=tuple(min(j, k - 1)
+                                                     for k, j in enumerate(parents)))
+    q, (rest, unit) = motion(seed, 6)[0], (np.zeros(6), np.eye(6))
+    weightless = links.with_gravity((0.0, 0.0, 0.0))
+    columns = [inverse_dynamics(weightless, q, rest, unit[k]) for k in range(6)]
+    mass = mass_matrix(links, q)
+    np.testing.assert_allclose(mass, np.transpose(columns), atol=1e-12 * np.abs(mass).max())
 
 
 @given(seeds)

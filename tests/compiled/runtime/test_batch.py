@@ -11,8 +11,8 @@ import pytest
 
 from clie_blocks.compiled import compile_diagram, held_normal, reduce
 from clie_blocks.compiled.codegen import vector_math
-from clie_blocks.compiled.codegen.machine import lane_width
-from clie_blocks.compiled.runtime import recorder, simulate
+from clie_blocks.compiled.codegen.machine import ONE_REGISTER, lane_width
+from clie_blocks.compiled.runtime import api, recorder, simulate
 from clie_blocks.compiled.runtime.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
 from clie_blocks.signals import DiagramError
@@ -194,6 +194,15 @@ def test_widths_leave_no_thread_idle():
     assert lanes_and_threads(3, 8, 16) == (1, 3)
     assert lanes_and_threads(1, None, 16) == (1, 1)
     assert 1 <= lanes_and_threads(10**6, None, 8)[1] <= os.cpu_count()
+
+
+def test_a_large_program_takes_one_register_of_lanes_and_runs_as_before(program, monkeypatch):
+    wide = program.batch(**CALL, params={"pd.gain": GAINS}, log="plant.q")
+    assert program.lanes == lane_width()
+    monkeypatch.setattr(api, "MANY", program.operations - 1)
+    assert program.lanes == min(lane_width(), ONE_REGISTER)
+    narrow = program.batch(**CALL, params={"pd.gain": GAINS}, log="plant.q")
+    np.testing.assert_allclose(narrow.outputs, wide.outputs, rtol=1e-12)
 
 
 def test_a_reduced_batch_keeps_nothing_long(program):

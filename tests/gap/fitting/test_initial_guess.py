@@ -9,12 +9,12 @@ from clie_blocks.analysis.gap.causes import drive, friction
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess
 from clie_blocks.analysis.gap.fitting.jacobian import Tangent, jacobian
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step, fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal, pool_logs
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.alternatives import alternatives
-from clie_blocks.analysis.gap.search.candidates import Candidate, extensions
+from clie_blocks.analysis.gap.search.candidates import Candidate, extensions, fitted_members
 
 FITTING = METHOD.fitting
 
@@ -51,6 +51,20 @@ def test_a_start_is_no_worse_than_what_it_extends(rubbing):
     start = initial_guess(Candidate(members, 0.0), residuals, nominal)
     alone = build_hypothesis(problem, members, nominal.hypothesis)
     assert jacobian(start, residuals).cost < jacobian(alone, residuals).cost
+
+
+def test_a_start_has_the_joint_model_of_a_leader_that_explains_the_gap(rubbing):
+    residuals, nominal = rubbing
+    problem = nominal.hypothesis.problem
+    members = (dry(problem.n, 1e-3),)
+    leader = fit(build_hypothesis(problem, members, nominal.hypothesis), residuals)
+    candidate = Candidate(tuple(fitted_members(leader.hypothesis)), 0.0)
+    start = initial_guess(candidate, residuals, nominal, leader)
+    assert np.array_equal(start.values["inertia"], leader.hypothesis.values["inertia"])
+    heavy = dataclasses.replace(leader, hypothesis=leader.hypothesis.with_values(
+        {**leader.hypothesis.values, "inertia": 3.0 * leader.hypothesis.values["inertia"]}))
+    start = initial_guess(candidate, residuals, nominal, heavy)
+    assert np.all(start.values["inertia"] < 2.0 * leader.hypothesis.values["inertia"])
 
 
 def test_a_step_of_some_keys_leaves_the_others(rubbing):

@@ -9,7 +9,11 @@ from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
 from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.fitting import refinement
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
-from clie_blocks.analysis.gap.fitting.jacobian import extended_jacobian, forward_jacobian
+from clie_blocks.analysis.gap.fitting.jacobian import (
+    extended_jacobian,
+    forward_jacobian,
+    jacobian,
+)
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
@@ -120,3 +124,23 @@ def test_what_a_hypothesis_adds_to_a_fit_is_all_that_is_simulated_for_its_slopes
     np.testing.assert_allclose(quick.columns, whole.columns, rtol=1e-5,
                                atol=1e-6 * np.abs(whole.columns).max())
     np.testing.assert_allclose(quick.residual, whole.residual, rtol=1e-9)
+
+
+def test_slopes_that_are_borrowed_leave_the_end_of_a_fit_where_it_is(case):
+    made = case("coulomb")
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    problem = nominal.hypothesis.problem
+    start = build_hypothesis(problem, (everywhere(COULOMB, problem.n, level=1e-3),),
+                             nominal.hypothesis)
+    exact = forward_jacobian(start, residuals)
+    borrowing = jacobian(start, residuals, nominal.hypothesis)
+    np.testing.assert_allclose(borrowing.residual, exact.residual, rtol=1e-12)
+    for i, parameter in enumerate(start.free_parameters):
+        lender = nominal.hypothesis if parameter.of_robot else start
+        own = forward_jacobian(lender, residuals)
+        j = [one.key for one in lender.free_parameters].index(parameter.key) + parameter.joint
+        np.testing.assert_allclose(borrowing.slopes[:, i], own.slopes[:, j], rtol=1e-9,
+                                   atol=1e-9 * np.abs(exact.slopes[:, i]).max())
+    ends = fit(start, residuals), fit(start, residuals, like=nominal.hypothesis)
+    assert ends[1].cost == pytest.approx(ends[0].cost, abs=0.01 * ends[0].samples.sum())
+    np.testing.assert_allclose(ends[1].spread, ends[0].spread, rtol=0.05)
