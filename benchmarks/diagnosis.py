@@ -103,8 +103,10 @@ def apart(folder, effects=(), cache=None):
     code = (f"import json, diagnosis; from pathlib import Path; "
             f"print(json.dumps(diagnosis.diagnose(Path({str(folder)!r}), {effects!r})))")
     surroundings = {**os.environ, **ONE_CORE}
+    surroundings.pop("PYTHONDONTWRITEBYTECODE", None)  # an installed package has its bytecode
     if cache:
-        surroundings["CLIE_BLOCKS_CACHE"] = str(cache)
+        surroundings |= {"CLIE_BLOCKS_CACHE": str(cache),
+                         "PYTHONPYCACHEPREFIX": str(cache / "bytecode")}
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", code], env=surroundings,
                           cwd=Path(__file__).parent, check=True, capture_output=True, text=True)
     return json.loads(done.stdout.splitlines()[-1])

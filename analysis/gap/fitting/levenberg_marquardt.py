@@ -20,6 +20,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesi
 from clie_blocks.analysis.gap.fitting.jacobian import Tangent, central_jacobian, jacobian
 from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.simulation.batch_runs import LANES
 
 __all__ = ["Fit", "damped_step", "fit", "predicted_gain", "standard_deviations"]
 
@@ -91,7 +92,8 @@ def _improving_step(hypothesis: Hypothesis, tangent: Tangent, residuals: Residua
     after_first = _Step(first, max(damping / 10, method.least_damping), False)
     if not cautious and jacobian(first, residuals, like).cost < tangent.cost:
         return after_first
-    dampings = max(damping, method.cautious_damping) * np.array(method.retry_factors)
+    factors = np.array(method.retry_factors)[:LANES - cautious]  # one group of runs
+    dampings = max(damping, method.cautious_damping) * factors
     proposals = [damped_step(hypothesis, tangent, method, more) for more in dampings]
     reached = costs([first, *proposals] if cautious else proposals, residuals)
     if cautious and reached[0] < tangent.cost:
