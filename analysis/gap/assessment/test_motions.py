@@ -99,18 +99,27 @@ def multisine_motion(problem: Problem, limits: Limits, band: tuple[float, float]
         Duration, period and number of lines.
 
     """
-    n, time, repeat = problem.n, _time(problem, method), method.experiment_period
+    n, samples, repeat = problem.n, len(_time(problem, method)), method.experiment_period
     lines = np.unique(np.round(np.geomspace(*band, method.experiment_lines) * repeat))
-    waves = np.zeros((2, len(time), n))
-    for k in range(n):
-        own = (lines[:, None] * n + k).T / (n * repeat) if n > 1 else lines[None] / repeat
-        for kind in (0, 1):
-            waves[kind, :, k] = np.sin(2 * np.pi * own * time
-                                       + phases[kind, :len(lines), k]).sum(axis=1)
+    waves = np.stack([[
+        sum_of_sines((lines + k / n) / repeat * problem.period, of_kind[:len(lines), k], samples)
+        for k in range(n)] for of_kind in phases]).swapaxes(1, 2)
     waves /= np.abs(waves).max(axis=1, keepdims=True)
     name = f"multisine, {band[0]:g} to {band[1]:g} Hz, {100 * share:.0f} % of it as set-point"
     return test_motion(problem, limits, name, share * limits.reach * waves[0],
                        (1 - share) * limits.torque * waves[1])
+
+
+def sum_of_sines(frequencies: np.ndarray, phases: np.ndarray, samples: int) -> np.ndarray:
+    """Sum of sines of some frequencies [periods per sample] and phases [rad].
+
+    A turn to a sample is one to the start of its block and one inside the block, so that few
+    turns have to be computed and the rest is a product of matrices.
+    """
+    block = int(np.ceil(np.sqrt(samples)))
+    turns = 2j * np.pi * frequencies[:, None]
+    starts = np.exp(turns * block * np.arange(-(-samples // block)) + 1j * phases[:, None])
+    return np.imag(starts.T @ np.exp(turns * np.arange(block))).ravel()[:samples]
 
 
 def _time(problem: Problem, method: AssessmentMethod) -> np.ndarray:

@@ -24,7 +24,8 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    like, finished = nominal.hypothesis, []
+    like = nominal.hypothesis
+    finished: list[Fit] = []
     for one in sorted(to_finish, key=lambda one: one.total):
         start = one.hypothesis
         if finished and finished[0].cost < one.cost:

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+from clie_blocks.compiled.codegen import sine_cosine
 from clie_blocks.compiled.codegen.lane_layout import SINGLE, Memory
 from clie_blocks.compiled.codegen.vector_math import vector_function
 from clie_blocks.compiled.ir.operations import operation_named
@@ -38,6 +39,7 @@ class Builder:
         self.width, self._count = width, 0
         self.lines: list[str] = []
         self.declarations: set[str] = set()
+        self._sines_and_cosines: dict[str, str] = {}
 
     def put(self, text: str) -> str:
         """Write an instruction and return the register it defines."""
@@ -100,6 +102,27 @@ class Builder:
         result = (self._in_parts(*vectors, operands) if vectors
                   else self._by_lane(name, operands))
         return Value(result, varying)
+
+    def sine(self, a: Operand) -> Value:
+        """Write a sine; that of several lanes comes with the cosine."""
+        return self._of_angle("sin", 0, a)
+
+    def cosine(self, a: Operand) -> Value:
+        """Write a cosine; that of several lanes comes with the sine."""
+        return self._of_angle("cos", 1, a)
+
+    def _of_angle(self, name: str, entry: int, a: Operand) -> Value:
+        if not (isinstance(a, Value) and a.varying and sine_cosine.is_in_line(self.width)):
+            return self.libm(name, a)
+        kind = self.type(True)
+        if a.name not in self._sines_and_cosines:
+            inner = Builder(self.width)
+            function, text = sine_cosine.definition(inner, Value("%x", True))
+            self.declarations |= inner.declarations | {text}
+            self._sines_and_cosines[a.name] = self.put(
+                f"call {{{kind}, {kind}}} @{function}({kind} {a.name})")
+        return Value(self.put(f"extractvalue {{{kind}, {kind}}} "
+                              f"{self._sines_and_cosines[a.name]}, {entry}"), True)
 
     def _in_parts(self, symbol: str, length: int, operands: Sequence[str]) -> str:
         """Write calls of a function of vectors, each for a part of the lanes."""

@@ -26,6 +26,11 @@ def callable_here() -> str:
                     if _library() and feature in _features())
 
 
+def has_fused_multiplication() -> bool:
+    """Return whether this processor multiplies and adds with one rounding."""
+    return bool({"fma", "avx512f", "neon", "fullfp16"} & _features())
+
+
 @functools.cache
 def _library() -> ctypes.CDLL | None:
     """The library, its functions visible to the code that is linked later; None without it."""

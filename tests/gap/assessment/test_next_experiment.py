@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
     elementary_motions,
     motion_limits,
     scale_inside,
+    sum_of_sines,
 )
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
 from clie_blocks.analysis.gap.causes.friction import COULOMB, PRESLIDING
@@ -44,6 +45,15 @@ def undecided():
     fits["presliding"] = fit(bent.with_values({**bent.values, **reach}), residuals, 0)
     ranking = [make_ranked(name, 0.5, 0.1, one) for name, one in fits.items()]
     return made, residuals, fits, next_experiment(residuals, nominal, ranking)
+
+
+@pytest.mark.parametrize("samples", [1, 400, 15_000, 20_011])
+def test_sums_of_sines_are_those_of_their_lines(samples):
+    rng = np.random.default_rng(samples)
+    frequencies, phases = rng.uniform(0.0, 0.4, 20), rng.uniform(0.0, 2 * np.pi, 20)
+    lines = np.sin(2 * np.pi * frequencies[:, None] * np.arange(samples) + phases[:, None])
+    np.testing.assert_allclose(sum_of_sines(frequencies, phases, samples), lines.sum(axis=0),
+                               rtol=0.0, atol=1e-10)
 
 
 def test_runs_stay_inside_what_the_robot_may_do(undecided):
