@@ -203,6 +203,9 @@ class Controller(_Section):
     velocity_of : str
         What Kd damps in ``pd`` and ``pid``: ``joint`` (by default), v, or ``error``, the velocity
         of q - qd through the same filter.
+    compensation : str
+        ``gravity``: the law also adds the weight of the stated links, see
+        `with_weight_compensation`; by default nothing.
     anti_windup : str
         What an integral does where the command is limited: ``conditional`` (by default),
         ``back_calculation`` or ``none``.
@@ -242,6 +245,7 @@ class Controller(_Section):
     kd: np.ndarray | None = file_field("Kd", "joints")
     kv: np.ndarray | None = file_field("Kv", "joints")
     velocity_of: str | None = file_field("velocity_of", "choice", choices=("joint", "error"))
+    compensation: str | None = file_field("compensation", "choice", choices=("gravity",))
     anti_windup: str | None = file_field("anti_windup", "choice", choices=HOLDS)
     tracking_time: float | None = file_field("tracking_time_s", "number", above=0)
     velocity_filter: str | None = file_field("velocity_filter", "choice", choices=FILTERS)
@@ -268,6 +272,7 @@ class Controller(_Section):
     def is_block(self) -> bool:
         """Whether the law runs as a block: it has more states than the filter of PD (11)."""
         return (self.is_program or self.law == "pid" or self.velocity_of == "error"
+                or self.compensation is not None
                 or (self.law == "cascade" and self.ki is not None and bool(np.any(self.ki))))
 
     @property
@@ -287,6 +292,9 @@ class Controller(_Section):
         if missing:
             raise RecordError(f"the control law {law!r} needs {missing[0].capitalize()}, one gain "
                               "per joint; without it the loop cannot be simulated")
+        if self.compensation is not None and law not in ("pd", "pid", "cascade"):
+            raise RecordError(f"compensation = {self.compensation!r} belongs to the laws 'pd', "
+                              f"'pid' and 'cascade', and the law is {law!r}; leave it out")
         if self.velocity_filter is None and self.highpass is not None:
             object.__setattr__(self, "velocity_filter", "two_corner")
 
@@ -434,8 +442,8 @@ def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
     is_timed = block.dt not in (None, True, 0)
     return dataclasses.replace(robot, controller=dataclasses.replace(
         law, law=law.law if law.is_program else PROGRAM, block=block, kp=None, ki=None, kd=None,
-        kv=None, velocity_of=None, velocity_filter=None, highpass=None, lowpass=None,
-        discretisation=None,
+        kv=None, velocity_of=None, compensation=None, velocity_filter=None, highpass=None,
+        lowpass=None, discretisation=None,
         sample_time=float(block.dt) if is_timed else law.sample_time))
 
 
@@ -448,7 +456,7 @@ def as_checks_see(robot: Robot | None) -> Robot | None:
     if robot is None or not robot.controller.is_block:
         return robot
     return dataclasses.replace(robot, controller=dataclasses.replace(
-        robot.controller, law="unknown", block=None, velocity_of=None))
+        robot.controller, law="unknown", block=None, velocity_of=None, compensation=None))
 
 
 def speaks_of_torque(robot: Robot) -> bool:

@@ -48,11 +48,14 @@ def discretisations(step: float, corners: tuple[float, float]) -> tuple[str, ...
 
 
 def settling(denominator: np.ndarray) -> int:
-    """Samples after which a filter of these coefficients `a` no longer knows how its run began."""
+    """Samples after which a filter of these coefficients `a` no longer knows how its run began.
+
+    One that never forgets, as a search for its corners may try, counts as one that hardly does.
+    """
     slowest = max(np.abs(np.roots(denominator)), default=0.0)
     if slowest == 0.0:
         return 2
-    return 2 + int(np.ceil(np.log(SETTLED) / np.log(max(slowest, 1e-3))))
+    return 2 + int(np.ceil(np.log(SETTLED) / np.log(np.clip(slowest, 1e-3, NEVER_FORGETS))))
 
 
 def response_from_rest(b: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from clie_blocks.controllers.linearizing import linearizing_controller, lineariz
 from clie_blocks.controllers.pd import pd_controller, pd_torque
 from clie_blocks.controllers.pid import sampled_pid
 from clie_blocks.controllers.sampled import VelocityFilter
+from clie_blocks.controllers.weight_compensation import with_weight_compensation
 
 __all__ = ["VelocityFilter", "linearizing_controller", "linearizing_torque", "pd_controller",
-           "pd_torque", "sampled_cascade", "sampled_pid"]
+           "pd_torque", "sampled_cascade", "sampled_pid", "with_weight_compensation"]

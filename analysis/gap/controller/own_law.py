@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.controller.replay import (
     describe_parameters,
     encoder_steps,
 )
+from clie_blocks.analysis.gap.controller.terms import find_weights
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import STATE_STEP, BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -43,18 +44,41 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
         ran, named = _with_parameters_that_ran(problem, law, limit)
         left = _error_of(problem, ran)
         if (wrong & (left <= limit)).any():
-            law, error, changed = ran, left, named
+            law, error, changed = _without_vain_changes(problem, law, ran, left > limit, named)
     step, coarse = encoder_steps(problem)
     corners = _corners(problem, law)
     filtered = tuple(sorted({one.joint for one in changed
                              if one.name in CORNERS and one.joint is not None}))
     changed = tuple(one for one in changed if one.joint not in filtered
                     or one.name not in CORNERS)
+    unexplained = tuple(int(k) for k in np.flatnonzero(error > limit))
+    carries = problem.robot is not None and problem.robot.controller.compensation is not None
+    terms = find_weights(problem, law, limit, unexplained, float(carries))
+    known = {one.joint for one in terms}
     said = (*(describe_filter(problem.joints[k], *corners[:, k]) for k in filtered),
             *describe_parameters(changed, problem.joints))
     return ControllerCheck(
-        error, limit, filtered, corners, coarse, step, law, said, said,
-        unexplained=tuple(int(k) for k in np.flatnonzero(error > limit)), parameters=changed)
+        error, limit, filtered, corners, coarse, step, law,
+        (*said, *(one.describe(problem.joints[one.joint]) for one in terms)), said, terms=terms,
+        unexplained=tuple(k for k in unexplained if k not in known), recorded=bool(terms),
+        parameters=changed)
+
+
+def _without_vain_changes(problem: Problem, stated: BlockLaw, ran: BlockLaw, vain: np.ndarray,
+                          named: tuple[LawParameter, ...],
+                          ) -> tuple[BlockLaw, np.ndarray, tuple[LawParameter, ...]]:
+    """Law with the parameters that ran, but those of joints that they leave unexplained.
+
+    Such a joint lacks something else, which its own parameters have followed as far as they can.
+    """
+    parameters = ran.parameters.copy()
+    for k in range(len(parameters)):
+        joint = _name(problem, stated, k)[1]
+        if joint is not None and vain[joint]:
+            parameters[k] = stated.parameters[k]
+    law = stated.with_parameters(parameters)
+    kept = tuple(one for one in named if one.joint is None or not vain[one.joint])
+    return law, _error_of(problem, law), kept
 
 
 def _corners(problem: Problem, law: BlockLaw) -> np.ndarray:

@@ -17,14 +17,19 @@ from clie_blocks.analysis.gap.controller.law_residual import known_samples
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.robot_loop.links import gravity_torque
 
 UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
          "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
-         "constant": "N m"}
+         "constant": "N m", "weight of the links": "times the stated one"}
 NAMES = {"reference velocity": "control_law_form", "integral part": "hidden_integral"}
 MOST_TERMS = 2  # beyond gains: more explain a command by their number
 RATES = ("filtered", "direct", "difference")  # ways to form the velocity of the reference
 SAME_GAIN = 0.02  # of Kd: a gain on the reference velocity that is Kd
+WEIGHT = "weight of the links"
+CLOSE = 3.0  # times the limit: what a part of the samples leaves where a weight explains them
+FEW = 20  # samples of which one is in that part
+RANK = 1e-10  # of the largest singular value: below it, numbers of links do not show in a weight
 AT_LIMIT = 1.0 - 1e-9  # of the limit of a command
 
 
@@ -72,8 +77,10 @@ class Terms:
         parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}"
                           for term, value in self.coefficients.items())
         error = ": Kd acts on dqd - dq" if self.is_velocity_error else ""
+        remedy = ('; state compensation = "gravity" in [controller]'
+                  if list(self.coefficients) == [WEIGHT] else "")
         return (f"{name}: the command contains what the stated law does not have ({parts}{error})"
-                "; the robot file is wrong, or somebody changed the controller")
+                f"; the robot file is wrong, or somebody changed the controller{remedy}")
 
 
 def find_terms(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequence[int],
@@ -82,7 +89,19 @@ def find_terms(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequ
 
     Joints whose commands none of them explains are left out.
     """
-    found = (_terms_of(problem, law, float(limit[k]), k) for k in joints)
+    weights = [_weight(problem, log.q) for log in problem.logs] if joints else []
+    found = (_terms_of(problem, law, weights, float(limit[k]), k) for k in joints)
+    return tuple(terms for terms in found if terms is not None)
+
+
+def find_weights(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequence[int],
+                 carried: float) -> tuple[Terms, ...]:
+    """Weights of links that explain the commands of some joints to their rounding `limit` [N m].
+
+    They are those of links with any numbers; of the stated weight, the law carries a share.
+    """
+    weights = [_weight(problem, log.q) for log in problem.logs] if joints else []
+    found = (_other_weight(problem, law, weights, k, float(limit[k]), carried) for k in joints)
     return tuple(terms for terms in found if terms is not None)
 
 
@@ -117,21 +136,70 @@ def command_beyond_law(law: StatedLaw, log: Log) -> np.ndarray:
     return np.where(both, 0.0, log.u - unlimited)
 
 
-def _terms_of(problem: Problem, law: StatedLaw, limit: float, k: int) -> Terms | None:
+def _terms_of(problem: Problem, law: StatedLaw, weights: Sequence[np.ndarray], limit: float,
+              k: int) -> Terms | None:
     gains = ((), ("Kp", "Kd"))
     for count, beside in itertools.product(range(1, MOST_TERMS + 1), gains):
         for variant in RATES:
             for names in itertools.combinations(tuple(UNITS)[2:], count):
-                terms = _fitted(problem, law, k, (*beside, *names), variant, limit)
+                terms = _fitted(problem, law, weights, k, (*beside, *names), variant, limit)
                 if terms is not None:
                     return terms
-    return None
+    return _other_weight(problem, law, weights, k, limit)
 
 
-def _fitted(problem: Problem, law: StatedLaw, k: int, names: Sequence[str], variant: str,
+def _other_weight(problem: Problem, law: StatedLaw, weights: Sequence[np.ndarray], k: int,
+                  limit: float, carried: float = 0.0) -> Terms | None:
+    """Weight of links with other numbers than the stated ones; its changes beside theirs.
+
+    Of the stated weight, the law already carries a share; a constant may be in its integral.
+    """
+    if not any(weight[:, k].any() for weight in weights):
+        return None
+    for few, most in ((FEW, CLOSE * limit), (1, limit)):
+        columns, beyond, stated = [], [], []
+        for log, weight in zip(problem.logs, weights):
+            usable = _usable(log, law, k)
+            columns.append(_weight_columns(problem, log.q[usable][::few], k))
+            beyond.append(command_beyond_law(law, log)[usable, k][::few])
+            stated.append(weight[usable, k][::few])
+        every = np.concatenate(columns)
+        values = np.linalg.lstsq(every, np.concatenate(beyond), rcond=RANK)[0]
+        left = [np.sqrt(np.mean((part - column @ values) ** 2))
+                for column, part in zip(columns, beyond)]
+        if max(left) > most:
+            return None
+    changes = np.concatenate([weight - weight.mean() for weight in stated])
+    if not changes.any():
+        return None
+    share = float(changes @ every @ values / (changes @ changes))
+    return Terms(k, {WEIGHT: carried + share}, float(law.kd[k]))
+
+
+def _weight(problem: Problem, q: np.ndarray) -> np.ndarray:
+    """Weight of the stated links, on the side of the command (N, n) [N m]; 0 where none are."""
+    if not problem.links.known:
+        return np.zeros_like(q)
+    return gravity_torque(problem.links, q) / problem.gear_ratio
+
+
+def _weight_columns(problem: Problem, q: np.ndarray, k: int) -> np.ndarray:
+    """Weight at joint k of each link of 1 kg, and of 1 kg at 1 m along each axis of its frame."""
+    links, columns = problem.links, []
+    for j, place in itertools.product(range(problem.n), np.vstack([np.zeros(3), np.eye(3)])):
+        com = np.zeros((problem.n, 3))
+        com[j] = place
+        unit = dataclasses.replace(links, mass=np.eye(problem.n)[j], com=com)
+        columns.append(gravity_torque(unit, q)[:, k] / problem.gear_ratio[k])
+    return np.stack(columns, axis=1)
+
+
+def _fitted(problem: Problem, law: StatedLaw, weights: Sequence[np.ndarray], k: int,
+            names: Sequence[str], variant: str,
             limit: float) -> Terms | None:
     """Coefficients of some terms, where they leave no more than rounding in any log."""
-    parts = [_regression(log, law, k, names, variant) for log in problem.logs]
+    parts = [_regression(log, weight, law, k, names, variant)
+             for log, weight in zip(problem.logs, weights)]
     columns, beyond = (np.concatenate(side) for side in zip(*parts))
     scale = np.sqrt(np.mean(columns**2, axis=0))
     if not np.all(scale > 0.0):
@@ -146,16 +214,21 @@ def _fitted(problem: Problem, law: StatedLaw, k: int, names: Sequence[str], vari
     return Terms(k, coefficients, coefficients.get("Kd", float(law.kd[k])))
 
 
-def _regression(log: Log, law: StatedLaw, k: int, names: Sequence[str], variant: str,
-                ) -> tuple[np.ndarray, np.ndarray]:
+def _regression(log: Log, weight: np.ndarray, law: StatedLaw, k: int, names: Sequence[str],
+                variant: str) -> tuple[np.ndarray, np.ndarray]:
     """Terms as columns, and the command beyond the law, where filters are known."""
-    usable = np.abs(log.u[:, k]) < AT_LIMIT * law.saturation[k]
-    usable &= known_samples(log, law)
-    columns = np.stack([_column(log, law, k, name, variant) for name in names], axis=1)
+    usable = _usable(log, law, k)
+    columns = np.stack([_column(log, weight, law, k, name, variant) for name in names], axis=1)
     return columns[usable], command_beyond_law(law, log)[usable, k]
 
 
-def _column(log: Log, law: StatedLaw, k: int, name: str, variant: str) -> np.ndarray:
+def _usable(log: Log, law: StatedLaw, k: int) -> np.ndarray:
+    """Samples in which the filters of a law are known and its command is within its limit."""
+    return known_samples(log, law) & (np.abs(log.u[:, k]) < AT_LIMIT * law.saturation[k])
+
+
+def _column(log: Log, weight: np.ndarray, law: StatedLaw, k: int, name: str,
+            variant: str) -> np.ndarray:
     error, period = log.q_d[:, k] - log.q[:, k], law.period
     if name == "Kp":
         return error
@@ -163,6 +236,8 @@ def _column(log: Log, law: StatedLaw, k: int, name: str, variant: str) -> np.nda
         return -law.rate(log.q)[:, k]
     if name == "constant":
         return np.ones(len(log))
+    if name == WEIGHT:
+        return weight[:, k]
     if name == "integral part":
         return period * np.cumsum(error)
     rate = _reference_rate(log, law, k, variant)

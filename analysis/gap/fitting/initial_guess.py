@@ -6,7 +6,7 @@ from typing import Protocol
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step, lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 
@@ -37,21 +37,22 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
     new = [member for member in candidate.members if member.name not in known]
     keeps_all = len(known) + len(new) == len(candidate.members)
     reference = (before if keeps_all else nominal).cost
+    like = lender(before, method)
     if leader is not None:
-        hypothesis = with_joint_model(leader, hypothesis, reference, residuals, before.hypothesis)
+        hypothesis = with_joint_model(leader, hypothesis, reference, residuals, like)
     for _ in range(method.joint_model_steps):
-        tangent = jacobian(hypothesis, residuals, before.hypothesis)
+        tangent = jacobian(hypothesis, residuals, like)
         if tangent.cost < reference:
             break
         adapted = damped_step(hypothesis, tangent, method, method.cautious_damping, fitted_keys)
-        if jacobian(adapted, residuals, before.hypothesis).cost >= tangent.cost:
+        if jacobian(adapted, residuals, like).cost >= tangent.cost:
             break
         hypothesis = adapted
-    return shrink_amplitudes(hypothesis, residuals, reference, new, before.hypothesis)
+    return shrink_amplitudes(hypothesis, residuals, reference, new, like)
 
 
 def with_joint_model(leader: Fit, start: Hypothesis, limit: float, residuals: ResidualModel,
-                     like: Hypothesis) -> Hypothesis:
+                     like: Hypothesis | None) -> Hypothesis:
     """Return a hypothesis with the joint model of a fit, if its cost is below a limit then.
 
     What a cause leaves to be fitted of the joint model, others like it leave as well.
@@ -62,7 +63,7 @@ def with_joint_model(leader: Fit, start: Hypothesis, limit: float, residuals: Re
 
 
 def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: float,
-                      members: Sequence[Member], like: Hypothesis) -> Hypothesis:
+                      members: Sequence[Member], like: Hypothesis | None) -> Hypothesis:
     """Return a start with smaller amplitudes of some causes, if it does worse than without them.
 
     A linear regression may reach too far; `reference` is the cost on the fit logs without the

@@ -22,7 +22,7 @@ from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import LANES
 
-__all__ = ["Fit", "damped_step", "fit", "predicted_gain", "standard_deviations"]
+__all__ = ["Fit", "damped_step", "fit", "lender", "predicted_gain", "standard_deviations"]
 
 UNIFORM_PRECISION = 3.0  # inverse variance, in tolerances, of what lies anywhere within its own
 TINY = 1e-9
@@ -61,6 +61,15 @@ def fit(start: Hypothesis, residuals: ResidualModel, iterations: int | None = No
             damping = method.least_damping
         tangent = central_jacobian(hypothesis, residuals) if two_sided else after
     return _evaluated(hypothesis, residuals, kept, like)
+
+
+def lender(fit: Fit, method: FittingMethod) -> Hypothesis | None:
+    """Hypothesis of a fit from which others may borrow slopes; None beyond the datasheet.
+
+    A joint model that has absorbed what its hypothesis lacks is far from where others end.
+    """
+    violation = fit.prior_violation
+    return fit.hypothesis if violation @ violation < method.two_sided_violation else None
 
 
 def _least_gain(tangent: Tangent, method: FittingMethod) -> float:

@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.jacobian import extended_jacobian, jacobian
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, predicted_gain
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender, predicted_gain
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
@@ -42,7 +42,8 @@ def fit_numbers(members: Sequence[Member], residuals: ResidualModel, nominal: Fi
     continued unless its slopes, too, predict that a hopeless excess is left.
     """
     method = residuals.method.search
-    stated, like = build_hypothesis(residuals.problem, members), nominal.hypothesis
+    stated = build_hypothesis(residuals.problem, members)
+    like = lender(nominal, residuals.method.fitting)
     begun = min((fit(start, residuals, method.first_steps, like)
                  for start in (stated, *_other_ratios(stated, nominal))), key=_cost)
     if predicted_end(begun, residuals, like) > method.hopeless_share * nominal.excess:
@@ -73,7 +74,7 @@ def _cost(fit: Fit) -> float:
     return fit.cost
 
 
-def predicted_end(begun: Fit, residuals: ResidualModel, like: Hypothesis) -> float:
+def predicted_end(begun: Fit, residuals: ResidualModel, like: Hypothesis | None) -> float:
     """Excess that the slopes of an unfinished fit predict for its end."""
     gain = predicted_gain(begun.hypothesis, jacobian(begun.hypothesis, residuals, like),
                           residuals.method.fitting)

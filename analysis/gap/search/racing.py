@@ -7,7 +7,7 @@ import numpy as np
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate
@@ -24,7 +24,7 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     begun = _first_fits(residuals, nominal, candidates)
     order = sorted(begun, key=lambda one: one.total)
     to_finish = _finalists(begun, order, candidates, finalists, nominal, method)
-    like = nominal.hypothesis
+    like = lender(nominal, method.fitting)
     finished: list[Fit] = []
     for one in sorted(to_finish, key=lambda one: one.total):
         start = one.hypothesis
@@ -110,7 +110,8 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
 
     A part starts with the leader's parameters; where other alternatives start says nothing.
     """
-    leader, like = part_of(candidate), (candidate.extends or nominal).hypothesis
+    leader = part_of(candidate)
+    like = lender(candidate.extends or nominal, residuals.method.fitting)
     if leader is not None:
         unfitted = fit(start, residuals, 0, like)
         if starts_far_behind(unfitted, leader, nominal, residuals.method):
