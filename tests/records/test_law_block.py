@@ -17,6 +17,7 @@ GAINS = {"kp": [4.0, 2.0], "kd": [0.1, 0.05]}
 @pytest.mark.parametrize(("stated", "runs_as_block"), [
     ({"law": "pd", **GAINS}, False), ({"law": "pd", **GAINS, "velocity_of": "joint"}, False),
     ({"law": "pd", **GAINS, "velocity_of": "error"}, True),
+    ({"law": "pd", **GAINS, "compensation": "gravity"}, True),
     ({"law": "pid", **GAINS, "ki": [1.0, 0.0]}, True),
     ({"law": "cascade", "kp": [8.0, 8.0], "kv": [0.1, 0.1]}, False),
     ({"law": "cascade", "kp": [8.0, 8.0], "kv": [0.1, 0.1], "ki": [0.0, 0.0]}, False),
@@ -63,3 +64,9 @@ def test_a_program_is_no_law_of_gains():
 def test_an_anti_windup_that_is_not_known_gets_the_nearest():
     with pytest.raises(RecordError, match="'conditonal' is not known.*conditional"):
         Controller(law="pid", **GAINS, ki=[1.0, 1.0], anti_windup="conditonal")
+
+
+@pytest.mark.parametrize("law", ["unknown", "my_law.py:controller"])
+def test_a_compensation_belongs_to_a_law_with_gains(law):
+    with pytest.raises(RecordError, match="compensation = 'gravity' belongs to the laws"):
+        Controller(law=law, compensation="gravity")

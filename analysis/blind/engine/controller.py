@@ -4,7 +4,7 @@ import numpy as np
 
 from clie_blocks.analysis.blind.engine.chance import LaneRandom
 from clie_blocks.analysis.blind.engine.delay_line import DelayLine
-from clie_blocks.analysis.blind.engine.parameters import Parameters
+from clie_blocks.analysis.blind.engine.parameters import G, Parameters
 from clie_blocks.analysis.blind.engine.robot import DrawnRobot
 
 
@@ -179,6 +179,7 @@ class SampledController:
         with np.errstate(divide="ignore"):
             self.follow = 1 - np.exp(-robot.period / p["estimate_lag"])
         self.compensates = p["compensated_weight"].any() or p["compensated_friction"].any()
+        self.robot, self.carries = robot, p["carried_links"].any()
         self.start: np.ndarray | None = None
         self.first_q_d: np.ndarray | None = None
         self.previous: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
@@ -208,6 +209,8 @@ class SampledController:
             u += self.p["reference_speed"] * self.kd * wanted
         if self.compensates:
             u += self._compensation(q, speed)
+        if self.carries:
+            u += self._weight(q)
         return np.rint(u / self.step) * self.step
 
     def _speed(self, q: np.ndarray) -> np.ndarray:
@@ -217,6 +220,13 @@ class SampledController:
             return speed
         self.lagging = self.lagging + self.follow * (speed - self.lagging)
         return self.lagging
+
+    def _weight(self, q: np.ndarray) -> np.ndarray:
+        """Torque of the motors that holds the links of a chain in one vertical plane."""
+        robot, mass = self.robot, self.p["carried_links"] * self.robot.mass
+        behind = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1] - mass
+        moment = G * (mass * robot.com + robot.length * behind) * np.cos(np.cumsum(q, axis=1))
+        return np.cumsum(moment[:, ::-1], axis=1)[:, ::-1] / robot.ratio
 
     def _compensation(self, q: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """What the drive adds of its own: a weight at the joint's angle, friction by its speed."""

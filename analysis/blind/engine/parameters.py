@@ -43,6 +43,7 @@ NEUTRAL = {
     "behind": 0.0, "kd_factor": 1.0, "zero": 0.0, "lost_counts": 0.0, "slew": np.inf,
     "reference_delay": 0.0, "stale": 0.0, "reference_speed": 0.0, "estimate_lag": 0.0,
     "compensated_weight": 0.0, "compensated_friction": 0.0, "compensated_speed": 1.0,
+    "carried_links": 0.0,  # masses by which the law adds the weight of a planar chain, of stated
     # log
     "skew": 0.0, "logged_gain": 1.0,
     # time

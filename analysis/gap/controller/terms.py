@@ -152,28 +152,35 @@ def _other_weight(problem: Problem, law: StatedLaw, weights: Sequence[np.ndarray
                   limit: float, carried: float = 0.0) -> Terms | None:
     """Weight of links with other numbers than the stated ones; its changes beside theirs.
 
-    Of the stated weight, the law already carries a share; a constant may be in its integral.
+    Of the stated weight, the law already carries a share.  Only changes within a log count: what
+    an integral held when it began is not known.
     """
     if not any(weight[:, k].any() for weight in weights):
         return None
     for few, most in ((FEW, CLOSE * limit), (1, limit)):
-        columns, beyond, stated = [], [], []
+        parts = []
         for log, weight in zip(problem.logs, weights):
-            usable = _usable(log, law, k)
-            columns.append(_weight_columns(problem, log.q[usable][::few], k))
-            beyond.append(command_beyond_law(law, log)[usable, k][::few])
-            stated.append(weight[usable, k][::few])
-        every = np.concatenate(columns)
-        values = np.linalg.lstsq(every, np.concatenate(beyond), rcond=RANK)[0]
-        left = [np.sqrt(np.mean((part - column @ values) ** 2))
-                for column, part in zip(columns, beyond)]
-        if max(left) > most:
+            rows = np.flatnonzero(_usable(log, law, k))[::few]
+            parts.append(_changes(np.column_stack((
+                _weight_columns(problem, log.q[rows], k), weight[rows, k],
+                command_beyond_law(law, log)[rows, k]))))
+        every = np.concatenate(parts)
+        if not len(every):
             return None
-    changes = np.concatenate([weight - weight.mean() for weight in stated])
-    if not changes.any():
+        columns, stated, beyond = every[:, :-2], every[:, -2], every[:, -1]
+        values = np.linalg.lstsq(columns, beyond, rcond=RANK)[0]
+        if max(np.sqrt(np.mean((part[:, -1] - part[:, :-2] @ values) ** 2))
+               for part in parts if len(part)) > most:
+            return None
+    if not stated.any():
         return None
-    share = float(changes @ every @ values / (changes @ changes))
+    share = float(stated @ columns @ values / (stated @ stated))
     return Terms(k, {WEIGHT: carried + share}, float(law.kd[k]))
+
+
+def _changes(x: np.ndarray) -> np.ndarray:
+    """Columns less their means; none of no rows."""
+    return x - x.mean(axis=0) if len(x) else x
 
 
 def _weight(problem: Problem, q: np.ndarray) -> np.ndarray:

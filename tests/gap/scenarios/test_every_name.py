@@ -139,4 +139,5 @@ def test_steps_of_the_torque_are_found_by_the_logged_commands(tmp_path):
     found = diagnose(read(robot.write(tmp_path, logs)), effects=(name,))
     (setting,) = found.effects()
     assert setting.effect.name == name
-    assert setting.values["resolution"] == pytest.approx(values["resolution"], rel=3e-3)
+    # a fit moves it a little: its cost has steps as well
+    assert setting.values["resolution"] == pytest.approx(values["resolution"], rel=1e-2)
