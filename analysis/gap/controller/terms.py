@@ -19,14 +19,14 @@ from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.robot_loop.links import gravity_torque
 
+WEIGHT = "share of the weight of the links"
 UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
          "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
-         "constant": "N m", "weight of the links": "times the stated one"}
+         "constant": "N m", WEIGHT: "1"}
 NAMES = {"reference velocity": "control_law_form", "integral part": "hidden_integral"}
 MOST_TERMS = 2  # beyond gains: more explain a command by their number
 RATES = ("filtered", "direct", "difference")  # ways to form the velocity of the reference
 SAME_GAIN = 0.02  # of Kd: a gain on the reference velocity that is Kd
-WEIGHT = "weight of the links"
 CLOSE = 3.0  # times the limit: what a part of the samples leaves where a weight explains them
 FEW = 20  # samples of which one is in that part
 RANK = 1e-10  # of the largest singular value: below it, numbers of links do not show in a weight
@@ -74,7 +74,7 @@ class Terms:
 
     def describe(self, name: str) -> str:
         """The terms as a sentence."""
-        parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}"
+        parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}".removesuffix(" 1")
                           for term, value in self.coefficients.items())
         error = ": Kd acts on dqd - dq" if self.is_velocity_error else ""
         remedy = ('; state compensation = "gravity" in [controller]'

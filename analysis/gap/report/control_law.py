@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from clie_blocks.analysis.gap.controller.terms import WEIGHT
 from clie_blocks.analysis.gap.report.wording import (
     Answer,
     Row,
@@ -13,6 +14,7 @@ from clie_blocks.analysis.gap.report.wording import (
 )
 
 MANY = 10  # times from which on whole ones are told
+CARRIED = 'state compensation = "gravity" in [controller]'
 
 
 def law_lines(answer: Answer, names: Sequence[str]) -> list[str]:
@@ -31,8 +33,9 @@ def _left(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
              for row in rows if row["terms"]]
     missing = "" if len(found) == len(rows) else (
         "an excitation pe that was not logged, or a part of the law, is missing")
+    remedy = CARRIED if any(WEIGHT in row["terms"] for row in rows) else ""
     return [f"The logged command is not that of the stated law, by {join_words(left)}: "
-            f"{'; '.join(filter(None, [*found, missing]))}; {_driven_by(rows[0])}."]
+            f"{'; '.join(filter(None, [*found, missing, remedy]))}; {_driven_by(rows[0])}."]
 
 
 def _times(row: Row) -> str:
@@ -45,7 +48,8 @@ def _terms(row: Row) -> list[str]:
     """Terms of a command that the stated law does not have."""
     if row["velocity_error"]:
         return ["Kd (dqd - dq) in the place of -Kd dq"]
-    return [f"{name} {number(entry['value'])} {entry['unit']}"
+    return [f"{number(entry['value'])} times the weight of the links" if name == WEIGHT
+            else f"{name} {number(entry['value'])} {entry['unit']}"
             for name, entry in row["terms"].items()]
 
 

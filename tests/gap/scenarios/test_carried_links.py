@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.batch import read  # noqa: E402
 from clie_blocks.analysis.gap.command import main  # noqa: E402
 from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
 
-WEIGHT = "weight of the links"
+WEIGHT = "share of the weight of the links"
 
 
 @pytest.fixture
@@ -58,7 +58,8 @@ def test_a_law_that_carries_the_links_unasked_is_named_and_accuses_no_joint(arm,
     assert main([str(tmp_path), "-o", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "agrees with the robot down to the sensor noise" in said
-    assert f"{WEIGHT} {masses[0]:g} times the stated one" in said
+    assert f"it contains {masses[0]:g} times the weight of the links at" in said
+    assert 'state compensation = "gravity" in [controller]' in said
     found = diagnose(read(tmp_path))
     assert found.verdict == "none" and not found.controller.as_stated
     assert shares(found) == {k: pytest.approx(masses[0], rel=1e-3) for k in (0, 1)}
