@@ -7,14 +7,8 @@ two calls of the C library nothing has to leave the registers.  Results are off 
 units in the last place; angles beyond `LIMIT`, infinities and NaN go to the C library.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from clie_blocks.compiled.codegen.builder import Builder, Operand, Value
 from clie_blocks.compiled.codegen.vector_math import has_fused_multiplication
-
-if TYPE_CHECKING:
-    from clie_blocks.compiled.codegen.llvm import Builder, Value
 
 LIMIT = 2.0**20  # rad, below which three parts of pi/2 are exact enough
 _ROUND = 1.5 * 2.0**52  # added, it leaves the nearest whole number in the last bits
@@ -53,7 +47,43 @@ def is_in_line(width: int) -> bool:
     return width > 1 and has_fused_multiplication()
 
 
-def definition(ir: Builder, x: Value) -> tuple[str, str]:
+class LaneBuilder(Builder):
+    """A `Builder` whose sines and cosines of several lanes are in line.
+
+    Parameters
+    ----------
+    width : int
+        Number of lanes.
+
+    """
+
+    def __init__(self, width: int = 1) -> None:
+        super().__init__(width)
+        self._both: dict[str, str] = {}
+
+    def sine(self, a: Operand) -> Value:
+        """Write a sine; that of several lanes comes with the cosine."""
+        return self._of_angle(0, a) or super().sine(a)
+
+    def cosine(self, a: Operand) -> Value:
+        """Write a cosine; that of several lanes comes with the sine."""
+        return self._of_angle(1, a) or super().cosine(a)
+
+    def _of_angle(self, entry: int, a: Operand) -> Value | None:
+        if not (isinstance(a, Value) and a.varying and is_in_line(self.width)):
+            return None
+        kind = self.type(True)
+        if a.name not in self._both:
+            inner = Builder(self.width)
+            function, text = _definition(inner, Value("%x", True))
+            self.declarations |= inner.declarations | {text}
+            self._both[a.name] = self.put(
+                f"call {{{kind}, {kind}}} @{function}({kind} {a.name})")
+        return Value(self.put(f"extractvalue {{{kind}, {kind}}} {self._both[a.name]}, {entry}"),
+                     True)
+
+
+def _definition(ir: Builder, x: Value) -> tuple[str, str]:
     """Return the name and the text of a function of x, the register ``%x``, for all lanes of `ir`.
 
     It returns sine and cosine, and is copied into the functions that call it.

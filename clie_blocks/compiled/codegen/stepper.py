@@ -7,7 +7,7 @@ length, and become vector instructions.
 
 from collections.abc import Sequence
 
-from clie_blocks.compiled.codegen.llvm import constant
+from clie_blocks.compiled.codegen.builder import constant
 from clie_blocks.compiled.codegen.methods import Method
 
 WIDE = 8  # lanes that fill a register of 512 bits, which the compiler would halve in loops

@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from clie_blocks.compiled.codegen.builder import constant
 from clie_blocks.compiled.codegen.lane_layout import Memory
-from clie_blocks.compiled.codegen.llvm import Builder, constant, emit, loader
+from clie_blocks.compiled.codegen.llvm import emit, loader
 from clie_blocks.compiled.codegen.methods import Method
 from clie_blocks.compiled.codegen.native import module
+from clie_blocks.compiled.codegen.sine_cosine import LaneBuilder
 from clie_blocks.compiled.codegen.stepper import SIGNATURE, STEP
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.symbols import Expression
@@ -99,7 +101,7 @@ def _loop(layout: Layout, memory: Memory, sampling: Sampling) -> str:
 
 def _map(name: str, stored: Mapping[int, Expression], memory: Memory) -> tuple[str, set[str]]:
     """Text and declarations of ``name(t, x, u, p)``, which changes x once all is computed."""
-    builder = Builder(memory.width)
+    builder = LaneBuilder(memory.width)
     values = emit(builder, stored.values(), loader(builder, memory))
     for state, value in zip(stored, values):
         builder.store(value, "%x", memory.offset("x", state), memory.varies("x", state))
