@@ -18,8 +18,8 @@ KP, KD = np.array([30.0, 15.0]), np.array([3.0, 1.0])
 angles = st.floats(-3.0, 3.0)
 
 
-def pd(limit=1e9, **options):
-    return sampled_pid(KP, [0.0, 0.0], KD, T, limit=np.full(2, limit), **options)
+def pd(limit=1e9):
+    return sampled_pid(KP, [0.0, 0.0], KD, T, limit=np.full(2, limit))
 
 
 def weight(q):

@@ -23,6 +23,7 @@ WEIGHT = "share of the weight of the links"
 UNITS = {"Kp": "N m/rad", "Kd": "N m s/rad", "reference velocity": "N m s/rad",
          "reference acceleration": "N m s^2/rad", "integral part": "N m/(rad s)",
          "constant": "N m", WEIGHT: "1"}
+REMEDY = 'state compensation = "gravity" in [controller]'  # of a weight that no one stated
 NAMES = {"reference velocity": "control_law_form", "integral part": "hidden_integral"}
 MOST_TERMS = 2  # beyond gains: more explain a command by their number
 RATES = ("filtered", "direct", "difference")  # ways to form the velocity of the reference
@@ -77,8 +78,7 @@ class Terms:
         parts = ", ".join(f"{term} {value:.4g} {UNITS[term]}".removesuffix(" 1")
                           for term, value in self.coefficients.items())
         error = ": Kd acts on dqd - dq" if self.is_velocity_error else ""
-        remedy = ('; state compensation = "gravity" in [controller]'
-                  if list(self.coefficients) == [WEIGHT] else "")
+        remedy = f"; {REMEDY}" if list(self.coefficients) == [WEIGHT] else ""
         return (f"{name}: the command contains what the stated law does not have ({parts}{error})"
                 f"; the robot file is wrong, or somebody changed the controller{remedy}")
 
@@ -89,7 +89,7 @@ def find_terms(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Sequ
 
     Joints whose commands none of them explains are left out.
     """
-    weights = [_weight(problem, log.q) for log in problem.logs] if joints else []
+    weights = _weights(problem, joints)
     found = (_terms_of(problem, law, weights, float(limit[k]), k) for k in joints)
     return tuple(terms for terms in found if terms is not None)
 
@@ -100,7 +100,7 @@ def find_weights(problem: Problem, law: StatedLaw, limit: np.ndarray, joints: Se
 
     They are those of links with any numbers; of the stated weight, the law carries a share.
     """
-    weights = [_weight(problem, log.q) for log in problem.logs] if joints else []
+    weights = _weights(problem, joints)
     found = (_other_weight(problem, law, weights, k, float(limit[k]), carried) for k in joints)
     return tuple(terms for terms in found if terms is not None)
 
@@ -183,11 +183,15 @@ def _changes(x: np.ndarray) -> np.ndarray:
     return x - x.mean(axis=0) if len(x) else x
 
 
-def _weight(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Weight of the stated links, on the side of the command (N, n) [N m]; 0 where none are."""
+def _weights(problem: Problem, joints: Sequence[int]) -> list[np.ndarray]:
+    """Weight of the stated links along each log, on the side of the command (N, n) [N m].
+
+    Zeros where no links are stated; not computed where no joint asks for it.
+    """
+    logs = problem.logs if joints else ()
     if not problem.links.known:
-        return np.zeros_like(q)
-    return gravity_torque(problem.links, q) / problem.gear_ratio
+        return [np.zeros_like(log.q) for log in logs]
+    return [gravity_torque(problem.links, log.q) / problem.gear_ratio for log in logs]
 
 
 def _weight_columns(problem: Problem, q: np.ndarray, k: int) -> np.ndarray:

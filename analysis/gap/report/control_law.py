@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from clie_blocks.analysis.gap.controller.terms import WEIGHT
+from clie_blocks.analysis.gap.controller.terms import REMEDY, WEIGHT
 from clie_blocks.analysis.gap.report.wording import (
     Answer,
     Row,
@@ -14,7 +14,6 @@ from clie_blocks.analysis.gap.report.wording import (
 )
 
 MANY = 10  # times from which on whole ones are told
-CARRIED = 'state compensation = "gravity" in [controller]'
 
 
 def law_lines(answer: Answer, names: Sequence[str]) -> list[str]:
@@ -33,7 +32,7 @@ def _left(rows: Sequence[Row], names: Sequence[str]) -> list[str]:
              for row in rows if row["terms"]]
     missing = "" if len(found) == len(rows) else (
         "an excitation pe that was not logged, or a part of the law, is missing")
-    remedy = CARRIED if any(WEIGHT in row["terms"] for row in rows) else ""
+    remedy = REMEDY if any(WEIGHT in row["terms"] for row in rows) else ""
     return [f"The logged command is not that of the stated law, by {join_words(left)}: "
             f"{'; '.join(filter(None, [*found, missing, remedy]))}; {_driven_by(rows[0])}."]
 

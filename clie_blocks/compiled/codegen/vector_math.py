@@ -28,7 +28,7 @@ def callable_here() -> str:
 
 def has_fused_multiplication() -> bool:
     """Return whether this processor multiplies and adds with one rounding."""
-    return bool({"fma", "avx512f", "neon", "fullfp16"} & _features())
+    return bool({"fma", "neon"} & _features())
 
 
 @functools.cache

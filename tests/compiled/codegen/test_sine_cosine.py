@@ -7,6 +7,7 @@ from mpmath import mp
 
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.compiled.codegen import sine_cosine
+from clie_blocks.compiled.codegen.lane_layout import lanes
 
 EXACT = 400  # bits, enough for multiples of pi/2 that leave almost nothing
 MOST = 1.5  # units in the last place
@@ -76,7 +77,6 @@ def test_one_reduction_serves_both():
     block = ct.nlsys(lambda t, x, u, params: params["a"] * np.sin(x) + np.cos(x), None,
                      inputs=["u"], outputs=["y"], states=1, params={"a": 1.0}, name="turning")
     program = compile_diagram(block)
-    from clie_blocks.compiled.codegen.lane_layout import lanes
     memory = lanes(8, 1, len(program.signals), np.ones(1, bool))
     text = program.machine_text([], memory)
     assert text.count("call {<8 x double>, <8 x double>} @sine_and_cosine.8") == 1

@@ -11,9 +11,8 @@ from clie_blocks.analysis.blind.population.files import write_trial  # noqa: E40
 from clie_blocks.analysis.blind.population.standard import draw_trial  # noqa: E402
 from clie_blocks.analysis.gap.batch import read  # noqa: E402
 from clie_blocks.analysis.gap.command import main  # noqa: E402
+from clie_blocks.analysis.gap.controller.terms import REMEDY, WEIGHT  # noqa: E402
 from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
-
-WEIGHT = "share of the weight of the links"
 
 
 @pytest.fixture
@@ -59,7 +58,7 @@ def test_a_law_that_carries_the_links_unasked_is_named_and_accuses_no_joint(arm,
     said = capsys.readouterr().out
     assert "agrees with the robot down to the sensor noise" in said
     assert f"it contains {masses[0]:g} times the weight of the links at" in said
-    assert 'state compensation = "gravity" in [controller]' in said
+    assert REMEDY in said
     found = diagnose(read(tmp_path))
     assert found.verdict == "none" and not found.controller.as_stated
     assert shares(found) == {k: pytest.approx(masses[0], rel=1e-3) for k in (0, 1)}
