@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
+from threadpoolctl import threadpool_limits
+
 from clie_blocks.analysis.gap.assessment.advice import advice
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
 from clie_blocks.analysis.gap.assessment.localisation import localise
@@ -182,6 +184,7 @@ class Diagnosis(Result):
                                     if one.effect.port != "log" and of_law(one) == is_law])
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # threads cost small matrices more than they gain
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),
              exclude: Sequence[str] = (), stages: Stages = STAGES,
              seconds: float = 120.0) -> Diagnosis:

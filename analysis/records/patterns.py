@@ -62,7 +62,8 @@ class _Pattern:
     def match(self, name: str, unit: str | None) -> re.Match[str] | None:
         """Match of a column's name, alone or with its unit."""
         written = name if unit is None else f"{name}[{unit}]"
-        if not all(letters in written.casefold() for letters in self._literals):
+        folded = written.casefold()
+        if not all(letters in folded for letters in self._literals):
             return None
         return self.regex.fullmatch(name) or (
             self.regex.fullmatch(written) if unit is not None else None)

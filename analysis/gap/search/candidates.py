@@ -80,7 +80,7 @@ def _robot_wide(columns: Sequence[Column], screen: Screen) -> Candidate:
         parts = sorted((column for column in columns if column.probe == probe),
                        key=lambda column: column.joint)
         stacked = dataclasses.replace(parts[0], data=np.concatenate([part.data for part in parts]))
-        gain = regression([stacked], target).gain(0)
+        gain, = regression([stacked], target).gains([[0]])
         use = Use(gain.drop - stacked.size * screen.parameter_price, stacked, gain.theta[0])
         if best is None or use.score > best.score:
             best = use
@@ -98,8 +98,7 @@ def _joint_by_joint(columns: Sequence[Column], screen: Screen, method: Method) -
 
 
 def _best_probe(columns: Sequence[Column], target: np.ndarray, price: float) -> Use:
-    rule = regression(columns, target)
-    gains = [rule.gain(i) for i in range(len(columns))]
+    gains = regression(columns, target).gains([[i] for i in range(len(columns))])
     i = int(np.argmax([gain.drop for gain in gains]))
     return Use(gains[i].drop - columns[i].size * price, columns[i], gains[i].theta[0])
 
@@ -185,7 +184,7 @@ def pairs(screen: Screen, method: Method) -> list[Candidate]:
 def _joint_table(columns: Sequence[Column], target: np.ndarray, price: float, method: Method,
                  ) -> _JointTable:
     rule = regression(columns, target)
-    gains = [rule.gain(i) for i in range(len(columns))]
+    gains = rule.gains([[i] for i in range(len(columns))])
     uses = [Use(gain.drop - column.size * price, column, gain.theta[0])
             for gain, column in zip(gains, columns)]
     probes: dict[str, list[int]] = {}
@@ -194,15 +193,15 @@ def _joint_table(columns: Sequence[Column], target: np.ndarray, price: float, me
         if len(of_cause) < method.search.probes_per_cause:
             of_cause.append(int(i))
 
-    def together(i: int, j: int) -> _PairUse:
-        gain = rule.gain(i, j)
+    together = [(i, j) for one, two in itertools.combinations(sorted(probes), 2)
+                for i in probes[one] for j in probes[two]]
+    double: dict[tuple[str, str], _PairUse] = {}
+    for (i, j), gain in zip(together, rule.gains(together)):
+        key = columns[i].cause.key, columns[j].cause.key
         score = gain.drop - (columns[i].size + columns[j].size) * price - method.search.joint_gain
-        return _PairUse(score, *(Use(score, columns[place], theta)
-                                 for place, theta in zip((i, j), gain.theta)))
-
-    double = {(one, two): max((together(i, j) for i in probes[one] for j in probes[two]),
-                              key=lambda use: use.score)
-              for one, two in itertools.combinations(sorted(probes), 2)}
+        if key not in double or score > double[key].score:
+            double[key] = _PairUse(score, *(Use(score, columns[place], theta)
+                                            for place, theta in zip((i, j), gain.theta)))
     return _JointTable({key: uses[some[0]] for key, some in probes.items()}, double)
 
 

@@ -258,10 +258,11 @@ def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float)
 
 def _held(u: np.ndarray, starts: np.ndarray, length: int) -> np.ndarray:
     """Command that rests for some samples from each start on."""
-    held = u.copy()
-    for start in starts[starts < len(u)]:
-        held[start:start + length] = u[start - 1] if start else 0.0
-    return held
+    held = np.concatenate([u, np.zeros(length)])
+    starts = starts[starts < len(u)]
+    before = np.where(starts > 0, u[starts - 1], 0.0)
+    held[starts[:, None] + np.arange(length)] = before[:, None]
+    return held[:len(u)]
 
 
 def _best_step(joint: _Joint) -> Use:

@@ -1,8 +1,10 @@
-"""Regression of a whitened error on the columns of one or more causes, from their Gram matrix."""
+"""Regression of a whitened error on the columns of one or more causes, from their Gram matrix.
+
+A search asks for thousands of small regressions, so all of one size are solved together.
+"""
 
 import dataclasses
 import itertools
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +12,7 @@ import numpy as np
 from clie_blocks.analysis.gap.search.screening import Column
 
 _RIDGE = 1e-6  # on columns of norm one: two that are the same share what they explain
-_FREE = np.nan  # in the place of a bound
+_FREE, _AT_LOWER, _AT_UPPER = range(3)  # what a coefficient may be
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Regression:
         Products of all columns with each other and with the error.
     slices : list of slice
         Where each set lies.
+    limits : ndarray, shape (2, columns)
+        Bounds of the coefficients; those of sets without amplitudes do not count.
 
     """
 
@@ -40,76 +44,118 @@ class Regression:
     gram: np.ndarray
     right: np.ndarray
     slices: list[slice]
+    limits: np.ndarray
 
-    def gain(self, *sets: int) -> Gain:
-        """Return the gain of some sets together, by position in `columns`.
+    def gains(self, groups: Sequence[Sequence[int]]) -> list[Gain]:
+        """Return the gain of the sets of each group together, by position in `columns`.
 
         A set without amplitudes is one column with coefficient one.
         """
+        places = [self._places(sets) for sets in groups]
+        by_size: dict[tuple[int, int], list[int]] = {}
+        for i, (pinned, scaled) in enumerate(places):
+            by_size.setdefault((len(pinned), len(scaled)), []).append(i)
+        gains: dict[int, Gain] = {}
+        for some in by_size.values():
+            drops, thetas = self._drops(*(np.array([places[i][part] for i in some], int)
+                                          for part in range(2)))
+            gains |= {i: Gain(float(drop), self._by_set(groups[i], theta))
+                      for i, drop, theta in zip(some, drops, thetas)}
+        return [gains[i] for i in range(len(groups))]
+
+    def _places(self, sets: Sequence[int]) -> tuple[list[int], list[int]]:
+        """Columns with coefficient one, and columns that are scaled."""
         pinned = [self.slices[i].start for i in sets if not self.columns[i].amplitudes]
-        scaled = [i for i in sets if self.columns[i].amplitudes]
-        drop = float(2 * self.right[pinned].sum() - self.gram[np.ix_(pinned, pinned)].sum())
-        theta = np.zeros(0)
-        if scaled:
-            used = np.concatenate([np.arange(self.slices[i].start, self.slices[i].stop)
-                                   for i in scaled])
-            right = self.right[used] - self.gram[np.ix_(used, pinned)].sum(axis=1)
-            lower, upper = np.concatenate([self.columns[i].limits for i in scaled], axis=1)
-            more, theta = bounded_drop(self.gram[np.ix_(used, used)], right, lower, upper)
-            drop += more
-        coefficients = iter(theta)
-        return Gain(drop, tuple(tuple(itertools.islice(coefficients,
-                                                       len(self.columns[i].amplitudes)))
-                                for i in sets))
+        scaled = [place for i in sets if self.columns[i].amplitudes
+                  for place in range(self.slices[i].start, self.slices[i].stop)]
+        return pinned, scaled
+
+    def _drops(self, pinned: np.ndarray, scaled: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Drops and coefficients of groups of one size, whose columns are the rows."""
+        rows = scaled[:, :, None]
+        drop = 2 * self.right[pinned].sum(axis=1) - self.gram[
+            pinned[:, :, None], pinned[:, None]].sum(axis=(1, 2))
+        right = self.right[scaled] - self.gram[rows, pinned[:, None]].sum(axis=2)
+        more, theta = bounded_drops(self.gram[rows, scaled[:, None]], right,
+                                    *self.limits[:, scaled])
+        return drop + more, theta
+
+    def _by_set(self, sets: Sequence[int], theta: np.ndarray) -> tuple[tuple[float, ...], ...]:
+        coefficients = iter(theta.tolist())
+        return tuple(tuple(itertools.islice(coefficients, len(self.columns[i].amplitudes)))
+                     for i in sets)
 
 
 def regression(columns: Sequence[Column], target: np.ndarray) -> Regression:
     """Return the `Regression` of a target on column sets of one joint, or stacked ones."""
     data = np.concatenate([column.data for column in columns], axis=1)
     ends = np.cumsum([0] + [column.data.shape[1] for column in columns])
-    return Regression(list(columns), data.T @ data, data.T @ target,
-                      [slice(first, last) for first, last in itertools.pairwise(ends)])
+    slices = [slice(first, last) for first, last in itertools.pairwise(ends)]
+    limits = np.zeros((2, data.shape[1]))
+    for column, place in zip(columns, slices):
+        if column.amplitudes:
+            limits[:, place] = column.limits
+    return Regression(list(columns), data.T @ data, data.T @ target, slices, limits)
 
 
-def bounded_drop(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, upper: np.ndarray,
-                 ) -> tuple[float, np.ndarray]:
-    """Least squares within bounds: the drop of the sum of squares, and the coefficients.
+def bounded_drops(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, upper: np.ndarray,
+                  ) -> tuple[np.ndarray, np.ndarray]:
+    """Least squares within bounds, many: the drops of the sum of squares, and the coefficients.
 
     Each coefficient is free or at one of its bounds.  The best of all such choices whose free
     coefficients are inside their bounds is the optimum; four columns have few of them.
 
     Parameters
     ----------
-    gram, right : ndarray
-        Normal equations.
-    lower, upper : ndarray
+    gram : ndarray, shape (M, k, k)
+        Matrices of the normal equations.
+    right : ndarray, shape (M, k)
+        Their right-hand sides.
+    lower, upper : ndarray, shape (M, k)
         Bounds of the coefficients, infinite where there are none; zero is within them.
 
     """
-    norm = np.sqrt(np.diag(gram)) + 1e-30
-    gram, right = gram / np.outer(norm, norm), right / norm
+    norm = np.sqrt(np.diagonal(gram, axis1=1, axis2=2)) + 1e-30
+    gram, right = gram / (norm[:, :, None] * norm[:, None]), right / norm
     lower, upper = lower * norm, upper * norm
-    curved = gram + _RIDGE * np.eye(len(norm))
-    theta = np.linalg.solve(curved, right)
-    if (theta < lower).any() or (theta > upper).any():
-        theta = _best_at_bounds(curved, right, lower, upper)
-    return float(2 * theta @ right - theta @ gram @ theta), theta / norm
+    curved = gram + _RIDGE * np.eye(norm.shape[1])
+    theta = _solved(curved, right)
+    beyond = ((theta < lower) | (theta > upper)).any(axis=1)
+    if beyond.any():
+        theta[beyond] = _best_at_bounds(curved[beyond], right[beyond], lower[beyond],
+                                        upper[beyond])
+    return _drop(gram, right, theta), theta / norm
 
 
 def _best_at_bounds(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, upper: np.ndarray,
                     ) -> np.ndarray:
     """Best coefficients inside bounds, some of which must be active."""
-    best, theta = 0.0, np.zeros(len(right))
-    options = [[_FREE, *filter(math.isfinite, bounds)] for bounds in zip(lower, upper)]
-    for held in itertools.product(*options):
-        tried = np.array(held)
-        free = np.isnan(tried)
-        tried[free] = 0.0
+    best, theta = np.zeros(len(right)), np.zeros(right.shape)
+    for choice in itertools.product((_FREE, _AT_LOWER, _AT_UPPER), repeat=right.shape[1]):
+        kind = np.array(choice)
+        held = np.where(kind == _AT_LOWER, lower, np.where(kind == _AT_UPPER, upper, 0.0))
+        bounded = np.isfinite(held).all(axis=1)
+        if not bounded.any():
+            continue
+        tried, free = np.where(bounded[:, None], held, 0.0), kind == _FREE
         if free.any():
-            tried[free] = np.linalg.solve(gram[free][:, free], right[free] - gram[free] @ tried)
-            if (tried < lower).any() or (tried > upper).any():
-                continue
-        drop = float(tried @ (2 * right - gram @ tried))
-        if drop > best:
-            best, theta = drop, tried
+            tried[:, free] = _solved(gram[:, free][:, :, free],
+                                     (right - _product(gram, tried))[:, free])
+        inside = ((tried >= lower) & (tried <= upper)).all(axis=1)
+        drop = _drop(gram, right, tried)
+        better = bounded & inside & (drop > best)
+        best[better], theta[better] = drop[better], tried[better]
     return theta
+
+
+def _solved(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
+    return np.linalg.solve(matrices, right[..., None])[..., 0]
+
+
+def _product(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _drop(gram: np.ndarray, right: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Drop of the sum of squares at some coefficients."""
+    return (theta * (2 * right - _product(gram, theta))).sum(axis=1)

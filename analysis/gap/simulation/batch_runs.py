@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,7 +15,7 @@ from clie_blocks.robot_loop.dynamics import Values
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
 
-LANES, WIDE = 8, 16  # runs side by side: two registers of them take half as long again as one
+LANES, WIDE = 8, 16  # runs that fill one or two registers of any processor
 KEPT_INPUTS = 8  # tables of inputs that are kept for the next run
 
 
@@ -79,21 +79,35 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
 
     """
     simulator = simulator.for_delays(_longest_delay(simulator, sets))
-    width = min(_width(len(sets), every), simulator.program.lanes)
-    groups = [_run_group(simulator, log, sets[first:first + width], width, names, dithered, every)
-              for first in range(0, len(sets), width)]
+    groups, first = [], 0
+    for width in _widths(len(sets), every, simulator.program.lanes):
+        some = sets[first:first + width]
+        groups.append(_run_group(simulator, log, some, width, names, dithered, every))
+        first += width
     return np.concatenate(groups) if len(groups) > 1 else groups[0]
 
 
-def _width(count: int, every: int) -> int:
-    """Lanes for so many sets.
+def _widths(count: int, every: int, lanes: int) -> Iterator[int]:
+    """Lanes of each group of so many sets: all that there are, or one register for a few.
 
-    A single run of every sample takes one lane, at two thirds of the time.  A single run of means
-    takes as many as a Jacobian does, for which the machine code already exists.
+    Two registers take half as long again as one.  A single run of every sample takes one lane, at
+    two thirds of the time.  A single run of means takes as many as a few do, for which the
+    machine code already exists.
     """
     if count == 1 and every == 1:
-        return 1
-    return LANES if count <= LANES else WIDE
+        yield 1
+        return
+    few = min(_register(), lanes) if lanes > 1 else 1
+    while count > 0:
+        yield few if count <= few else lanes
+        count -= few if count <= few else lanes
+
+
+def _register() -> int:
+    """Lanes of one register; only where there is machine code."""
+    from clie_blocks.compiled.codegen.machine import register_width
+
+    return register_width()
 
 
 def _longest_delay(simulator: LaneSimulator, sets: Sequence[Values]) -> float:

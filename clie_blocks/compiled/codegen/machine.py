@@ -12,7 +12,6 @@ import llvmlite.binding as llvm
 
 from clie_blocks.compiled.cache import store
 
-ONE_REGISTER = 8  # lanes of AVX-512
 _LARGE = 1500  # lines, from which the pairing of operations takes most of the time and gains none
 _lock, _library = threading.Lock(), itertools.count()
 _state: dict[str, Any] = {}  # the processor and the linker, made at the first use
@@ -60,12 +59,18 @@ class Machine:
 def lane_width() -> int:
     """Return how many runs of a small program this processor does best side by side.
 
-    Two registers of AVX-512, which has 32 of them, or one register of a smaller kind.
+    They fill two registers: operations of one go on while those of the other wait for results.
     """
+    return 2 * register_width()
+
+
+@functools.cache
+def register_width() -> int:
+    """Return how many numbers a register of this processor holds."""
     with _lock:
         _target()
     features = llvm.get_host_cpu_features()
-    return 2 * ONE_REGISTER if features.get("avx512f") else 4 if features.get("avx") else 2
+    return 8 if features.get("avx512f") else 4 if features.get("avx") else 2
 
 
 def _target() -> llvm.TargetMachine:

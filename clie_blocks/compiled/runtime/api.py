@@ -132,8 +132,8 @@ class Batches:
         """The most runs of a batch that go side by side, at little more than the cost of one."""
         if self._engine == "python" or self._layout.opaque:
             return 1
-        from clie_blocks.compiled.codegen.machine import ONE_REGISTER, lane_width
-        return min(lane_width(), ONE_REGISTER) if self.operations > MANY else lane_width()
+        from clie_blocks.compiled.codegen.machine import lane_width, register_width
+        return register_width() if self.operations > MANY else lane_width()
 
     def _shown(self) -> list[int]:
         """States that the user knows; a sampled loop has others."""

@@ -11,7 +11,7 @@ import pytest
 
 from clie_blocks.compiled import compile_diagram, held_normal, reduce
 from clie_blocks.compiled.codegen import vector_math
-from clie_blocks.compiled.codegen.machine import ONE_REGISTER, lane_width
+from clie_blocks.compiled.codegen.machine import lane_width, register_width
 from clie_blocks.compiled.runtime import api, recorder, simulate
 from clie_blocks.compiled.runtime.batch import lanes_and_threads
 from clie_blocks.errors import ClieError
@@ -200,7 +200,7 @@ def test_a_large_program_takes_one_register_of_lanes_and_runs_as_before(program,
     wide = program.batch(**CALL, params={"pd.gain": GAINS}, log="plant.q")
     assert program.lanes == lane_width()
     monkeypatch.setattr(api, "MANY", program.operations - 1)
-    assert program.lanes == min(lane_width(), ONE_REGISTER)
+    assert program.lanes == register_width()
     narrow = program.batch(**CALL, params={"pd.gain": GAINS}, log="plant.q")
     np.testing.assert_allclose(narrow.outputs, wide.outputs, rtol=1e-12)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from clie_blocks.analysis.gap.search.subset_regression import bounded_drop, regression
+from clie_blocks.analysis.gap.search.subset_regression import bounded_drops, regression
 
 LOWER = st.sampled_from([-np.inf, -2.0, -0.3, 0.0])
 UPPER = st.sampled_from([0.2, 1.0, 3.0, np.inf])
@@ -18,6 +18,12 @@ def column_set(data, lower=(), upper=()):
     """Columns of one probe, as far as the regression looks at them."""
     return SimpleNamespace(data=data, amplitudes=("",) * len(lower),
                            limits=np.array([lower, upper]))
+
+
+def bounded_drop(gram, right, lower, upper):
+    """Drop and coefficients of one regression."""
+    (drop,), (theta,) = bounded_drops(gram[None], right[None], lower[None], upper[None])
+    return drop, theta
 
 
 def expected(data, target, lower, upper):
@@ -77,9 +83,22 @@ def test_a_set_without_amplitudes_counts_as_it_is_and_the_others_explain_the_res
     data = rng.normal(size=(80, 3))
     target = data @ [1.0, 0.5, 3.0]
     sets = [column_set(data[:, :1]), column_set(data[:, 1:], [-1.0, -1.0], [1.0, 1.0])]
-    gain = regression(sets, target).gain(0, 1)
+    together, alone = regression(sets, target).gains([[0, 1], [0]])
     best, solution = expected(data[:, 1:], target - data[:, 0], -1.0, 1.0)
-    assert gain.theta[0] == () and gain.theta[1] == pytest.approx(solution, rel=1e-4)
+    assert together.theta[0] == () and together.theta[1] == pytest.approx(solution, rel=1e-4)
     before, after = target @ target, (target - data[:, 0]) @ (target - data[:, 0])
-    assert gain.drop == pytest.approx(before - after + best, rel=1e-6)
-    assert gain.drop > regression(sets, target).gain(0).drop
+    assert together.drop == pytest.approx(before - after + best, rel=1e-6)
+    assert together.drop > alone.drop
+
+
+def test_many_regressions_are_what_each_is_alone():
+    rng = np.random.default_rng(4)
+    data = rng.normal(size=(50, 20, 3))
+    target = (data @ rng.normal(scale=2.0, size=(50, 3, 1)))[..., 0]
+    gram, right = data.transpose(0, 2, 1) @ data, (target[:, None] @ data)[:, 0]
+    lower, upper = np.full((50, 3), -0.5), np.where(rng.random((50, 3)) < 0.5, 1.0, np.inf)
+    drops, thetas = bounded_drops(gram, right, lower, upper)
+    for i in range(50):
+        drop, theta = bounded_drop(gram[i], right[i], lower[i], upper[i])
+        assert drops[i] == pytest.approx(drop, rel=1e-9)
+        assert thetas[i] == pytest.approx(theta, rel=1e-9, abs=1e-12)
