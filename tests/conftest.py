@@ -3,8 +3,10 @@
 import os
 from pathlib import Path
 
-import pytest
-from hypothesis import settings
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers of pytest share the processors
+
+import pytest  # noqa: E402 (numpy reads the variable when it is imported)
+from hypothesis import settings  # noqa: E402
 
 # Shared machines are slow at random, so no example is timed; CI repeats the same examples, and
 # every run by hand looks for new ones.

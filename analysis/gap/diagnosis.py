@@ -184,7 +184,7 @@ class Diagnosis(Result):
                                     if one.effect.port != "log" and of_law(one) == is_law])
 
 
-@threadpool_limits.wrap(limits=1, user_api="blas")  # threads cost small matrices more than they gain
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices: threads would only wait
 def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] = (),
              exclude: Sequence[str] = (), stages: Stages = STAGES,
              seconds: float = 120.0) -> Diagnosis:

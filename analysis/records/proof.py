@@ -20,7 +20,7 @@ from clie_blocks.analysis.records.checks.scale import FAR, NEAR, inertia_ratios
 from clie_blocks.analysis.records.control_law import stated_variant
 from clie_blocks.analysis.records.law_residual import ROUNDED_SHARE, ROUNDED_STEPS
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.replay import Replay, variants
+from clie_blocks.analysis.records.replay import Replay, sample_time, variants, velocity
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.single_changes import Change, single_changes, start_offsets
 
@@ -28,6 +28,7 @@ OTHER_STEP = 1.5  # times the stated step of the position: it was rounded once m
 MOST_ROUNDED = 0.05  # of the command's RMS that rounding of the logged position may explain
 PIECE = 1500  # samples of each log that refute a change before it is tried on all
 LAX = 3.0  # times the limit, above which a piece refutes it
+BETTER = 0.95  # of the squares, below which another explanation of the commands leaves clearly less
 AWAY = 0.02  # of the range of motion, from the stated start, at which a log begins elsewhere
 
 
@@ -89,7 +90,8 @@ def proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[i
             continue
         changed = tuple(change.apply(record) for record in records)
         if (_is_proof(law_misfit(changed, robot), before, changed, robot, change.joints)
-                and (not change.unweighed or _is_weighed(records, changed, robot))):
+                and (not change.unweighed or _is_weighed(records, changed, robot))
+                and not _is_rather_its_velocity(records, changed, robot, change.joints)):
             proven.append((change, changed))
     if len(proven) < 2:
         return proven
@@ -97,6 +99,35 @@ def proven_changes(records: tuple[Record, ...], robot: Robot, joints: Sequence[i
     agreeing = [pair for pair, error in zip(proven, errors, strict=True)
                 if error <= max(min(errors), AWAY)]
     return [pair for pair in agreeing if not pair[0].unnamed] or agreeing
+
+
+def _is_rather_its_velocity(before: Sequence[Record], after: Sequence[Record], robot: Robot,
+                            joints: Sequence[int]) -> bool:
+    """Whether a law that takes the velocity of the reference explains more than its shift does.
+
+    A law that leads looks as if its reference were late: q_d + lead dq_d/dt is nearly q_d at a
+    later time.  Where the two are equal the change counts.
+    """
+    moved = [(one, other) for one, other in zip(before, after, strict=True)
+             if one.qd is not None and one.qd is not other.qd]
+    if not moved:
+        return False
+    shifted = sum(float((replay_as_stated(other, robot).rms[list(joints)]**2).sum())
+                  for _, other in moved)
+    led = sum(_left_by_lead(one, robot, k) for one, _ in moved for k in joints)
+    return led < BETTER * shifted
+
+
+def _left_by_lead(record: Record, robot: Robot, k: int) -> float:
+    """Mean square that the law leaves of a command, beside the velocity of the reference."""
+    law, reference = replay_as_stated(record, robot), record.signal("qd")
+    rate = np.gradient(reference[:, k], sample_time(record, robot.controller))
+    filtered = velocity(record.replace(q=reference), robot.controller, law.variant, k)[:, 0]
+    columns = np.stack([rate, filtered], axis=1)
+    used = law.used & np.isfinite(columns).all(axis=1)
+    residual, columns = law.residual[used, k], columns[used]
+    left = residual - columns @ np.linalg.lstsq(columns, residual, rcond=None)[0]
+    return float(np.mean(left**2))
 
 
 def _is_weighed(before: Sequence[Record], after: Sequence[Record], robot: Robot) -> bool:
