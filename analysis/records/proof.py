@@ -28,7 +28,7 @@ OTHER_STEP = 1.5  # times the stated step of the position: it was rounded once m
 MOST_ROUNDED = 0.05  # of the command's RMS that rounding of the logged position may explain
 PIECE = 1500  # samples of each log that refute a change before it is tried on all
 LAX = 3.0  # times the limit, above which a piece refutes it
-BETTER = 0.95  # of the squares, below which another explanation of the commands leaves clearly less
+BETTER = 0.95  # of the squares, below which another explanation leaves clearly less
 AWAY = 0.02  # of the range of motion, from the stated start, at which a log begins elsewhere
 
 

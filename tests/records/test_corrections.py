@@ -133,14 +133,14 @@ def test_other_gains_and_filters_are_no_fault_of_the_log(logs, robot):
         assert any(finding.check.startswith("law.") for finding in seen.warnings)
 
 
-@pytest.mark.parametrize("share", [0.05, 1.0])
+@pytest.mark.parametrize("share", [0.05, 0.1, 1.0])
 def test_a_law_that_takes_the_velocity_of_the_reference_has_none_that_is_late(share, logs, robot):
     coarse = np.full(3, 0.03)  # rounding of the command, in which a shift nearly hides
     laws = [log.replace(u=coarse * np.round((log.u + share * (with_lead(log).u - log.u)) / coarse))
             for log in logs]
     stated = dataclasses.replace(robot, controller=dataclasses.replace(
         robot.controller, command_resolution=coarse))
-    assert not examine(of(stated, laws), stated).corrections
+    assert "lag" not in [one.check for one in examine(of(stated, laws), stated).corrections]
 
 
 def test_a_lost_excitation_is_read_from_the_command_where_a_log_proves_the_law(clean, robot):
