@@ -31,7 +31,7 @@ _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
-_FINEST, _SHIFT = 0.03, 0.15  # of the largest command; of a step, that the next one tried shifts
+_FINEST, _SHIFT = 0.005, 0.15  # of the largest command; of a step, that the next one tried shifts
 
 
 class Use(NamedTuple):
@@ -266,10 +266,14 @@ def _held(u: np.ndarray, starts: np.ndarray, length: int) -> np.ndarray:
 
 
 def _best_step(joint: _Joint) -> Use:
-    """Resolution at which the rounding of the logged command explains most of the error."""
+    """Resolution at which the rounding of the logged command explains most of the error.
+
+    A command that passes a step with every sample shows nothing of it but noise.
+    """
     largest = max(np.abs(u).max() for u in joint.u)
+    change = float(np.median(np.abs(np.concatenate([np.diff(u) for u in joint.u]))))
     tried, step = [], 1.2 * largest
-    while step > _FINEST * largest:
+    while step > max(_FINEST * largest, change):
         tried.append(step)
         step -= _SHIFT * step * step / largest
     gains = np.array([_rounding_gain(joint, step) for step in tried]) if tried else np.zeros(0)
