@@ -8,6 +8,8 @@ from clie_blocks.errors import ClieError, nearest
 from clie_blocks.output import guarded
 
 VERBS = {
+    "example": ("clie_blocks.analysis.examples.command",
+                "logs with their robot file to try the other commands on"),
     "loop": ("clie_blocks.diagrams.clie_loop", "run the paper's identification, Fig. 2"),
     "bounds": ("clie_blocks.analysis.stability_report.command", "are these gains safe, and why"),
     "reproduce": ("clie_blocks.analysis.reproduction.command",

@@ -25,7 +25,9 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
     for expected in ("clie_blocks/joints.py", "clie_blocks/diagrams/clie_loop.py",
                      "clie_blocks/analysis/cli.py", "clie_blocks/__init__.pyi",
                      "clie_blocks/effects/__init__.pyi",
-                     "clie_blocks/analysis/records/__init__.pyi", "clie_blocks/py.typed"):
+                     "clie_blocks/analysis/records/__init__.pyi", "clie_blocks/py.typed",
+                     "clie_blocks/analysis/examples/friction-arm/robot.toml",
+                     "clie_blocks/analysis/examples/friction-arm/log-3.csv.gz"):
         assert expected in names
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"clie_blocks"}
     sdist = tarfile.open(next(built.glob("*.tar.gz"))).getnames()
