@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, Member, held_members
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.correction import correction
 from clie_blocks.analysis.gap.report.description import wrong_numbers
 from clie_blocks.analysis.gap.report.joint_side import exported
 from clie_blocks.analysis.gap.report.wording import (
@@ -96,7 +97,7 @@ def answer(result: Result) -> dict[str, Any]:
         "evidence": evidence.to_json(result.evidence),
         "seconds": result.seconds,
     }, units_of(records))
-    return {**plain, "export": exported(result)}
+    return {**plain, "export": exported(result), "correction": correction(result)}
 
 
 def log_findings(problem: Problem) -> dict[str, Any]:

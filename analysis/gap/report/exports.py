@@ -47,11 +47,12 @@ def settings(model: Fit, log: int = 0) -> list[Setting]:
     """
     hypothesis = model.hypothesis
     return [setting for member in hypothesis.members if not is_number(member.cause)
-            for setting in _of_member(member, hypothesis.problem, hypothesis.of_log(log))]
+            for setting in member_settings(member, hypothesis.problem, hypothesis.of_log(log))]
 
 
-def _of_member(member: Member, problem: Problem, values: Mapping[str, np.ndarray],
-               ) -> list[Setting]:
+def member_settings(member: Member, problem: Problem, values: Mapping[str, np.ndarray],
+                    ) -> list[Setting]:
+    """Return one cause of a fitted model as effects of the catalogue, as `settings` does."""
     cause = member.cause
     by_name: EffectValues = {cause.name: {
         number.name: values[f"{member.name}.{number.name}"] for number in cause.numbers

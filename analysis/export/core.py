@@ -1,0 +1,107 @@
+"""The block of a joint as text of its own: a C99 file with a header, and a Python listing."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import textwrap
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from clie_blocks.analysis.export.joint_block import OUTPUTS, JointBlock
+
+if TYPE_CHECKING:
+    from clie_blocks.compiled.program import Program
+
+TEMPLATES = Path(__file__).parent
+PHYSICAL = {"q": "position [rad or m]", "dq": "velocity [rad/s or m/s]",
+            "u": "command, as logged", "tau_other": "torque of anything else on the joint"}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Core:
+    """The compiled block of one joint.
+
+    Parameters
+    ----------
+    block : JointBlock
+        The block.
+    name : str
+        Prefix of its functions, an identifier.
+
+    """
+
+    block: JointBlock
+    name: str
+
+    @cached_property
+    def program(self) -> Program:
+        """The block as a program, checked against the block at random points."""
+        from clie_blocks.compiled import compile_diagram
+
+        return compile_diagram(self.block.system(self.name))
+
+    @property
+    def parameters(self) -> list[tuple[str, float]]:
+        """Every parameter with its value, in the order of the program's."""
+        return [(key, float(value)) for key, values in self.program.params.items()
+                for value in np.ravel(values)]
+
+    @property
+    def states(self) -> list[str]:
+        """Name of every state."""
+        return [label for _, label in self.program.states]
+
+    @property
+    def effects(self) -> str:
+        """What it holds, in words."""
+        return ", ".join(map(repr, self.block.effects)) or "no effect"
+
+    def c_source(self) -> str:
+        """Return the C99 file: the program's own functions, and one that advances a joint."""
+        return f"{self.program.source('c')}\n{self._filled('joint.c.j2')}"
+
+    def c_header(self) -> str:
+        """Return the header of the C99 file."""
+        return self._filled("joint.h.j2")
+
+    def python_source(self) -> str:
+        """Return a function that makes the block's two functions, as an indented listing."""
+        listing = self.program.source("python")
+        body = listing[listing.index('"""\n', 3) + 4:]
+        return (f"def _{self.name}():\n{textwrap.indent(body.rstrip(), '    ')}\n"
+                f"    return derivative, observe\n")
+
+    @property
+    def rows(self) -> dict[str, int]:
+        """Place of each output in what the Python listing observes."""
+        slots = self.program.description.slots
+        return {name: slots[f"{name}[0]"] for name in OUTPUTS}
+
+    def _filled(self, template: str) -> str:
+        return fill(template, core=self, upper=self.name.upper(), outputs=OUTPUTS)
+
+
+def core(block: JointBlock, name: str | None = None) -> Core:
+    """Return the core of a joint's block, under the name of the joint."""
+    return Core(block, identifier(name or block.joint.name))
+
+
+def identifier(text: str) -> str:
+    """Return a name as C and Python take one."""
+    clean = re.sub(r"\W", "_", text, flags=re.ASCII)
+    return f"joint_{clean}" if not clean[:1].isalpha() else clean
+
+
+def fill(template: str, **values: Any) -> str:
+    """Return a template of this folder with values filled in; an unknown name is an error."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    environment.filters["text"] = lambda text: re.sub(r"\s+", " ", str(text)).replace("*/", "* /")
+    return environment.get_template(template).render(**values)

@@ -1,0 +1,231 @@
+"""The correction that an answer of a diagnosis holds: joints, and effects as settings."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.effect import Setting
+from clie_blocks.errors import ClieError, RecordError, nearest
+from clie_blocks.labels import DiagramError
+
+KEY = "correction"
+
+
+@dataclasses.dataclass(frozen=True)
+class Joint:
+    """One corrected joint, on the joint side: N m and rad, or N and m of an axis that slides.
+
+    Parameters
+    ----------
+    name, kind : str
+        Its name, and ``hinge`` or ``slide``.
+    unit_q, unit_u : str
+        Units of the logged position and command.
+    zero : float
+        Logged position at which the position of the model is zero [rad or m].
+    gear_ratio : float
+        Motor turns per joint turn, as stated.
+    encoder : str
+        ``link`` or ``motor``: the shaft that it sees where the two move apart.
+    gear, gain : float
+        Ratio that was found, and torque of the motor per unit of command.
+    torque : float
+        Torque at the joint per torque of the model, in whose unit the effects are.
+    command : float
+        Command of the model per unit of the logged command.
+    inertia, beside_links : float
+        Whole inertia about the joint as the model has it, and that beside the stated links.
+    links_known : bool
+        Whether links were stated, so that the two differ.
+    damping, offset : float
+        Viscous friction, and constant torque that pushes forward.
+    before : dict
+        What the datasheet said, by name.
+
+    """
+
+    name: str
+    kind: str
+    unit_q: str
+    unit_u: str
+    zero: float
+    gear_ratio: float
+    encoder: str
+    gear: float
+    gain: float
+    torque: float
+    command: float
+    inertia: float
+    beside_links: float
+    links_known: bool
+    damping: float
+    offset: float
+    before: Mapping[str, float | None]
+
+    @property
+    def slides(self) -> bool:
+        """Whether it slides, in m, and does not turn."""
+        return self.kind == "slide"
+
+    @property
+    def unit_torque(self) -> str:
+        """Unit of its torque or force."""
+        return "N" if self.slides else "N m"
+
+
+@dataclasses.dataclass(frozen=True)
+class Correction:
+    """What is to be brought into a simulator.
+
+    Parameters
+    ----------
+    joints : tuple of Joint
+        In the order of the logs.
+    period : float
+        Sample time of the controller [s].
+    effects : tuple of Setting
+        Effects of the robot, in the order in which they act.
+    of_law : tuple of Setting
+        Effects of the controller or of the recorder, which no simulator of a robot holds.
+    without_block : tuple of dict
+        Causes that no effect of the catalogue states, with the reason.
+    basis : str
+        What the model corrects: the ``datasheet``, the user's ``simulator`` or ``loop``.
+    verdict : str
+        Of the diagnosis.
+
+    """
+
+    joints: tuple[Joint, ...]
+    period: float
+    effects: tuple[Setting, ...]
+    of_law: tuple[Setting, ...] = ()
+    without_block: tuple[Mapping[str, Any], ...] = ()
+    basis: str = "datasheet"
+    verdict: str = "effect"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return tuple(joint.name for joint in self.joints)
+
+    def index(self, name: str) -> int:
+        """Place of a joint by its name."""
+        return self.names.index(name)
+
+    def at(self, k: int) -> tuple[Setting, ...]:
+        """Effects that act on joint k."""
+        return tuple(one for one in self.effects if one.joints is None or k in one.joints)
+
+
+def read_correction(path: str | PathLike[str]) -> Correction:
+    """Return the correction in a JSON answer of ``clie diagnose``.
+
+    Parameters
+    ----------
+    path : path-like
+        The answer of one robot.
+
+    Raises
+    ------
+    RecordError
+        If the file is no such answer, is of an older version, or holds no correction in SI.
+
+    """
+    try:
+        content = json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise RecordError(f"{path} cannot be read as JSON ({error}); give the answer that 'clie "
+                          "diagnose LOG... -o DIR' wrote, DIR/NAME.json") from None
+    if not isinstance(content, dict) or "verdict" not in content:
+        several = isinstance(content, dict) and any(
+            isinstance(one, dict) and "verdict" in one for one in content.values())
+        raise RecordError(f"{path} is no answer of one robot" + (
+            f"; it holds several: {', '.join(content)}. Give DIR/NAME.json of one of them"
+            if several else "; give the JSON that 'clie diagnose LOG... -o DIR' wrote"))
+    return correction_of(content, str(path))
+
+
+def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correction:
+    """Return the correction in an answer, see `read_correction`.
+
+    Parameters
+    ----------
+    answer : dict
+        Answer of a diagnosis, in JSON types.
+    source : str
+        What to call it in a message.
+
+    Raises
+    ------
+    RecordError
+        As in `read_correction`.
+
+    """
+    plain = answer.get(KEY)
+    if plain is None:
+        raise RecordError(f"{source} was written before answers held a correction; diagnose the "
+                          "logs again with this version")
+    if plain["not_exported"]:
+        raise RecordError(f"{source}: torques of this diagnosis are per unit of u, and a "
+                          f"simulator needs N m: {plain['not_exported']}")
+    if answer["verdict"] in ("none", "unexplained"):
+        raise RecordError(f"{source}: the verdict is {answer['verdict']!r}, so there is no "
+                          "correction to export; the report says what the logs do not show")
+    joints = tuple(_joint(one) for one in plain["joints"])
+    return Correction(joints, float(plain["period"]),
+                      tuple(_settings(plain["effects"], source)),
+                      tuple(_settings(plain["of_law"], source)),
+                      tuple(plain["without_block"]), plain["basis"], answer["verdict"])
+
+
+def _joint(plain: Mapping[str, Any]) -> Joint:
+    return Joint(
+        plain["name"], plain["kind"], plain["units"]["q"], plain["units"]["u"], plain["zero"],
+        plain["gear_ratio"], plain["encoder"], plain["gear"], plain["gain"], plain["torque"],
+        plain["command"], plain["inertia"], plain["beside_links"], plain["links_known"],
+        plain["damping"], plain["offset"], plain["before"])
+
+
+def _settings(rows: Sequence[Mapping[str, Any]], source: str) -> list[Setting]:
+    """Effects with their parameters; two of one name get names of their own."""
+    found: list[Setting] = []
+    for row in rows:
+        name = row["effect"]
+        if name not in LIBRARY:
+            raise RecordError(f"{source}: the effect {name!r} is not in the catalogue; "
+                              f"{nearest(name, LIBRARY)}")
+        count = sum(one.effect.name == name for one in found)
+        joints = None if row["joints"] is None else [k - 1 for k in row["joints"]]
+        values = {key: np.asarray(value, float) for key, value in row["parameters"].items()}
+        try:
+            found.append(LIBRARY[name](joints=joints, name=f"{name}_{count + 1}" if count
+                                       else name, **values))
+        except DiagramError as error:
+            raise RecordError(f"{source}: {error}") from None
+    return found
+
+
+def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -> None:
+    """Refuse a model that lacks a corrected joint.
+
+    Raises
+    ------
+    ClieError
+        For the first joint that is missing, with the nearest name.
+
+    """
+    for name in names:
+        if name not in known:
+            raise ClieError(
+                f"{source} has no joint {name!r}, which the answer corrects; "
+                f"{nearest(name, known)}. If it is of the same robot, rename the joints "
+                "in robot.toml ([robot] joints) or give --joint NAME_IN_LOG=NAME_IN_MODEL")

@@ -1,0 +1,273 @@
+"""What acts on one corrected joint, as one sampled block made of the effects' own kernels.
+
+    inputs   q, dq of the joint, u as logged, tau_other: torque that the simulator adds itself
+    outputs  tau on the joint, dry friction included, u_delivered, tau_smooth without dry friction,
+             friction_forward, friction_backward (largest dry friction), q_measured
+
+Everything outside is on the joint side, in N m and rad or N and m; inside, in the units of the
+model.  A joint with an elastic or loose gear keeps its motor inside: q and dq are the link's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.effects.effect import Setting
+from clie_blocks.effects.insertion import of_law
+from clie_blocks.labels import signals
+from clie_blocks.robot_loop.dynamics import (
+    Memory,
+    NamedPieces,
+    Piece,
+    State,
+    delivered_torque,
+    dry_friction,
+    measured_position,
+    opposing_torque,
+)
+from clie_blocks.robot_loop.links import no_links
+from clie_blocks.robot_loop.pieces import Late, pieces_of
+
+if TYPE_CHECKING:
+    from control import NonlinearIOSystem
+
+INPUTS = ("q", "dq", "u", "tau_other")
+OUTPUTS = ("tau", "u_delivered", "tau_smooth", "friction_forward", "friction_backward",
+           "q_measured")
+_MOTOR_SUBSTEPS = 5  # of a step in which motor and link move apart, as in the sampled robot
+
+
+def why_no_block(setting: Setting, joints: int) -> str:
+    """Why no block of one joint can hold an effect; empty where it can."""
+    effect = setting.effect
+    if effect.port in ("controller", "log") or of_law(setting):
+        return "it belongs to the controller or the recorder, not to the robot"
+    if effect.port == "body":
+        return "it is a mass, which the bodies of a simulator hold"
+    if not effect.per_joint and joints > 1:
+        return "it couples the joints, and a block of one joint does not see the others"
+    return ""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class JointBlock:
+    """The block of one joint, see the module.
+
+    Parameters
+    ----------
+    joint : Joint
+        The joint.
+    effects : tuple of Setting
+        Effects that it holds.
+    step : float
+        Its sample time [s].
+    k, n : int
+        Place of the joint among all joints.
+    whole : bool
+        It also holds the viscous friction and the offset of the joint.
+
+    """
+
+    joint: Joint
+    effects: tuple[Setting, ...]
+    step: float
+    k: int = 0
+    n: int = 1
+    whole: bool = True
+
+    @property
+    def pieces(self) -> NamedPieces:
+        """What the effects add, each delay with as many samples as it needs."""
+        return [(setting.name, _long_enough(piece, self._values(setting), self.step))
+                for setting in self.effects
+                for piece in pieces_of(setting.effect,
+                                       [p.name for p in setting.effect.parameters])]
+
+    def _values(self, setting: Setting) -> dict[str, np.ndarray]:
+        """Parameters of an effect at this joint, arrays (1,)."""
+        return {key: value[self.k:self.k + 1] if len(value) == self.n else value[:1]
+                for key, value in setting.vectors(self.n).items()}
+
+    @property
+    def gear(self) -> tuple[str, Piece] | None:
+        """The transmission between motor and link, if they move apart."""
+        return next(((name, piece) for name, piece in self.pieces
+                     if piece.port == "transmission"), None)
+
+    def system(self, name: str = "joint") -> NonlinearIOSystem:
+        """Return the block as a python-control system in discrete time."""
+        import control as ct
+
+        pieces, gear = self.pieces, self.gear
+        rows = {one: piece.states for one, piece in pieces if piece.states}
+        if gear:
+            rows |= {"q_motor": 1, "dq_motor": 1, "started": 1}
+        params = {"zero": np.array([self.joint.zero]), "torque": np.array([self.joint.torque]),
+                  "command": np.array([self.joint.command]),
+                  "drive": np.array([self.joint.gear * self.joint.gain / self.joint.command]),
+                  "inertia": np.array([self.joint.inertia / self.joint.torque]),
+                  "damping": np.array([self.joint.damping / self.joint.torque * self.whole]),
+                  "load": np.array([-self.joint.offset / self.joint.torque * self.whole])}
+        for setting in self.effects:
+            params |= {f"{setting.name}.{key}": value
+                       for key, value in self._values(setting).items()}
+
+        def evaluate(t: float, x: np.ndarray, u: np.ndarray, params: Mapping[str, np.ndarray],
+                     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+            return self._evaluate(t, _unpack(x, rows, pieces), u, params, pieces, gear)
+
+        def update(t: float, x: np.ndarray, u: np.ndarray,
+                   params: Mapping[str, np.ndarray]) -> np.ndarray:
+            after = evaluate(t, x, u, params)[1]
+            return np.concatenate(after) if after else np.zeros(0)
+
+        def output(t: float, x: np.ndarray, u: np.ndarray,
+                   params: Mapping[str, np.ndarray]) -> np.ndarray:
+            return np.concatenate(evaluate(t, x, u, params)[0])
+
+        states = [f"{one}_{row}" for one, count in rows.items() for row in range(count)]
+        return ct.nlsys(update if states else None, output, name=name, dt=self.step,
+                        params=params, states=states or None,
+                        inputs=signals(*INPUTS, n=1), outputs=signals(*OUTPUTS, n=1))
+
+    def _evaluate(self, t: float, memory: Memory, u: np.ndarray,
+                  params: Mapping[str, np.ndarray], pieces: NamedPieces,
+                  gear: tuple[str, Piece] | None,
+                  ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Outputs, and every state one sample later."""
+        p = _parameters(params, pieces)
+        now = State(u[0:1] - p["zero"], u[1:2], p["command"] * u[2:3], t, self.step,
+                    no_links(1), np.array([self.joint.gear_ratio]))
+        motor = now
+        if gear:
+            fresh = memory["started"][0] < 0.5
+            motor = dataclasses.replace(
+                now, q=np.where(fresh, now.q, memory["q_motor"][0]),
+                dq=np.where(fresh, now.dq, memory["dq_motor"][0]))
+        first = {**memory, **_sensor_start(memory, pieces, t, now.q)}
+        delivered, of_drive = delivered_torque(motor, memory, pieces, p)
+        seen = motor if gear and self.joint.encoder == "motor" else now
+        q, of_sensor = measured_position(seen, first, pieces, p)
+        driven = dataclasses.replace(motor, u=delivered)
+        if gear:
+            torque, limits, after = self._through_gear(now, driven, memory, pieces, gear, p)
+        else:
+            opposing, of_load = opposing_torque(driven, memory, pieces, p)
+            limits, of_friction = _limits(driven, memory, pieces, p)
+            torque = p["drive"] / p["torque"] * delivered - opposing
+            after = {**of_load, **of_friction}
+        smooth = p["torque"] * torque
+        forward, backward = (p["torque"] * side for side in limits)
+        whole = p["torque"] * p["inertia"] * now.dq / self.step + smooth + u[3:4]
+        tau = smooth if gear else smooth - np.clip(whole, -backward, forward)
+        after = {**of_drive, **of_sensor, **after}
+        names = dict.fromkeys(name for name, piece in pieces if piece.states)
+        kept = [row for name in names for row in after[name]]
+        kept += [*after["q_motor"], *after["dq_motor"], 1.0 + 0.0 * tau] if gear else []
+        return [tau, delivered / p["command"], smooth, forward, backward, q + p["zero"]], kept
+
+    def _through_gear(self, link: State, motor: State, memory: Memory, pieces: NamedPieces,
+                      gear: tuple[str, Piece], p: Mapping[str, Any],
+                      ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], Memory]:
+        """Mean torque of the gear on the link, and the motor a step later, beside a moving link.
+
+        All friction acts on the motor, whose motion is computed here; none is left for the joint.
+        """
+        name, transmission = gear
+        of_gear = p[name]
+        _, link_inertia, bearing = transmission.split(p, of_gear)  # type: ignore[misc]
+        inertia = p["inertia"] - link_inertia
+        h, q, q_m, dq_m = self.step / _MOTOR_SUBSTEPS, link.q, motor.q, motor.dq
+        state, passed, after = memory.get(name, []), [], {}
+        for _ in range(_MOTOR_SUBSTEPS):
+            q, q_m = q + h / 2 * link.dq, q_m + h / 2 * dq_m
+            now = dataclasses.replace(motor, q=q_m, dq=dq_m)
+            torque, state = transmission.act(q_m - q, dq_m - link.dq, state, h, of_gear,
+                                             link_inertia, inertia)
+            opposing, of_load = opposing_torque(now, memory, pieces, p)
+            driven = p["drive"] / p["torque"] * motor.u - opposing + bearing * dq_m
+            dq_m = dq_m + h * (driven - torque) / inertia
+            (forward, backward), of_friction = _limits(now, memory, pieces, p)
+            dq_m = dq_m - np.clip(dq_m * inertia, -h * backward, h * forward) / inertia
+            q, q_m = q + h / 2 * link.dq, q_m + h / 2 * dq_m
+            passed.append(torque - bearing * link.dq)
+            after = {**of_load, **of_friction, name: state}
+        none = 0.0 * q_m
+        return (sum(passed[1:], passed[0]) / _MOTOR_SUBSTEPS, (none, none),
+                {**after, "q_motor": [q_m], "dq_motor": [dq_m]})
+
+
+def joint_block(correction: Correction, k: int, step: float,
+                effects: Sequence[Setting] | None = None, whole: bool = True) -> JointBlock:
+    """Return the block of joint k.
+
+    Parameters
+    ----------
+    correction : Correction
+        The corrected robot.
+    k : int
+        The joint, from 0.
+    step : float
+        Step of the simulator [s].
+    effects : sequence of Setting, optional
+        What it holds; by default everything that acts on the joint and that it can hold.
+    whole : bool
+        It also holds the viscous friction and the offset of the joint.
+
+    """
+    n = len(correction.joints)
+    held = correction.at(k) if effects is None else effects
+    return JointBlock(correction.joints[k],
+                      tuple(one for one in held if not why_no_block(one, n)), step, k, n, whole)
+
+
+def _long_enough(piece: Piece, values: Mapping[str, np.ndarray], step: float) -> Piece:
+    """A piece whose delay line is as long as its delay."""
+    if not isinstance(piece.act, Late):
+        return piece
+    longest = float(values[piece.act.longest][0])
+    return dataclasses.replace(piece, states=math.ceil(longest / step - 1e-9) + 1)
+
+
+def _unpack(x: np.ndarray, rows: Mapping[str, int], pieces: NamedPieces) -> Memory:
+    """Memory of each piece, one array (1,) per state; none of one without."""
+    memory: Memory = {name: [] for name, _ in pieces}
+    first = 0
+    for name, count in rows.items():
+        memory[name] = [x[k:k + 1] for k in range(first, first + count)]
+        first += count
+    return memory
+
+
+def _sensor_start(memory: Memory, pieces: NamedPieces, t: float, q: np.ndarray) -> Memory:
+    """Memory of the sensors, which begins as the position."""
+    return {name: [np.where(t > 0.0, row, q) for row in memory[name]]
+            for name, piece in pieces if piece.port == "sensor" and piece.states}
+
+
+def _parameters(params: Mapping[str, np.ndarray], pieces: NamedPieces) -> dict[str, Any]:
+    """Numbers of the joint, and one mapping per effect."""
+    names = {name for name, _ in pieces}
+    p: dict[str, Any] = {name: {} for name in names}
+    for key, value in params.items():
+        owner, _, parameter = key.partition(".")
+        if parameter:
+            p[owner][parameter] = value
+        else:
+            p[key] = value
+    return p
+
+
+def _limits(now: State, memory: Memory, pieces: NamedPieces, p: Mapping[str, Any],
+            ) -> tuple[tuple[np.ndarray, np.ndarray], Memory]:
+    """Largest dry friction against forward and backward motion, zero where there is none."""
+    limits, after = dry_friction(now, memory, pieces, p)
+    if limits is None:
+        return (0.0 * now.q, 0.0 * now.q), after
+    return (limits[0], limits[1]), after
