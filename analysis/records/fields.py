@@ -32,8 +32,8 @@ def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
     Kinds are ``joints``, ``number``, ``vector`` of three, ``lists``, ``positions`` by name,
-    ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``given`` (in no
-    file), ``text`` and ``flag``.
+    ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``table`` of a number per
+    joint by name (of `choices`), ``given`` (in no file), ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={
@@ -60,6 +60,8 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
         return _positions(value, where)
     if kind == "names":
         return _names(value, where)
+    if kind == "table":
+        return _table(value, rules["choices"], where)
     if kind == "vector":
         return _vector(value, where)
     return _numbers(value, rules, where)
@@ -104,6 +106,19 @@ def _positions(value: Any, where: str) -> FixedDict:
         raise RecordError(f"{where} must be names with numbers, such as {{ finger = 0.0 }}, got "
                           f"{value!r}")
     return FixedDict({name: float(_float_array(one, f"{where}: {name}", "a number"))
+                      for name, one in value.items()})
+
+
+def _table(value: Any, choices: Sequence[str], where: str) -> FixedDict:
+    """Numbers per joint by name, none of which may be missing from the choices."""
+    if not isinstance(value, dict):
+        raise RecordError(f"{where} must be a table of {', '.join(choices)}, such as "
+                          f"{{ {choices[0]} = [1.0] }}, got {value!r}")
+    unknown = next((name for name in value if name not in choices), None)
+    if unknown is not None:
+        raise RecordError(f"{where} has no {unknown!r}; {nearest(unknown, choices)}")
+    rules = {"kind": "joints", "above": None, "least": None}
+    return FixedDict({name: _numbers(one, rules, f"{where}: {name}")
                       for name, one in value.items()})
 
 

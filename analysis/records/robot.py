@@ -30,9 +30,18 @@ if TYPE_CHECKING:
 LAWS = ("pd", "pid", "cascade", "servo", "unknown")
 PROGRAM = "program"  # a law that is given as a block, in Python
 HOLDS = ("conditional", "back_calculation", "none")
+COMPENSATIONS = ("gravity", "inverse_dynamics", "pd_plus", "computed_torque")
+FEEDFORWARD = ("velocity", "acceleration", "coulomb", "width_rad_s")
+REFERENCE_RATES = ("difference", "trajectory", "filtered")
+SIGNAL_FILTER = ("lowpass_rad_s", "notch_rad_s", "notch_width")
+MODEL_SHARES = ("mass", "rotor", "friction")
+EXTENDED = ("pd", "pid", "cascade")  # laws that take the keys of `EXTENSIONS`
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
 COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
 Part = TypeVar("Part", bound="_Section")
+EXTENSIONS = ("compensation", "feedforward", "error_filter", "command_filter", "dead_band",
+              "punch", "command_rate", "position_every")
+NO_EXTENSION: dict[str, None] = dict.fromkeys(EXTENSIONS)
 OF_MODEL = ("base", "tip", "locked", "model_joints", "sign", "zero", "gravity", "payload")
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
 
@@ -205,7 +214,24 @@ class Controller(_Section):
         of q - qd through the same filter.
     compensation : str
         ``gravity``: the law also adds the weight of the stated links, see
-        `with_weight_compensation`; by default nothing.
+        `with_weight_compensation`; ``inverse_dynamics``, ``pd_plus``, ``computed_torque``: their
+        whole dynamics, see `with_inverse_dynamics`; by default nothing.
+    model_shares : mapping of str to ndarray
+        Of the stated ``mass`` (with inertia) of the links, inertia of the ``rotor`` and viscous
+        ``friction``, what the controller's own model has; by default 1.
+    feedforward : mapping of str to ndarray
+        Gains on ``velocity`` and ``acceleration`` of the reference, and ``coulomb`` friction with
+        the velocity ``width_rad_s`` over which it changes its sign, see `with_feedforward`.
+    reference_rate : str
+        How the velocity of the reference is formed: ``difference``, ``trajectory``, ``filtered``.
+    error_filter, command_filter : mapping of str to ndarray
+        ``lowpass_rad_s``, ``notch_rad_s`` and ``notch_width``, see `with_filter`.
+    dead_band, punch : array_like, shape (n,)
+        Half the dead band [rad] and the least command beyond it, see `with_dead_band`.
+    command_rate : array_like, shape (n,)
+        Fastest change of the command [unit of u per s].
+    position_every : float
+        Samples of the velocity loop per sample of the position loop, in ``cascade``.
     anti_windup : str
         What an integral does where the command is limited: ``conditional`` (by default),
         ``back_calculation`` or ``none``.
@@ -245,7 +271,21 @@ class Controller(_Section):
     kd: np.ndarray | None = file_field("Kd", "joints")
     kv: np.ndarray | None = file_field("Kv", "joints")
     velocity_of: str | None = file_field("velocity_of", "choice", choices=("joint", "error"))
-    compensation: str | None = file_field("compensation", "choice", choices=("gravity",))
+    compensation: str | None = file_field("compensation", "choice", choices=COMPENSATIONS)
+    model_shares: Mapping[str, np.ndarray] | None = file_field(
+        "model_shares", "table", choices=MODEL_SHARES)
+    feedforward: Mapping[str, np.ndarray] | None = file_field(
+        "feedforward", "table", choices=FEEDFORWARD)
+    reference_rate: str | None = file_field("reference_rate", "choice", choices=REFERENCE_RATES)
+    error_filter: Mapping[str, np.ndarray] | None = file_field(
+        "error_filter", "table", choices=SIGNAL_FILTER)
+    command_filter: Mapping[str, np.ndarray] | None = file_field(
+        "command_filter", "table", choices=SIGNAL_FILTER)
+    dead_band: np.ndarray | None = file_field(("dead_band_rad", "dead_band_m"), "joints", least=0)
+    punch: np.ndarray | None = file_field(("punch_nm", "punch"), "joints", least=0)
+    command_rate: np.ndarray | None = file_field(("command_rate_nm_s", "command_rate"), "joints",
+                                                 above=0)
+    position_every: float | None = file_field("position_every", "number", least=1)
     anti_windup: str | None = file_field("anti_windup", "choice", choices=HOLDS)
     tracking_time: float | None = file_field("tracking_time_s", "number", above=0)
     velocity_filter: str | None = file_field("velocity_filter", "choice", choices=FILTERS)
@@ -272,8 +312,13 @@ class Controller(_Section):
     def is_block(self) -> bool:
         """Whether the law runs as a block: it has more states than the filter of PD (11)."""
         return (self.is_program or self.law == "pid" or self.velocity_of == "error"
-                or self.compensation is not None
+                or self.extended_by is not None
                 or (self.law == "cascade" and self.ki is not None and bool(np.any(self.ki))))
+
+    @property
+    def extended_by(self) -> str | None:
+        """First key by which the law has more than the law of its name; None without."""
+        return next((name for name in EXTENSIONS if getattr(self, name) is not None), None)
 
     @property
     def corners(self) -> tuple[float, float] | None:
@@ -292,9 +337,21 @@ class Controller(_Section):
         if missing:
             raise RecordError(f"the control law {law!r} needs {missing[0].capitalize()}, one gain "
                               "per joint; without it the loop cannot be simulated")
-        if self.compensation is not None and law not in ("pd", "pid", "cascade"):
+        extended = self.extended_by
+        if extended is not None and law not in (*EXTENDED, "servo"):
+            value = getattr(self, extended)
+            said = f"{extended} = {value!r}" if isinstance(value, str) else extended
+            raise RecordError(f"{said} belongs to the laws 'pd', "
+                              f"'pid' and 'cascade', and the law is {law!r}; leave it out")
+        if self.compensation is not None and law == "servo":
             raise RecordError(f"compensation = {self.compensation!r} belongs to the laws 'pd', "
                               f"'pid' and 'cascade', and the law is {law!r}; leave it out")
+        if self.position_every is not None and law != "cascade":
+            raise RecordError("position_every is the rate of the outer loop of a 'cascade', and "
+                              f"the law is {law!r}; leave it out")
+        if self.position_every is not None and self.position_every % 1:
+            raise RecordError("position_every counts samples of the velocity loop; state a whole "
+                              f"number, got {self.position_every:g}")
         if self.velocity_filter is None and self.highpass is not None:
             object.__setattr__(self, "velocity_filter", "two_corner")
 
@@ -430,7 +487,14 @@ class Robot:
         changes = {field.name: per_joint(getattr(section, field.name), self.n,
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
+        changes |= {field.name: self._fitted_table(getattr(section, field.name), field.name)
+                    for field in dataclasses.fields(section) if field.metadata["kind"] == "table"}
         return dataclasses.replace(section, **changes)
+
+    def _fitted_table(self, table: Mapping[str, np.ndarray] | None,
+                      where: str) -> Mapping[str, np.ndarray] | None:
+        return None if table is None else {
+            name: per_joint(value, self.n, f"{where}.{name}") for name, value in table.items()}
 
 
 def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
@@ -442,8 +506,8 @@ def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
     is_timed = block.dt not in (None, True, 0)
     return dataclasses.replace(robot, controller=dataclasses.replace(
         law, law=law.law if law.is_program else PROGRAM, block=block, kp=None, ki=None, kd=None,
-        kv=None, velocity_of=None, compensation=None, velocity_filter=None, highpass=None,
-        lowpass=None, discretisation=None,
+        kv=None, velocity_of=None, velocity_filter=None, highpass=None, lowpass=None,
+        discretisation=None, **NO_EXTENSION,
         sample_time=float(block.dt) if is_timed else law.sample_time))
 
 
@@ -456,7 +520,7 @@ def as_checks_see(robot: Robot | None) -> Robot | None:
     if robot is None or not robot.controller.is_block:
         return robot
     return dataclasses.replace(robot, controller=dataclasses.replace(
-        robot.controller, law="unknown", block=None, velocity_of=None, compensation=None))
+        robot.controller, law="unknown", block=None, velocity_of=None, **NO_EXTENSION))
 
 
 def speaks_of_torque(robot: Robot) -> bool:

@@ -104,8 +104,8 @@ def integral_step(free: np.ndarray, limited: np.ndarray, error: np.ndarray, step
 
 
 def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], limit: np.ndarray,
-                      period: float, hold: str, back: np.ndarray,
-                      name: str) -> ct.NonlinearIOSystem:
+                      period: float, hold: str, back: np.ndarray, name: str,
+                      further: Sequence[str] = ()) -> ct.NonlinearIOSystem:
     """Law of an integral part, a filter of second order and a limit, as a block.
 
     Parameters
@@ -123,12 +123,14 @@ def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], limit: np.
         As for `integral_step`.
     name : str
         Name of the block.
+    further : sequence of str
+        Names of memory that `parts` has behind that of the filter.
 
     """
-    n = len(limit)
+    n, rows = len(limit), 3 + len(further)
 
     def both(x: np.ndarray, u: np.ndarray, params: Params) -> tuple[np.ndarray, np.ndarray]:
-        integral, *memory = (x[k * n:(k + 1) * n] for k in range(3))
+        integral, *memory = (x[k * n:(k + 1) * n] for k in range(rows))
         free, error, step, after = parts(integral, memory, u[:n], u[n:2 * n], u[2 * n:], params)
         limited = np.clip(free, -limit, limit)
         grown = integral + integral_step(free, limited, error, step, hold, back)
@@ -141,7 +143,7 @@ def law_with_integral(parts: LawParts, params: dict[str, np.ndarray], limit: np.
         return both(x, u, params)[1]
 
     return ct.nlsys(update, output, dt=period, name=name, params=params,
-                    states=signals("integral", "velocity_1", "velocity_2", n=n),
+                    states=signals("integral", "velocity_1", "velocity_2", *further, n=n),
                     inputs=signals("q_d", "q", "pe", n=n), outputs=signals("u", n=n))
 
 

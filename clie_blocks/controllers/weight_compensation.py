@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import control as ct
 import numpy as np
 from numpy.typing import ArrayLike
 
 from clie_blocks.controllers.sampled import Params
-from clie_blocks.labels import DiagramError, signals, vector
+from clie_blocks.controllers.wrapping import Signals, joints_of, with_signals
+from clie_blocks.labels import vector
 
 KEY = "compensation"
-PORTS = ("q_d", "q", "pe")
 
 
 def with_weight_compensation(law: ct.NonlinearIOSystem, weight: Callable[[np.ndarray], np.ndarray],
@@ -42,22 +42,11 @@ def with_weight_compensation(law: ct.NonlinearIOSystem, weight: Callable[[np.nda
         If the law has other ports, or a share is no number.
 
     """
-    n = law.noutputs
-    if law.input_labels != signals(*PORTS, n=n):
-        raise DiagramError(f"{law.name}: a law that carries the links has the inputs "
-                           f"{', '.join(signals(*PORTS, n=n))}, in this order; it has "
-                           f"{', '.join(law.input_labels)}")
+    n = joints_of(law)
     shares = vector(np.broadcast_to(share, n), f"{law.name}: {KEY}", n=n, unit="1")
 
-    def carried(u: np.ndarray, params: Params) -> np.ndarray:
-        q_d, q, pe = u[:n], u[n:2 * n], u[2 * n:]
-        return np.concatenate((q_d, q, pe + params[KEY] * weight(q)))
+    def carried(memory: Sequence[np.ndarray], q_d: np.ndarray, q: np.ndarray, pe: np.ndarray,
+                params: Params) -> tuple[Signals, list[np.ndarray]]:
+        return (q_d, q, pe + params[KEY] * weight(q)), []
 
-    def update(t: float, x: np.ndarray, u: np.ndarray, params: Params) -> np.ndarray:
-        return law.updfcn(t, x, carried(u, params), params)
-
-    def output(t: float, x: np.ndarray, u: np.ndarray, params: Params) -> np.ndarray:
-        return law.outfcn(t, x, carried(u, params), params)
-
-    return ct.nlsys(update, output, dt=law.dt, name=law.name, params={**law.params, KEY: shares},
-                    states=law.state_labels, inputs=law.input_labels, outputs=law.output_labels)
+    return with_signals(law, carried, (), {KEY: shares})

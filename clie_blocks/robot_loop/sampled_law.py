@@ -55,6 +55,8 @@ class SampledLaw:
         The parameters.
     function : callable
         ``function(t, x, inputs, parameters) -> (next state, command)``.
+    has_clock : bool
+        A state of it counts samples, of a part that runs at a slower rate.
 
     """
 
@@ -68,6 +70,7 @@ class SampledLaw:
     parameters: tuple[tuple[str, int], ...]
     values: tuple[float, ...] = dataclasses.field(compare=False, repr=False)
     function: LawFunction = dataclasses.field(compare=False, repr=False)
+    has_clock: bool = dataclasses.field(default=False, compare=False, repr=False)
 
     @property
     def takes_excitation(self) -> bool:
@@ -160,7 +163,7 @@ def sampled_law(block: InputOutputSystem, period: float,
                       block.nstates, order, tuple(np.broadcast_to(
                           1.0 if scale is None else np.asarray(scale, float), n).tolist()),
                       _names(function.parameters), tuple(function.parameters.defaults.tolist()),
-                      function)
+                      function, any("count[" in label for label in block.state_labels))
 
 
 def _names(parameters: Parameters) -> tuple[tuple[str, int], ...]:

@@ -21,9 +21,14 @@ from clie_blocks.analysis.gap.controller.terms import find_weights
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import STATE_STEP, BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.records.law_residual import rounding_limit
+from clie_blocks.analysis.records.law_residual import (
+    MOST_OF_POSITION,
+    ROUNDED_STEPS,
+    rounding_limit,
+)
 from clie_blocks.linear_filters import CORNERS
 
+DECIMALS, WHOLE, FIRST_ROWS = range(2, 11), 1e-4, 5000  # of references that are rounded
 ROWS = 4000  # of each log, evenly apart, by which parameters are found
 EVALUATIONS = 30  # in which they are found; a law that is linear in them takes two
 STEP = 1e-5  # of a parameter, in the differences by which it is found
@@ -39,6 +44,8 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
     limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
                            problem.resolution * law.position_gain())
     error, changed = replay_error(problem, law), tuple[LawParameter, ...]()
+    if np.any(error > limit):
+        limit = with_rounded_reference(problem, law, limit)
     wrong = error > limit
     if wrong.any() and len(law.parameters):
         ran, named = _with_parameters_that_ran(problem, law, limit)
@@ -62,6 +69,28 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
         (*said, *(one.describe(problem.joints[one.joint]) for one in terms)), said, terms=terms,
         unexplained=tuple(k for k in unexplained if k not in known), recorded=bool(terms),
         parameters=changed)
+
+
+def with_rounded_reference(problem: Problem, law: BlockLaw, limit: np.ndarray) -> np.ndarray:
+    """Largest RMS that rounding explains, with that of the logged references, shape (n,) [N m].
+
+    A law with the acceleration of its reference makes much of the last digit.
+    """
+    step = max(decimal_step(log.q_d) for log in problem.logs)
+    if not step:
+        return limit
+    size = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
+    of_reference = ROUNDED_STEPS * step * law.reference_gain(problem.logs[0].q_d)
+    return np.hypot(limit, np.minimum(of_reference, MOST_OF_POSITION * size))
+
+
+def decimal_step(x: np.ndarray) -> float:
+    """Decimal place to which all values are rounded; 0 where there is none that is coarse."""
+    for places in DECIMALS:
+        scaled = x[:FIRST_ROWS] * 10.0**places
+        if np.abs(scaled - np.rint(scaled)).max() < WHOLE:
+            return 10.0**-places
+    return 0.0
 
 
 def _without_vain_changes(problem: Problem, stated: BlockLaw, ran: BlockLaw, vain: np.ndarray,

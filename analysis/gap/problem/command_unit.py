@@ -48,8 +48,12 @@ def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> St
     law = robot.controller
     factors: dict[str, Any] = {
         name: getattr(law, name) * force
-        for name in ("kp", "ki", "kd", "kv", "saturation", "command_resolution")
+        for name in ("kp", "ki", "kd", "kv", "saturation", "command_resolution", "punch",
+                     "command_rate")
         if getattr(law, name) is not None and not (name == "kp" and law.law == "cascade")}
+    if law.feedforward is not None:
+        factors["feedforward"] = {name: value if name == "width_rad_s" else value * force
+                                  for name, value in law.feedforward.items()}
     if law.block is not None:
         factors["block_scale"] = force
     stated = dataclasses.replace(

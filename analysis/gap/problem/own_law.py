@@ -27,11 +27,14 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
 
 PERTURBATION = 1e-6  # of states and positions, in the central differences of a linearisation
+BEYOND_DEAD_BAND = 0.1  # rad, likewise where smaller ones do not change the command
 NEGLIGIBLE = 1e-9  # of the largest entry of a linearisation: rounding of its differences
 LOWEST = 1.0  # rad/s, from which a law is compared with PD
 HIGHEST = 0.2  # rad per sample, up to which
+NOISE_OF_REFERENCE = 1e-9  # rad, by which a law's gain on it is measured
 STATE_SAMPLES = 2000  # from the first on, by which the state at the first sample is found
 STATE_STEP = 1e-5  # of states, in the differences by which it is found
+MOST_BEHIND = 20  # samples, of a law with a clock, that it may be behind its rest
 STATE_ROUNDS = 10  # steps in which it is found; a linear law takes one
 
 
@@ -101,6 +104,13 @@ class BlockLaw(StatedLaw):
         return np.array([np.sqrt(np.mean(np.abs(frequency_response(b, a, frequency)) ** 2))
                          for b, a in self.feedback])
 
+    def reference_gain(self, q_d: np.ndarray) -> np.ndarray:
+        """RMS of the command over that of white noise in a reference (N, n), shape (n,)."""
+        q_d = q_d[:STATE_SAMPLES]
+        noise = NOISE_OF_REFERENCE * np.random.default_rng(0).normal(size=q_d.shape)
+        clean, noisy = (self.run(q_d, one, 0.0, [self.rest])[0] for one in (q_d, q_d + noise))
+        return np.sqrt(np.mean((noisy - clean) ** 2, axis=0)) / NOISE_OF_REFERENCE
+
     def _polynomials(self, k: int, inertia: float, damping: float,
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return closed_loop(held_plant(inertia, damping, self.period), self.feedback[k])
@@ -139,9 +149,12 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
     """
     parameters = np.array(block.values) if parameters is None else parameters
     rest = _rest_state(block, start, parameters)
-    feedback = tuple(_linearised(block, start, rest, parameters))
-    kp, kd = np.transpose([_nearest_pd(*each, block.period) for each in feedback])
-    if not np.any(kp):
+    for change in (PERTURBATION, BEYOND_DEAD_BAND):
+        feedback = tuple(_linearised(block, start, rest, parameters, change))
+        kp, kd = np.transpose([_nearest_pd(*each, block.period) for each in feedback])
+        if np.any(kp):
+            break
+    else:
         raise ClieError(f"{block.name}: no position changes the command of the law, so that "
                         "nothing holds the joints; state law = \"unknown\" for a robot without "
                         "feedback")
@@ -186,8 +199,9 @@ def _likeliest_state(law: BlockLaw, u: np.ndarray, usable: np.ndarray, q: np.nda
     velocity would be so large that the command meets a limit, where nothing shows the state.
     """
     at_rest = _rest_state(law.block, q[0], law.parameters)
-    behind, _ = _step(law.block, at_rest, q_d[0], q[0], law.parameters)
-    states = [law.rest, at_rest, behind]
+    states = [law.rest, at_rest]
+    for _ in range(MOST_BEHIND if law.block.has_clock else 1):
+        states.append(_step(law.block, states[-1], q_d[0], q[0], law.parameters)[0])
     left = [float(np.sum((u - run)[usable] ** 2)) for run in law.run(q, q_d, pe, states)]
     return states[int(np.argmin(left))]
 
@@ -218,14 +232,13 @@ def _step(block: SampledLaw, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
 
 
 def _linearised(block: SampledLaw, start: np.ndarray, rest: np.ndarray,
-                parameters: np.ndarray) -> list[Filter]:
+                parameters: np.ndarray, h: float) -> list[Filter]:
     """C(z) of each joint at rest: of the states that its position moves and its command reads."""
     n, states = block.n, block.states
 
     def both(x: np.ndarray, q: np.ndarray) -> np.ndarray:
         return np.concatenate(_step(block, x, start, q, parameters))
 
-    h = PERTURBATION
     by_state = [(both(rest + h * unit, start) - both(rest - h * unit, start)) / (2 * h)
                 for unit in np.eye(states)]
     by_position = [(both(rest, start + h * unit) - both(rest, start - h * unit)) / (2 * h)
@@ -267,4 +280,4 @@ def _nearest_pd(b: np.ndarray, a: np.ndarray, period: float) -> tuple[float, flo
 def _settling(denominator: np.ndarray) -> int:
     """Samples after which a filter has forgotten its start, but for sums, which never do."""
     poles = np.roots(denominator)
-    return settling(np.poly(poles[np.abs(poles) < NEVER_FORGETS]))
+    return settling(np.atleast_1d(np.poly(poles[np.abs(poles) < NEVER_FORGETS])))

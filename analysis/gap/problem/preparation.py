@@ -148,7 +148,7 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
     controller = dataclasses.replace(
         law, law="pd", kp=kp * scale, kd=0.0 * scale, velocity_filter="difference",
         saturation=None if law.saturation is None else law.saturation * scale,
-        command_resolution=None)
+        punch=None if law.punch is None else law.punch * scale, command_resolution=None)
     stated = dataclasses.replace(robot, controller=controller, units={})
     known = stated
     stated = _with_hanging_links(stated) if unit == "N m" else stated

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.block_of_file import law_of_file
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
-from clie_blocks.analysis.gap.problem.own_law import BlockLaw, block_law, with_law_state
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw, with_law_state
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
@@ -27,16 +28,13 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.law_block import law_block
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller, with_law
+from clie_blocks.analysis.records.robot import MEASURED_TORQUE, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
-from clie_blocks.labels import DiagramError
-from clie_blocks.robot_loop.links import Links, gravity_torque, mass_rows
-from clie_blocks.robot_loop.sampled_law import sampled_law
+from clie_blocks.robot_loop.links import Links, mass_rows
 
 if TYPE_CHECKING:
-    from control import InputOutputSystem, NonlinearIOSystem
+    from control import InputOutputSystem
 
 
 _POSE_SPACING = 50  # samples of a log between two poses
@@ -326,9 +324,9 @@ def is_stable(problem: Problem) -> bool:
 def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
                 period: float) -> Problem:
     """Problem whose controller has a period [s]."""
-    links = stated_links(robot, _pose(robot, records[0]))
+    links = stated_links(robot, pose_of(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
-    law = _stated_law(robot.controller, period, _pose(robot, records[0]), links, ratio)
+    law = _stated_law(robot, period, pose_of(robot, records[0]), links, ratio)
     by_record = [[_begun(log, law) for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
@@ -359,17 +357,17 @@ def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
             tuple(log for k in held_out for log in by_record[k]))
 
 
-def _stated_law(controller: Controller, period: float, pose: np.ndarray, links: Links,
+def _stated_law(robot: Robot, period: float, pose: np.ndarray, links: Links,
                 ratio: np.ndarray) -> StatedLaw:
     """Law of a controller; one that runs as a block is linearised at a pose [rad]."""
-    measured_torque = controller.u == MEASURED_TORQUE
+    controller = robot.controller
     if controller.is_block:
-        return _own_law(controller, period, pose, links, ratio, measured_torque)
+        return law_of_file(robot, period, pose, links, ratio)
     if controller.law not in ("pd", "cascade"):
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd', "
             "'pid' and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, period), measured_torque)
+    return StatedLaw.of(control_law(controller, period), controller.u == MEASURED_TORQUE)
 
 
 def _begun(log: Log, law: StatedLaw) -> Log:
@@ -379,40 +377,8 @@ def _begun(log: Log, law: StatedLaw) -> Log:
     return with_initial_state(log, law)
 
 
-def _own_law(controller: Controller, period: float, pose: np.ndarray, links: Links,
-             ratio: np.ndarray, measured_torque: bool) -> StatedLaw:
-    n = len(pose)
-    law = controller.block or law_block(controller, period, n)
-    if law is None:
-        raise NotIdentifiableError(
-            f"the control law is {controller.law!r}, a Python program of your own, and a program "
-            "from a robot file is run only where you allow it: look at it, then add --run-law, in "
-            "Python Problem.from_logs(..., law=block)")
-    if controller.compensation is not None:
-        law = _carrying(law, links, ratio)
-    block = sampled_law(law, period, stated_or(controller.block_scale, n, 1.0))
-    if block.n != n:
-        raise DiagramError(f"{block.name}: the law commands {block.n} joints, the robot has {n}")
-    return block_law(block, pose, stated_or(controller.saturation, n, np.inf),
-                     stated_or(controller.command_resolution, n, 0.0), measured_torque)
-
-
-def _carrying(law: NonlinearIOSystem, links: Links, ratio: np.ndarray) -> NonlinearIOSystem:
-    """Law that also adds the weight of the stated links."""
-    from clie_blocks.controllers import with_weight_compensation
-
-    if not links.known:
-        raise NotIdentifiableError(
-            "compensation = 'gravity' adds the weight of the links, and the robot file states "
-            "none: state [links] with mass_kg, length_m and com_m, or a model")
-    if not links.has_gravity:
-        raise NotIdentifiableError(
-            "compensation = 'gravity' adds the weight of the links, and by [nominal] the robot "
-            "feels none: state gravity = true there, or leave the compensation out")
-    return with_weight_compensation(law, lambda q: gravity_torque(links, q) / ratio)
-
-
-def _pose(robot: Robot, record: Record) -> np.ndarray:
+def pose_of(robot: Robot, record: Record) -> np.ndarray:
+    """Position about which a law is linearised: the stated set-point, or the mean [rad]."""
     for experiment in robot.experiments.values():
         if experiment.set_point is not None:
             return experiment.set_point

@@ -1,0 +1,314 @@
+"""Small robots of MuJoCo under control laws of many kinds, with the logs and files of an owner.
+
+The laws here are written out sample by sample and use no block of the package.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
+NOISE, STEP = 2e-5, 1e-4  # rad, N m: of the encoder, and rounding of the command
+ARMATURE, DAMPING, MASS, LENGTH = 0.05, 0.08, 0.4, 0.3  # kg m^2, N m s/rad, kg, m
+COM, G = LENGTH / 2, 9.81
+SPIN = MASS * LENGTH**2 / 12
+KP, KD = 30.0, 1.6
+FRICTION, DELAY, BACKLASH = 0.25, 3, 0.012  # N m, periods, rad
+ALONE = ARMATURE + SPIN + MASS * COM**2  # kg m^2, of a single joint
+
+
+@dataclasses.dataclass
+class Signals:
+    """What a law reads in one sample, each of shape (n,)."""
+
+    q_d: np.ndarray
+    dq_d: np.ndarray
+    ddq_d: np.ndarray
+    q: np.ndarray
+    rate: np.ndarray  # backward difference of the measured position
+
+
+Law = Callable[[Signals], np.ndarray]
+
+
+class Reference:
+    """A few tones per joint from rest, with their derivatives."""
+
+    def __init__(self, seed: int, n: int, fastest: float = 1.6) -> None:
+        rng = np.random.default_rng(seed)
+        self.w = 2 * np.pi * rng.uniform(0.15, fastest, (n, 5))
+        self.a = 0.9 / (1.0 + self.w)
+        self.a[:, -1] = -(self.a * self.w)[:, :-1].sum(1) / self.w[:, -1]  # begins at rest
+
+    def __call__(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        phase = self.w * t
+        return ((self.a * np.sin(phase)).sum(1), (self.a * self.w * np.cos(phase)).sum(1),
+                -(self.a * self.w**2 * np.sin(phase)).sum(1))
+
+
+def model_text(n: int, effect: str, gravity: bool) -> str:
+    """The robot for MuJoCo: joints in one vertical plane, at the horizontal at zero."""
+    loose = effect == "backlash"
+    text, closing = "", ""
+    for k in range(n):
+        friction = FRICTION if effect == "coulomb" and k == 0 else 0.0
+        place = f"{LENGTH if k else 0} 0 0"
+        text += f'<body pos="{place}">'
+        if loose and k == 0:
+            text += (f'<joint name="motor{k}" axis="0 -1 0" armature="{ARMATURE}" '
+                     f'damping="{DAMPING}"/><inertial pos="0 0 0" mass="1e-5" '
+                     'diaginertia="1e-6 1e-6 1e-6"/><body pos="0 0 0">'
+                     f'<joint name="joint{k}" axis="0 -1 0" limited="true" range="{-BACKLASH / 2} '
+                     f'{BACKLASH / 2}" solreflimit="-2e5 -40"/>')
+            closing += "</body>"
+        else:
+            text += (f'<joint name="motor{k}" axis="0 -1 0" armature="{ARMATURE}" '
+                     f'damping="{DAMPING}" frictionloss="{friction}"/>')
+        text += (f'<inertial pos="{COM} 0 0" mass="{MASS}" diaginertia="{SPIN} {SPIN} {SPIN}"/>')
+        closing += "</body>"
+    motors = "".join(f'<motor joint="motor{k}"/>' for k in range(n))
+    return (f'<mujoco><compiler angle="radian"/><option timestep="{PERIOD / SUBSTEPS}" '
+            f'gravity="0 0 {-G if gravity else 0}" integrator="RK4"/><worldbody>'
+            f"{text}{closing}</worldbody><actuator>{motors}</actuator></mujoco>")
+
+
+def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 8.0,
+        gravity: bool = False, fastest: float = 1.6,
+        torque: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda u, dq: u,
+        step: float = STEP) -> dict[str, np.ndarray]:
+    """Log of one experiment: time, q, u, qd."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(model_text(n, effect, gravity))
+    data = mujoco.MjData(model)
+    rng, reference = np.random.default_rng(1000 + seed), Reference(seed, n, fastest)
+    motors = [model.joint(f"motor{k}").qposadr[0] for k in range(n)]
+    loose = [model.joint(f"joint{k}").qposadr[0] for k in range(n) if effect == "backlash"
+             and k == 0]
+    sent: list[np.ndarray] = [np.zeros(n)] * DELAY
+    last, rows = None, []
+    for k in range(round(seconds / PERIOD)):
+        q = data.qpos[motors].copy()
+        if loose:
+            q[0] += data.qpos[loose[0]]
+        q = np.round(q + NOISE * rng.normal(size=n), 7)
+        q_d, dq_d, ddq_d = reference(k * PERIOD)
+        q_d = np.round(q_d, 9)
+        now = Signals(q_d, dq_d, ddq_d, q, (q - (q if last is None else last)) / PERIOD)
+        u = np.rint(law(now) / step) * step
+        last = q
+        sent.append(u)
+        acting = sent[-1 - DELAY] if effect == "delay" else u
+        for _ in range(SUBSTEPS):
+            data.ctrl[:] = torque(acting, data.qvel[motors])
+            mujoco.mj_step(model, data)
+        rows.append(np.concatenate([[k * PERIOD], q, u, q_d]))
+    table = np.array(rows)
+    return {"time": table[:, 0], **{name: table[:, 1 + n * i:1 + n * (i + 1)]
+                                    for i, name in enumerate(("q", "u", "qd"))}}
+
+
+def pd(kp: float = KP, kd: float = KD, velocity: float = 0.0, acceleration: float = 0.0,
+       coulomb: float = 0.0) -> Law:
+    """PD with feedforward of the reference."""
+    return lambda s: (kp * (s.q_d - s.q) - kd * s.rate + velocity * s.dq_d
+                      + acceleration * s.ddq_d + coulomb * np.tanh(s.dq_d / 0.02))
+
+
+def pid(ki: float, limit: float = np.inf, held: bool = True, velocity: float = 0.0,
+        kp: float = KP, kd: float = KD) -> Law:
+    """PID on the joint's velocity; the integral stands still at the limit, or winds up."""
+    total = 0.0
+
+    def law(s: Signals) -> np.ndarray:
+        nonlocal total
+        error = s.q_d - s.q
+        grown = total + ki * PERIOD * error
+        free = kp * error + grown - kd * s.rate + velocity * s.dq_d
+        limited = np.clip(free, -limit, limit)
+        stands = held & (free != limited) & (error * free > 0)
+        total = np.where(stands, total, grown)
+        return limited
+    return law
+
+
+def cascade(kp: float, kv: float, ki: float, every: int = 1) -> Law:
+    """Position P around velocity PI, the outer loop `every` samples."""
+    total, wanted, count = 0.0, 0.0, 0
+
+    def law(s: Signals) -> np.ndarray:
+        nonlocal total, wanted, count
+        if count % every == 0:
+            wanted = kp * (s.q_d - s.q)
+        count += 1
+        error = wanted - s.rate
+        total = total + ki * PERIOD * error
+        return kv * error + total
+    return law
+
+
+def low_passed(law: Law, corner: float) -> Law:
+    """A law whose command passes a first-order low-pass [rad/s]."""
+    share, state = 1.0 - np.exp(-corner * PERIOD), None
+
+    def filtered(s: Signals) -> np.ndarray:
+        nonlocal state
+        u = law(s)
+        state = (0.0 if state is None else state) + share * (u - (0.0 if state is None else state))
+        return state
+    return filtered
+
+
+def computed_torque(n: int, off: float, kp: float = 250.0, kd: float = 22.0) -> Law:
+    """M(q) (ddq_d + kp e + kd de) + C dq + G of an arm of one or two links, times a factor."""
+    def law(s: Signals) -> np.ndarray:
+        wanted = s.ddq_d + kp * (s.q_d - s.q) + kd * (s.dq_d - s.rate)
+        mass, bias = arm_terms(s.q, s.rate)
+        return off * (mass @ wanted + bias)
+    return law
+
+
+def arm_terms(q: np.ndarray, dq: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mass matrix with rotors, and velocity and weight torques of the arm."""
+    own = SPIN + MASS * COM**2
+    if len(q) == 1:
+        return (np.array([[ARMATURE + own]]),
+                DAMPING * dq + np.array([MASS * G * COM * np.cos(q[0])]))
+    c2, s2 = MASS * LENGTH * COM * np.cos(q[1]), MASS * LENGTH * COM * np.sin(q[1])
+    mass = np.array([[ARMATURE + 2 * own + MASS * LENGTH**2 + 2 * c2, own + c2],
+                     [own + c2, ARMATURE + own]])
+    second = MASS * G * COM * np.cos(q.sum())
+    first = MASS * G * (COM + LENGTH) * np.cos(q[0]) + second
+    return mass, (np.array([-s2 * (2 * dq[0] * dq[1] + dq[1] ** 2), s2 * dq[0] ** 2])
+                  + DAMPING * dq + np.array([first, second]))
+
+
+def servo(kp: float, dead: float, punch: float) -> Law:
+    """Duty cycle of a hobby servo: dead band, punch, full duty at most."""
+    def law(s: Signals) -> np.ndarray:
+        error = s.q_d - s.q
+        beyond = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
+        return np.clip(kp * beyond + punch * np.sign(beyond), -1.0, 1.0)
+    return law
+
+
+def robot_text(n: int, controller: str, gravity: bool = False, motor: str = "") -> str:
+    """The robot file; datasheet numbers are the true ones."""
+    def row(value: float) -> str:
+        return "[" + ", ".join([f"{value:g}"] * n) + "]"
+    links = (f"[links]\nmass_kg = {row(MASS)}\nlength_m = {row(LENGTH)}\ncom_m = {row(COM)}\n"
+             f"inertia_kgm2 = {row(SPIN)}\n[nominal]\ngravity = {str(gravity).lower()}\n"
+             f"coupling = {str(n > 1).lower()}\n")
+    return (f'name = "robot"\njoints = {n}\n[motor]\ngear_ratio = {row(1.0)}\ninertia_kgm2 = '
+            f"{row(ARMATURE)}\ninertia_tolerance = 0.05\nviscous_friction_nms = {row(DAMPING)}\n"
+            f"viscous_friction_tolerance = 0.1\n{motor}{links}[controller]\n"
+            f"sample_time_s = {PERIOD}\n{controller}\n")
+
+
+PD_TEXT = f'law = "pd"\nKp = {KP}\nKd = {KD}\nvelocity_filter = "difference"\n'
+RESOLUTION = f"command_resolution_nm = {STEP}\n"
+PID_TEXT = PD_TEXT.replace('"pd"', '"pid"') + "Ki = 60.0\n"
+CASCADE_TEXT = ('law = "cascade"\nKp = 18.0\nKv = 1.7\nKi = 8.0\nvelocity_filter = "difference"\n')
+SERVO_MOTOR = "torque_constant_nm_a = 0.6\nresistance_ohm = 2.0\n"
+SUPPLY, K_T, OHM = 12.0, 0.6, 2.0
+SERVO_TEXT = (f'law = "servo"\nKp = 6.0\nsupply_v = {SUPPLY}\nsaturation = 1.0\n'
+              "command_resolution = 1e-4\n")
+
+
+@dataclasses.dataclass(frozen=True)
+class Robot:
+    """A robot to log: its law anew for each experiment, what its file says, and the engine."""
+
+    law: Callable[[], Law]
+    controller: str
+    n: int = 1
+    gravity: bool = False
+    motor: str = ""
+    options: dict = dataclasses.field(default_factory=dict)
+
+    def write(self, folder, effect: str = "", logs: int = 2, seconds: float = 8.0) -> None:
+        """Write logs and robot file of an owner."""
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "robot.toml").write_text(
+            robot_text(self.n, self.controller, self.gravity, self.motor))
+        unit = "[duty]" if "servo" in self.controller else ""
+        names = [f"{name}{k + 1}{unit if name == 'u' else ''}" for name in ("q", "u", "qd")
+                 for k in range(self.n)]
+        for seed in range(logs):
+            log = run(self.law(), self.n, effect, seed + 1, seconds, self.gravity, **self.options)
+            table = np.column_stack([log["time"], log["q"], log["u"], log["qd"]])
+            np.savetxt(folder / f"log-{seed + 1}.csv", table, "%.10g", ",",
+                       header=",".join(["time", *names]), comments="")
+
+
+def _of_servo(u: np.ndarray, dq: np.ndarray) -> np.ndarray:
+    return K_T * (SUPPLY * u - K_T * dq) / OHM
+
+
+UNKNOWN = 'law = "unknown"\n' + RESOLUTION
+STATED_PD = PD_TEXT + RESOLUTION
+
+
+def stated(text: str, *lines: str) -> str:
+    """A statement with further lines."""
+    return "\n".join((text.rstrip("\n"), *lines)) + "\n" + RESOLUTION
+
+
+TRAJECTORY = 'reference_rate = "trajectory"'
+LIMIT = "saturation_nm = 1.6"
+# Law that ran -> the robot, and what a right file says of its law.
+RIGHT: dict[str, str] = {
+    "pd": STATED_PD, "pid": stated(PID_TEXT),
+    "computed torque 15 % off": stated(
+        PD_TEXT.replace("30.0", "250.0").replace("1.6", "22.0"), TRAJECTORY,
+        'compensation = "computed_torque"', "feedforward = { velocity = 22.0 }",
+        "model_shares = { mass = 0.85, rotor = 0.85, friction = 0.85 }"),
+    "velocity feedforward": stated(PD_TEXT, f"feedforward = {{ velocity = {KD} }}", TRAJECTORY),
+    "velocity feedforward of another gain": stated(
+        PD_TEXT, f"feedforward = {{ velocity = {0.6 * KD} }}", TRAJECTORY),
+    "acceleration feedforward": stated(
+        PD_TEXT, f"feedforward = {{ velocity = {KD + DAMPING}, acceleration = {0.9 * ALONE} }}",
+        TRAJECTORY),
+    "friction feedforward": stated(
+        PD_TEXT, f"feedforward = {{ velocity = {KD}, coulomb = 0.2, width_rad_s = 0.02 }}",
+        TRAJECTORY),
+    "PID at its limit": stated(PID_TEXT, LIMIT),
+    "PID that winds up": stated(PID_TEXT, LIMIT, 'anti_windup = "none"'),
+    "PD within a limit": stated(PD_TEXT, LIMIT),
+    "cascade with a slower outer loop": stated(CASCADE_TEXT, "position_every = 4"),
+    "command low-pass": stated(PD_TEXT, f"feedforward = {{ velocity = {KD} }}", TRAJECTORY,
+                               "command_filter = { lowpass_rad_s = 180.0 }"),
+    "hobby servo with dead band and punch": SERVO_TEXT + "dead_band_rad = 0.01\npunch = 0.04\n",
+}
+ROBOTS: dict[str, Robot] = {
+    "pd": Robot(pd, STATED_PD),
+    "pid": Robot(lambda: pid(60.0), stated(PID_TEXT)),
+    "computed torque 15 % off": Robot(lambda: computed_torque(2, 0.85), STATED_PD, 2, True),
+    "velocity feedforward": Robot(lambda: pd(velocity=KD), STATED_PD),
+    "velocity feedforward of another gain": Robot(lambda: pd(velocity=0.6 * KD), STATED_PD),
+    "acceleration feedforward": Robot(
+        lambda: pd(velocity=KD + DAMPING, acceleration=0.9 * ALONE), STATED_PD),
+    "friction feedforward": Robot(lambda: pd(velocity=KD, coulomb=0.2), STATED_PD),
+    "PID at its limit": Robot(
+        lambda: pid(60.0, limit=1.6), STATED_PD, options={"fastest": 2.0}),
+    "PID that winds up": Robot(
+        lambda: pid(60.0, limit=1.6, held=False), stated(PID_TEXT), options={"fastest": 2.0}),
+    "PD within a limit": Robot(
+        lambda: pid(0.0, limit=1.6), STATED_PD, options={"fastest": 2.0}),
+    "cascade with a slower outer loop": Robot(
+        lambda: cascade(18.0, 1.7, 8.0, every=4), stated(CASCADE_TEXT)),
+    "command low-pass": Robot(lambda: low_passed(pd(velocity=KD), 180.0), STATED_PD),
+    "hobby servo with dead band and punch": Robot(
+        lambda: servo(6.0, 0.01, 0.04), SERVO_TEXT, motor=SERVO_MOTOR,
+        options={"torque": _of_servo}),
+    "PID, law unknown": Robot(lambda: pid(60.0, velocity=KD), UNKNOWN),
+    "PD, law unknown": Robot(pd, UNKNOWN),
+}
+
+
+def rightly(name: str) -> Robot:
+    """A robot whose file states its law as it is."""
+    return dataclasses.replace(ROBOTS[name], controller=RIGHT[name])
