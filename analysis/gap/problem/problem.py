@@ -28,7 +28,7 @@ from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
 from clie_blocks.analysis.records.law_block import law_block
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller, with_law
+from clie_blocks.analysis.records.robot import MEASURED, Controller, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.labels import DiagramError
@@ -362,7 +362,7 @@ def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
 def _stated_law(controller: Controller, period: float, pose: np.ndarray, links: Links,
                 ratio: np.ndarray) -> StatedLaw:
     """Law of a controller; one that runs as a block is linearised at a pose [rad]."""
-    measured_torque = controller.u == MEASURED_TORQUE
+    measured_torque = controller.u_is == MEASURED
     if controller.is_block:
         return _own_law(controller, period, pose, links, ratio, measured_torque)
     if controller.law not in ("pd", "cascade"):
@@ -373,7 +373,12 @@ def _stated_law(controller: Controller, period: float, pose: np.ndarray, links: 
 
 
 def _begun(log: Log, law: StatedLaw) -> Log:
-    """Log with what its first samples show of the state in which robot and law began."""
+    """Log with what its first samples show of the state in which robot and law began.
+
+    A command that was not logged is that of the law.
+    """
+    if np.isnan(log.u).all():
+        log = dataclasses.replace(log, u=law.commands(log))
     if isinstance(law, BlockLaw):
         return with_law_state(with_initial_speed(log, law.period), law)
     return with_initial_state(log, law)
