@@ -35,7 +35,7 @@ COASTING_TIME = 0.1  # s, in which a rotor of unknown damping is assumed to come
 COMMANDS_OF_LAW = (
     "No command is logged: it is what the stated law gives on the logged positions. That this law "
     "ran cannot be checked; where all its gains are off by one factor, inertia, friction and "
-    "weight are off by the same, and a drive that gives more or less than asked for looks so, too.")
+    "weight are off by the same. A drive that gives more or less than asked for looks so, too.")
 QUARTER_TURN = math.pi / 2  # rad, from 'hanging down' to the horizontal arm of `planar_links`
 
 

@@ -11,8 +11,9 @@ MODEL = """
 <mujoco><option timestep="{step}" integrator="implicitfast"/>
 <worldbody><body>
 <joint name="q" axis="0 -1 0" damping="{damping}" frictionloss="{coulomb}" armature="{armature}"/>
-<inertial pos="{com} 0 0" mass="{mass}" diaginertia="1e-6 {about} 1e-6"/>
+<inertial pos="{com} 0 0" mass="{mass}" diaginertia="1e-6 1e-6 1e-6"/>{load}
 </body></worldbody><actuator><motor joint="q" gear="1"/></actuator></mujoco>"""
+LOAD = ('<body><inertial pos="{place} 0 0" mass="{mass}" diaginertia="1e-6 1e-6 1e-6"/></body>')
 
 
 def chirp(seconds, low=0.2, high=3.0, size=0.3):
@@ -34,17 +35,17 @@ def pick_and_place(seconds, seed, rest=2.0, move=0.6, size=0.8):
 
 
 def run(reference, kp, kd, mass=0.3, com=0.2, damping=0.02, coulomb=0.0, armature=0.01,
-        late=0, gain=1.0, every=5, noise=2e-5, step=0.0, seed=0):
+        load=None, late=0, gain=1.0, every=5, noise=2e-5, step=0.0, seed=0):
     """Log of the joint: time, q, qd and the torque of its motor, one row per `every` ticks.
 
-    The set-point acts `late` ticks after it is logged, and the drive gives `gain` times its
-    command.
+    `load` is a mass and its distance from the joint.  The set-point acts `late` ticks after it is
+    logged, and the drive gives `gain` times its command.
     """
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(MODEL.format(
         step=PERIOD / SUBSTEPS, damping=damping, coulomb=coulomb, armature=armature, com=com,
-        mass=mass, about=1e-6))
+        mass=mass, load="" if load is None else LOAD.format(mass=load[0], place=load[1])))
     data, rng, rows = mujoco.MjData(model), np.random.default_rng(seed), []
     data.qpos[0] = reference[0]
     last = None
