@@ -17,7 +17,13 @@ ALL = "answers.json"  # all answers by name, in the folder of the results
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return 0 if every robot was diagnosed, else the code of the first error."""
-    args = _parser().parse_args(argv)
+    parser = _parser()
+    args = parser.parse_args(argv)
+    if args.compare:
+        return _compare(args)
+    if not args.paths:
+        parser.error("name a folder with robot.toml and logs, or logs; or --compare LOADED "
+                     "UNLOADED")
     from clie_blocks.analysis.gap import batch
 
     tasks = batch.find_tasks(args.paths, args.robot)
@@ -58,6 +64,22 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
     return answers
 
 
+def _compare(args: argparse.Namespace) -> int:
+    """Print the load between two sets of logs of one robot."""
+    from clie_blocks.analysis.gap.batch import Options
+    from clie_blocks.analysis.gap.load_comparison.command import compare_paths
+
+    if args.paths:
+        raise ClieError(f"--compare is of the two sets of logs that follow it, and "
+                        f"{args.paths[0]} is a third: leave it out, or diagnose it apart")
+    options = Options(trust_logs=args.trust_log, run_law=args.run_law, reading=reading(args))
+    answer = compare_paths(*args.compare, args.robot, options)
+    if args.output:
+        write(Path(args.output) / "load.json", to_json(answer.to_dict()))
+    print(to_json(answer.to_dict()) if args.json else answer)
+    return 0
+
+
 def _names(text: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
 
@@ -77,7 +99,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog="Exit: 0 diagnosed, 2 usage, 3 bad data, 4 not identifiable, 5 diverged. With "
                "--json, data goes to stdout (one robot: its answer; several: by name) and "
                "verdicts go to stderr.")
-    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH",
+    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH",
                         help="folder with robot.toml and logs, folder of such folders, or logs of "
                              "one robot")
     parser.add_argument("--robot", metavar="FILE", type=Path,
@@ -97,6 +119,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")
+    parser.add_argument("--compare", type=Path, nargs=2, metavar=("LOADED", "UNLOADED"),
+                        help="folders or logs of one robot in one motion, with and without a "
+                             "load: how heavy it is, and where it sits")
     add_reading_options(parser)
     parser.add_argument("--trust-log", action="store_true",
                         help="take the logs as they are: correct nothing, stop for nothing that "

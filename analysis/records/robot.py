@@ -37,7 +37,8 @@ SIGNAL_FILTER = ("lowpass_rad_s", "notch_rad_s", "notch_width")
 MODEL_SHARES = ("mass", "rotor", "friction")
 EXTENDED = ("pd", "pid", "cascade")  # laws that take the keys of `EXTENSIONS`
 FILTERS = ("two_corner", "two_tap", "difference", "exact")
-COMMAND, MEASURED_TORQUE = SOURCES = ("command", "measured torque")
+COMMANDED, MEASURED, COMPUTED = SOURCES = ("commanded", "measured", "computed")
+_OTHER_WORDS = {"command": COMMANDED, "measured torque": MEASURED}  # for the same
 Part = TypeVar("Part", bound="_Section")
 EXTENSIONS = ("compensation", "feedforward", "error_filter", "command_filter", "dead_band",
               "punch", "command_rate", "position_every")
@@ -80,6 +81,8 @@ class Motor(_Section):
         Largest constant offset of the drive [N m].
     torque_constant : array_like, shape (n,)
         Torque per current [N m/A], equal to the back-EMF constant [V s].
+    torque_constant_tolerance : float
+        Its relative tolerance.
     resistance : array_like, shape (n,)
         Winding resistance [ohm].
 
@@ -96,6 +99,8 @@ class Motor(_Section):
     torque_offset_tolerance: np.ndarray | None = file_field("torque_offset_tolerance_nm", "joints",
                                                             least=0)
     torque_constant: np.ndarray | None = file_field("torque_constant_nm_a", "joints", above=0)
+    torque_constant_tolerance: float | None = file_field("torque_constant_tolerance", "number",
+                                                         least=0)
     resistance: np.ndarray | None = file_field("resistance_ohm", "joints", above=0)
 
 
@@ -247,9 +252,10 @@ class Controller(_Section):
         ``tustin``, ``zoh``, ``backward``, ``forward`` or ``matched``.
     sample_time : float
         Period of the controller [s].
-    u : str
-        What the column u holds: ``command`` (by default), or ``measured torque``, as a sensor or
-        a measured current gives it, in which drives have had their effect.
+    u_is : str
+        What the column u holds: what was ``commanded`` (by default); a torque ``measured`` behind
+        the drive, as a sensor or a current gives it, in which drives have had their effect; or
+        ``computed`` from the other columns by whoever wrote the log, which is no measurement.
     hold : str
         ``zero-order``: the command acts from its own sample instant on.
     command_resolution : array_like, shape (n,)
@@ -294,7 +300,7 @@ class Controller(_Section):
     discretisation: str | None = file_field("velocity_filter_discretisation", "choice",
                                             choices=DISCRETISATIONS)
     sample_time: float | None = file_field("sample_time_s", "number", above=0)
-    u: str | None = file_field("u", "choice", choices=SOURCES)
+    u_is: str | None = file_field(("u_is", "u"), "choice", choices=(*SOURCES, *_OTHER_WORDS))
     hold: str | None = file_field("hold", "choice", choices=("zero-order",))
     command_resolution: np.ndarray | None = file_field(
         ("command_resolution_nm", "command_resolution"), "joints", least=0)
@@ -331,6 +337,7 @@ class Controller(_Section):
         super().__post_init__()
         law = self.law or ("unknown" if self.kp is None else "pd")
         object.__setattr__(self, "law", law)
+        object.__setattr__(self, "u_is", _OTHER_WORDS.get(self.u_is or "", self.u_is))
         needed = {"pd": ("kp", "kd"), "pid": ("kp", "ki", "kd"), "cascade": ("kp", "kv"),
                   "servo": ("kp",)}
         missing = [name for name in needed.get(law, ()) if getattr(self, name) is None]

@@ -11,7 +11,7 @@ from clie_blocks.analysis.gap.problem.nominal import stated_or
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw, block_law
 from clie_blocks.analysis.records import Robot
 from clie_blocks.analysis.records.law_block import law_block, velocity_of
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, MODEL_SHARES
+from clie_blocks.analysis.records.robot import MEASURED, MODEL_SHARES
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.labels import DiagramError
 from clie_blocks.rigid_body import dynamics
@@ -47,7 +47,7 @@ def as_law(block: NonlinearIOSystem, robot: Robot, period: float, pose: np.ndarr
         raise DiagramError(f"{law.name}: the law commands {law.n} joints, the robot has {n}")
     return block_law(law, pose, stated_or(controller.saturation, n, np.inf),
                      stated_or(controller.command_resolution, n, 0.0),
-                     controller.u == MEASURED_TORQUE)
+                     controller.u_is == MEASURED)
 
 
 def block_of_file(robot: Robot, period: float, links: Links,

@@ -7,7 +7,6 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.ticks import between_samples, spread
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.two_encoders import other_encoder
-from clie_blocks.errors import RecordError
 from clie_blocks.linear_filters import high_pass
 
 LEAST_SAMPLES = 400  # of a log that can be diagnosed
@@ -156,22 +155,16 @@ def _piece(part: Record, robot: Robot, k: int, stride: int, first: float) -> Log
 def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
     """Record k of a robot as the diagnosis reads it, with some ticks of the controller per sample.
 
-    Raises
-    ------
-    RecordError
-        If the record has no command.
-
+    A command that was not logged is NaN.
     """
     dither = _dither(record.q, record.sample_time)
     if stride > 1:
         record, dither = between_samples(record, stride), spread(dither, stride)
-    if record.u is None:
-        raise RecordError(f"{record.source} has no command u; without it the controller cannot be "
-                          "checked: log what it commands")
     at_rest = np.repeat(record.q[:1], len(record), axis=0)
     stem = f"log-{k + 1}"
     start = _plausible_start(getattr(robot.experiments.get(stem), "start", None), record.q)
-    return Log(name=record.source or stem, q=record.q, u=record.u,
+    return Log(name=record.source or stem, q=record.q,
+               u=np.full_like(record.q, np.nan) if record.u is None else record.u,
                q_d=at_rest if record.qd is None else record.qd,
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,

@@ -62,12 +62,14 @@ def nominal_model(robot: Robot, links: Links, ratio: np.ndarray, logs: Sequence[
     damping = drag + links.bearing_damping / ratio
     tolerance = _stated_tolerance(motor.inertia_tolerance)
     drag_tolerance = _stated_tolerance(motor.viscous_friction_tolerance)
+    of_torque = motor.torque_constant_tolerance or 0.0  # a torque off by a factor moves as a mass
     return Nominal(
         inertia=inertia, damping=damping, load=np.zeros(n),
-        inertia_tolerance=np.maximum(tolerance * rotor, 0.002 * inertia),
-        damping_tolerance=np.hypot(drag_tolerance * drag, 0.02 * damping),
+        inertia_tolerance=np.hypot(np.maximum(tolerance * rotor, 0.002 * inertia),
+                                   of_torque * inertia),
+        damping_tolerance=np.hypot(drag_tolerance * drag, np.hypot(0.02, of_torque) * damping),
         load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs),
-        mass_tolerance=robot.links.mass_tolerance or 0.0,
+        mass_tolerance=float(np.hypot(robot.links.mass_tolerance or 0.0, of_torque)),
         com_tolerance=robot.links.com_tolerance or 0.0)
 
 

@@ -102,6 +102,27 @@ def dead_times(record: Record, k: int, least: float = 0.05, rest: int = 5) -> np
     return np.array(times)
 
 
+def fitted_and_unseen(records: Sequence[Record]) -> tuple[Record, list[Record]]:
+    """The log that shows a delay best, and the others, on which fits are validated.
+
+    It is the one whose set-points move fastest for their size; a single log is cut in two.
+    """
+    if len(records) == 1:
+        half = len(records[0]) // 2
+        return records[0].part(0, half), [records[0].part(half, len(records[0]))]
+    fastest = max(records, key=_haste)
+    return fastest, [record for record in records if record is not fastest]
+
+
+def _haste(record: Record) -> float:
+    """Mean frequency of the set-points of a log [rad/s]."""
+    set_points = record.signal("qd")
+    size = np.std(set_points, axis=0)
+    rate = np.std(np.diff(set_points, axis=0), axis=0) / record.sample_time
+    moving = size > 0.0
+    return float(np.mean(rate[moving] / size[moving])) if moving.any() else 0.0
+
+
 def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",),
                       ) -> PositionPath:
     """Fit the path from set-point to motion of one joint.

@@ -15,12 +15,13 @@ import numpy as np
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.command_unit import in_one_unit
 from clie_blocks.analysis.gap.problem.ticks import on_ticks
+from clie_blocks.analysis.gap.problem.what_u_is import UNSIGNED, as_u_is, has_sign
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.control_law import control_law, gains
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, Controller
+from clie_blocks.analysis.records.robot import MEASURED, Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
@@ -29,7 +30,12 @@ FASTER = 0.99  # of the median step, below which samples would be invented
 UNEVEN_CLOCK = 0.02  # standard deviation of the sample time over its mean: a log is resampled
 # Share of the standard deviation of the command, above which an unlogged reference moved.
 MOVED_REFERENCE = 0.5
+SERVO_PERIOD = 1e-3  # s, of the loop in a servo, where it is not stated
 COASTING_TIME = 0.1  # s, in which a rotor of unknown damping is assumed to come to rest
+COMMANDS_OF_LAW = (
+    "No command is logged: it is what the stated law gives on the logged positions. That this law "
+    "ran cannot be checked; where all its gains are off by one factor, inertia, friction and "
+    "weight are off by the same. A drive that gives more or less than asked for looks so, too.")
 QUARTER_TURN = math.pi / 2  # rad, from 'hanging down' to the horizontal arm of `planar_links`
 
 
@@ -49,6 +55,7 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
     """
     _check_one_robot(robot, records)
     _check_samples(records)
+    robot, records = as_u_is(robot, records)
     records = [on_even_clock(record, robot.controller) for record in records]
     robot, records = in_one_unit(*_form(robot, records)(robot, records))
     return with_damping(robot), records
@@ -82,13 +89,30 @@ def _form(robot: Robot, records: Sequence[Record]) -> Form:
     if robot.controller.law == "servo":
         return duty_as_torque
     if robot.controller.is_block:
-        return lambda same, logs: (same, list(logs))
+        return with_commands_of_law
     if robot.controller.law != "unknown":
-        return lambda same, logs: (same, [with_reference(log, same) for log in logs])
+        return lambda same, logs: with_commands_of_law(
+            same, [with_reference(log, same) for log in logs])
     if records[0].u is not None:
         return command_as_excitation
-    drives = records[0].tau is not None and records[0].qd is None
+    drives = records[0].tau is not None and (records[0].qd is None or has_sign(records))
     return torque_as_excitation if drives else position_error_as_command
+
+
+def with_commands_of_law(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
+    """Robot and records of a stated law, which computes what was not recorded of its commands.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If a log has neither a command nor a reference.
+
+    """
+    for record in records:
+        if record.u is None and record.pe is None:
+            _reference(record)
+    return robot, [record if record.u is not None else record.noted(COMMANDS_OF_LAW)
+                   for record in records]
 
 
 def with_reference(record: Record, robot: Robot) -> Record:
@@ -176,7 +200,7 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
     stated = _with_hanging_links(known)
     turn = np.zeros(robot.n)
     turn[0] = QUARTER_TURN if stated is not known else 0.0
-    acting = "measured torque" if robot.controller.u == MEASURED_TORQUE else "command"
+    acting = "measured torque" if robot.controller.u_is == MEASURED else "command"
     note = f"No law is known: the {acting} acts as excitation, without feedback."
     return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated)
                     .noted(" ".join([note, *torque_path.describe(record)])) for record in records]
@@ -184,11 +208,13 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
 
 def torque_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:
     """Measured torques as excitation of a machine of which nothing else was logged."""
-    controller = dataclasses.replace(robot.controller, u=MEASURED_TORQUE)
-    note = "No command and no reference is logged: the measured torque drives the model."
+    controller = dataclasses.replace(robot.controller, u_is=MEASURED)
+    note = ("No command is logged: the measured torque drives the model, and nothing that a drive "
+            "does to a command can show.")
     return command_as_excitation(
         dataclasses.replace(robot, controller=controller),
-        [record.replace(u=record.tau, tau=None).noted(note) for record in records])
+        [record.replace(u=record.tau, tau=None, units={**record.units, "u": record.units["tau"]})
+         .noted(note) for record in records])
 
 
 def position_error_as_command(robot: Robot, records: Sequence[Record],
@@ -196,11 +222,14 @@ def position_error_as_command(robot: Robot, records: Sequence[Record],
     """Position errors of a servo, which stand for its unknown command."""
     controller = dataclasses.replace(
         robot.controller, law="pd", kp=np.ones(robot.n), kd=np.zeros(robot.n),
-        velocity_filter="difference")
+        velocity_filter="difference",
+        sample_time=robot.controller.sample_time or SERVO_PERIOD)
     stated = dataclasses.replace(robot, controller=controller)
     note = ("The command is not logged: the position error stands for it, so that torques are in "
-            "rad of error and the damping includes that of the servo.")
-    note = " ".join([note, *_position_paths(records[0])])
+            "rad of error and the damping includes that of the servo. Friction, weight and "
+            "inertia are known over the gain of the servo, and not apart from it.")
+    note = " ".join([note, *([UNSIGNED] if records[0].tau is not None else []),
+                     *_position_paths(records)])
     return stated, [record.replace(u=_reference(record) - record.q, robot=stated,
                                    units={**record.units, "u": record.units["q"]}).noted(note)
                     for record in records]
@@ -215,8 +244,11 @@ def _reference(record: Record) -> np.ndarray:
     return record.qd
 
 
-def _position_paths(record: Record) -> list[str]:
+def _position_paths(records: Sequence[Record]) -> list[str]:
     """Path from set-point to motion of each joint whose set-point moves, in sentences."""
+    for record in records:
+        _reference(record)
+    record, _ = position_path.fitted_and_unseen(records)
     moving = np.flatnonzero(np.ptp(_reference(record), axis=0) > 0)
     return [position_path.describe(record, int(k)) for k in moving]
 

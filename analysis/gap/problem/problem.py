@@ -28,7 +28,7 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE, with_law
+from clie_blocks.analysis.records.robot import MEASURED, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.robot_loop.links import Links, mass_rows
@@ -367,11 +367,16 @@ def _stated_law(robot: Robot, period: float, pose: np.ndarray, links: Links,
         raise NotIdentifiableError(
             f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd', "
             "'pid' and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, period), controller.u == MEASURED_TORQUE)
+    return StatedLaw.of(control_law(controller, period), controller.u_is == MEASURED)
 
 
 def _begun(log: Log, law: StatedLaw) -> Log:
-    """Log with what its first samples show of the state in which robot and law began."""
+    """Log with what its first samples show of the state in which robot and law began.
+
+    A command that was not logged is that of the law.
+    """
+    if np.isnan(log.u).all():
+        log = dataclasses.replace(log, u=law.commands(log))
     if isinstance(law, BlockLaw):
         return with_law_state(with_initial_speed(log, law.period), law)
     return with_initial_state(log, law)

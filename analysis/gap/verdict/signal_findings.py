@@ -34,7 +34,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     posterior,
 )
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import MEASURED_TORQUE
+from clie_blocks.analysis.records.robot import MEASURED
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 
@@ -189,7 +189,7 @@ def findings_of_position_path(record: Record) -> bool:
 def findings_of_torque_path(record: Record) -> bool:
     """Whether commands act as excitation, and the torque that came of them was measured."""
     law = record.robot and record.robot.controller
-    return bool(law and _has_no_law(record) and law.u != MEASURED_TORQUE and record.u is not None
+    return bool(law and _has_no_law(record) and law.u_is != MEASURED and record.u is not None
                 and record.tau is not None and not np.any(law.kp))
 
 
@@ -206,14 +206,11 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
     names = ["lag", *(name for name, causes in _HYPOTHESES.items()
                       if not set(causes) & set(left_out))]
     with_delay = [name for name in names if name in _WITH_DELAY]
-    reference = records[0].qd
-    if reference is None:
-        return ()
-    joints = tuple(int(k) for k in np.flatnonzero(np.ptp(reference, axis=0) > 0))
+    fitted, unseen = position_path.fitted_and_unseen(records)
+    joints = tuple(int(k) for k in np.flatnonzero(np.ptp(fitted.signal("qd"), axis=0) > 0))
     if not joints or not with_delay:
         return ()
-    paths = [position_path.paths_by_hypothesis(records[0], k, names) for k in joints]
-    unseen = records[1:] or records
+    paths = [position_path.paths_by_hypothesis(fitted, k, names) for k in joints]
     left = {name: np.array([_validation_rms(unseen, k, by_name[name])
                             for k, by_name in zip(joints, paths)]) for name in names}
     excess = _excess(left, [residuals.noises[k] for k in joints])
@@ -222,9 +219,9 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
         return ()
     best = min(with_delay, key=lambda name: excess[name])
     times = {"delay": _delays([by_name[best] for by_name in paths])}
-    dead_times = [position_path.dead_times(records[0], k) for k in joints]
+    dead_times = [position_path.dead_times(fitted, k) for k in joints]
     if all(times_of.size for times_of in dead_times):
-        times["dead_time"] = _dead_times(dead_times, records[0].sample_time)
+        times["dead_time"] = _dead_times(dead_times, fitted.sample_time)
     return (SignalFinding("time_delay", joints, probability, times, _share(excess), left),)
 
 

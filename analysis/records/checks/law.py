@@ -21,7 +21,7 @@ from clie_blocks.analysis.records.replay import (
     variants,
     velocity,
 )
-from clie_blocks.analysis.records.robot import Controller, Robot
+from clie_blocks.analysis.records.robot import COMMANDED, Controller, Robot
 from clie_blocks.analysis.records.uncertainty import least_squares
 from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 
@@ -72,8 +72,9 @@ def _check_part(record: Record, robot: Robot) -> list[Finding]:
 
 
 def can_replay(record: Record, robot: Robot | None) -> bool:
-    """Whether law, command and reference are there."""
+    """Whether law, reference and the command itself are there."""
     return (robot is not None and robot.controller.law != "unknown" and record.u is not None
+            and robot.controller.u_is in (None, COMMANDED)
             and record.qd is not None and len(record) > 10)
 
 

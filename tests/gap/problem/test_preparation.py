@@ -161,5 +161,5 @@ def test_a_measured_torque_drives_the_model_where_nothing_else_was_logged():
     robot = Robot(n=1, controller=Controller(law="unknown", sample_time=0.005))
     ready, (record,) = prepare(robot, [Record(time=TIME, q=q, tau=u, robot=robot)])
     np.testing.assert_array_equal(record.pe, u)
-    assert ready.controller.u == "measured torque"
+    assert ready.controller.u_is == "measured"
     assert "measured torque drives the model" in " ".join(record.decisions)

@@ -124,7 +124,7 @@ def test_gains_under_which_the_model_diverges_are_left_out(case):
 
 
 def test_no_drive_is_accused_where_u_is_a_measured_torque(case):
-    robot, records = with_unknown_law(case("coulomb"), u="measured torque")
+    robot, records = with_unknown_law(case("coulomb"), u_is="measured")
     answer, words = answered(robot, records)
     assert not ON_THE_DRIVE & {row["effect"] for row in answer["effects"]}
     assert answer["families"]["friction"] > 0.9

@@ -151,7 +151,7 @@ def test_a_gain_is_not_named_where_most_is_something_else():
 def test_a_measured_torque_that_stands_for_the_command_is_compared_with_nothing():
     logs = [record.replace(robot=dataclasses.replace(
         record.robot, controller=dataclasses.replace(record.robot.controller,
-                                                     u="measured torque")))
+                                                     u_is="measured")))
             for record in ramps(limit=30.0)]
     assert findings(logs) == ()
 

@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.problem.user_loop.law import LoopLaw, linearised_l
 from clie_blocks.analysis.gap.problem.user_loop.ports import as_closed_loop, loop_ports
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
+from clie_blocks.errors import RecordError
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
@@ -53,6 +54,10 @@ def loop_statement(loop: InputOutputSystem, records: Sequence[Record]) -> LoopSt
     ports = loop_ports(loop)
     records = [on_ticks(even_clock(record), record.sample_time) for record in records]
     check_records(records, ports.n, loop.name)
+    for record in records:
+        if record.u is None:
+            raise RecordError(f"{record.source} has no command u; without it the loop cannot be "
+                              "compared with its controller: log what it commands")
     robot = Robot(n=ports.n, joints=records[0].joints)
     law = linearised_law(loop, ports, records[0], stated_links(robot, np.zeros(ports.n)))
     logs = [as_logs(record, robot, k, law.period) for k, record in enumerate(records)]

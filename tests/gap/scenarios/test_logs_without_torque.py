@@ -1,0 +1,54 @@
+"""Logs of reference and position alone: the loop is identified, and its lag is no delay."""
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis.gap.diagnosis import diagnose
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.records.robot import Controller
+from tests.gap.scenarios.mujoco_joint import chirp, pick_and_place, record_of, robot_of, run
+
+pytest.importorskip("mujoco")
+pytestmark = pytest.mark.slow
+
+LATE = {"time_delay", "encoder_delay", "actuator_lag", "setpoint_delay", "in_loop_delay"}
+GO2 = {"kp": 20.0, "kd": 1.5}  # Kd over Kp is 75 ms
+STATED = Controller(law="pd", kp=[20.0], kd=[1.5], velocity_filter="difference", sample_time=1e-3)
+
+
+def leg(robot, **joint):
+    return [record_of(run(chirp(8.0, size=size), **GO2, mass=0.2, com=0.1, seed=seed, **joint),
+                      robot, "qd", name=f"log-{seed}") for seed, size in enumerate((0.3, 0.2))]
+
+
+def late_names(answer, least=0.5):
+    return {row["effect"] for row in answer["effects"]
+            if row["effect"] in LATE and row["probability"] >= least}
+
+
+@pytest.mark.parametrize("law", [STATED, None], ids=["stated", "unknown"])
+def test_the_lag_of_a_pd_law_is_no_delay(law):
+    robot = robot_of(law)
+    logs = leg(robot)
+    follows = logs[0].time[np.argmax(np.correlate(logs[0].q[:, 0], logs[0].qd[:, 0], "full"))
+                           - len(logs[0]) + 1]
+    assert 0.04 < follows < 0.12  # s: the motion does trail its reference
+    answer = diagnose(Problem.from_logs(robot, logs)).to_dict()
+    assert late_names(answer) == set()
+    first = answer["effects"][0]  # the weight, which neither file states
+    assert first["effect"] == "gravity" and first["probability"] > 0.9
+    weight = 0.2 * 9.81 * 0.1 * (1.0 if law else 1.0 / GO2["kp"])  # over the gain, if unknown
+    assert first["parameters"]["along"]["value"] == pytest.approx(weight, rel=0.02)
+    said = " ".join(answer["log_decisions"])
+    assert ("That this law ran cannot be checked" if law else "over the gain of the servo") in said
+
+
+def test_a_late_servo_is_late_even_where_no_torque_is_logged():
+    robot = robot_of()
+    logs = [record_of(run(pick_and_place(12.0, seed, rest=0.4, move=0.1), **GO2, mass=0.2, com=0.1,
+                          late=40, every=20, coulomb=0.15, seed=seed), robot, "qd",
+                      name=f"log-{seed}") for seed in range(2)]
+    answer = diagnose(Problem.from_logs(robot, logs)).to_dict()
+    assert answer["effects"][0]["effect"] == "time_delay"
+    (delay,) = answer["effects"][0]["parameters"]["delay"]["value"]
+    assert delay == pytest.approx(0.04, abs=0.012)
