@@ -143,7 +143,7 @@ def _best_at_bounds(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, uppe
                                      (right - _product(gram, tried))[:, free])
         inside = ((tried >= lower) & (tried <= upper)).all(axis=1)
         drop = _drop(gram, right, tried)
-        better = bounded & inside & (drop > best)
+        better = np.flatnonzero(bounded & inside & np.greater(drop, best))
         best[better], theta[better] = drop[better], tried[better]
     return theta
 
