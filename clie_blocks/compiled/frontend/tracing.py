@@ -187,9 +187,8 @@ class _Tracer:
         return schedule(needs, names)
 
     def _compose(self, expression: Expression) -> Expression:
-        for node in topological([expression]):
-            if node not in self.final:
-                self.final[node] = self._final(node)
+        for node in topological([expression], self.final):
+            self.final[node] = self._final(node)
         return self.final[expression] if isinstance(expression, Symbol) else expression
 
     def _final(self, node: Symbol) -> Expression:

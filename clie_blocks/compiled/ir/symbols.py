@@ -143,9 +143,12 @@ def variables(roots: Iterable[Expression]) -> set[tuple[str, int]]:
     return {node.args for node in topological(roots) if node.op == "variable"}
 
 
-def topological(roots: Iterable[Expression]) -> list[Symbol]:
-    """List every node below the roots, operands before the operations that use them."""
-    order, seen = [], set()
+def topological(roots: Iterable[Expression], known: Iterable[Symbol] = ()) -> list[Symbol]:
+    """List every node below the roots, operands before the operations that use them.
+
+    Nodes that are `known`, and what is below them alone, are left out.
+    """
+    order, seen = [], set(known)
     stack = [(root, False) for root in reversed(list(roots)) if isinstance(root, Symbol)]
     while stack:
         node, done = stack.pop()
