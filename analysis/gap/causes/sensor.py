@@ -22,6 +22,7 @@ from clie_blocks.robot_loop.dynamics import Piece, State
 from clie_blocks.robot_loop.links import gravity_torque
 
 _WORST = 0.02  # rad: a degree of eccentricity
+_PUSHES_BACK = 30.0  # gear ratio below which a link that runs ahead and behind shakes its motor
 
 
 def _probes(scene: Scene) -> list[Probe]:
@@ -45,8 +46,8 @@ def _unfelt_probes(scene: Scene) -> list[Probe]:
 
 
 def _felt_probes(scene: Scene) -> list[Probe]:
-    """Beside an encoder of the motor, which sees the link push back."""
-    if not scene.problem.two_encoders:
+    """Where an encoder of the motor sees the link push back, or a small gear lets it."""
+    if not (scene.problem.two_encoders or (scene.problem.gear_ratio < _PUSHES_BACK).any()):
         return []
     links, ratio = scene.problem.links, scene.problem.gear_ratio
     link = links.diagonal / ratio if links.known else 0.4 * scene.inertia
