@@ -22,6 +22,7 @@ from clie_blocks.robot_loop.dynamics import Piece, State
 from clie_blocks.robot_loop.links import gravity_torque
 
 _WORST = 0.02  # rad: a degree of eccentricity
+_HARMONICS = range(1, 7)  # waves per turn of the motor, of a gear that runs unevenly
 _PUSHES_BACK = 30.0  # gear ratio below which a link that runs ahead and behind shakes its motor
 
 
@@ -34,11 +35,11 @@ def _probes(scene: Scene) -> list[Probe]:
 
 
 def _gear_probes(scene: Scene) -> list[Probe]:
-    """Once and twice per turn of the motor, as harmonic drives err, and their double."""
+    """Once and twice per turn of the motor, as harmonic drives err, and their harmonics."""
     problem, size = scene.problem, 1e-4 + 0 * scene.torque
     geared = any(counts_motor_turns(ratio) for ratio in problem.gear_ratio)
     return [Probe({"sine": size, "cosine": size, "order": turns * problem.gear_ratio},
-                  ("sine", "cosine")) for turns in (1, 2, 4)] if geared else []
+                  ("sine", "cosine")) for turns in _HARMONICS] if geared else []
 
 
 def _unfelt_probes(scene: Scene) -> list[Probe]:

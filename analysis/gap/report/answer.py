@@ -39,6 +39,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     RankedCause,
     credible_set,
     marginals,
+    probability_of_any,
 )
 from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
 from clie_blocks.analysis.statistical_measures import NORMAL_95
@@ -190,6 +191,8 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
             continue
         row: dict[str, Any] = {"effect": name, "joint": None, "probability": probability,
                                "alike": _alike(name, result)}
+        if row["alike"]:
+            row["together"] = probability_of_any(result.ranking, (name, *row["alike"]))
         fit = first[name]
         if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_parameters(name, fit), rival=confounder(fit, result.residuals))

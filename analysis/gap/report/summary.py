@@ -189,17 +189,15 @@ def leading_rows(answer: Answer) -> list[Row]:
     likely: list[Row] = []
     for row in rows:
         stands_for = {*row.get("alike", ()), row["effect"]}
-        if (_together(row, answer) >= LIKELY
+        if (_together(row) >= LIKELY
                 and not stands_for & {leading["effect"] for leading in likely}):
             likely.append(row)
     return likely or rows[:1]
 
 
-def _together(row: Row, answer: Answer) -> float:
+def _together(row: Row) -> float:
     """Probability of an effect or of one that the logs do not tell from it."""
-    return float(row["probability"] + sum(
-        other["probability"] for other in answer["effects"]
-        if other["effect"] in row.get("alike", ())))
+    return float(row.get("together", row["probability"]))
 
 
 def _list(rows: Iterable[Row], answer: Answer) -> str:
@@ -211,7 +209,7 @@ def _listed(row: Row, answer: Answer) -> str:
     alike = row.get("alike", ())
     if alike:
         return (f"{join_words([_at_joints(row, answer), *map(effect_title, alike)], 'or')} "
-                f"({percent(_together(row, answer))}; these logs do not tell them apart)")
+                f"({percent(_together(row))}; these logs do not tell them apart)")
     return (f"{_at_joints(row, answer)} ({percent(row['probability'])}"
             f"{_family_clause(answer, row)})")
 

@@ -19,7 +19,7 @@ hypothesis.  With probability `contamination` all this is wrong, and the odds ar
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -237,6 +237,11 @@ def marginals(ranking: Sequence[RankedCause]) -> dict[str, float]:
     return dict(sorted(probability.items(), key=lambda item: -item[1]))
 
 
+def probability_of_any(ranking: Sequence[RankedCause], names: Collection[str]) -> float:
+    """Probability of the hypotheses that hold one or more of some names."""
+    return float(sum(ranked.probability for ranked in ranking if {*ranked.names} & {*names}))
+
+
 def credible_set(ranking: Sequence[RankedCause]) -> list[str]:
     """Smallest set of names that holds nine tenths of the probability."""
     names: list[str] = []
@@ -261,7 +266,7 @@ def verdict(ranking: Sequence[RankedCause], established: bool = False,
         return "effect"
     leading = min(ranking[0].names, key=lambda name: name == PARAMETRIC)
     of_name = marginals(ranking)
-    together = [sum(of_name.get(name, 0.0) for name in names) for names in alike]
+    together = [probability_of_any(ranking, names) for names in alike]
     if leading != UNKNOWN and max([*of_name.values(), *together]) < LIKELY:
         return "not_identifiable"
     kinds = {name if name in (NONE, PARAMETRIC) else "" for names in alike for name in names}

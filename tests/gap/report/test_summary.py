@@ -38,20 +38,20 @@ def test_a_headline_names_cause_joint_and_reduction():
 
 
 def test_names_that_the_logs_do_not_tell_apart_are_one_answer():
-    spring = row("spring", 0.6, [2], alike=["gravity"])
-    gravity = row("gravity", 0.39, [2], alike=["spring"])
+    spring = row("spring", 0.6, [2], alike=["gravity"], together=0.99)
+    gravity = row("gravity", 0.39, [2], alike=["spring"], together=0.99)
     found = answer_of("effect", spring, gravity, joints=("shoulder", "elbow"))
     assert headline(found) == (
         "The model is missing spring at elbow or gravity (99 %; these logs do not tell them "
         "apart). Adding it removes 96 % of the reducible gap on unseen data.")
-    even = {**found, "effects": [{**spring, "probability": 0.49},
-                                 {**gravity, "probability": 0.48}]}
+    even = {**found, "effects": [{**spring, "probability": 0.49, "together": 0.97},
+                                 {**gravity, "probability": 0.48, "together": 0.97}]}
     assert "missing spring at elbow or gravity (97 %;" in headline(even)
 
 
 def test_a_cause_that_is_alike_with_a_wrong_number_is_no_finding_of_either():
-    gain = row("torque_gain_error", 0.7, [1], alike=["parametric"])
-    number = row("parametric", 0.29, None, alike=["torque_gain_error"])
+    gain = row("torque_gain_error", 0.7, [1], alike=["parametric"], together=0.99)
+    number = row("parametric", 0.29, None, alike=["torque_gain_error"], together=0.99)
     assert headline(answer_of("not_identifiable", gain, number, value=None)) == (
         "These logs do not identify the cause: torque gain error at joint 1 or parameters outside "
         "their tolerance (99 %; these logs do not tell them apart).")

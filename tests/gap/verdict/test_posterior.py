@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     doubted,
     marginals,
     posterior,
+    probability_of_any,
     verdict,
 )
 from clie_blocks.errors import ClieError
@@ -275,3 +276,13 @@ def test_of_two_wrong_numbers_beside_a_cause_the_better_one_stays():
         ranking = posterior(make_table(200.0, COUPLED, geared), Calibration())
         beside = [one for one in ranking if one.names == ("coupling", "parametric")]
         assert [one.excess for one in beside] == [pytest.approx(right)]
+
+
+def test_a_hypothesis_that_holds_two_of_some_names_counts_once():
+    ranking = weigh(100.0, ("spring+gravity", 0.05, 2), ("spring", 0.3, 1), ("gravity", 0.3, 1))
+    of_name = marginals(ranking)
+    together = probability_of_any(ranking, ("spring", "gravity"))
+    assert of_name["spring"] + of_name["gravity"] > 1.0 >= together
+    assert together == pytest.approx(1.0 - sum(
+        one.probability for one in ranking if one.names in (("none",), ("unknown",),
+                                                            ("parametric",))))
