@@ -98,7 +98,7 @@ def stub(correction: Correction) -> str:
         f'gear="{_before(joint, "gear"):.9g}" gainprm="{_before(joint, "gain"):.9g}"/>'
         for joint in correction.joints)
     return (f'<mujoco model="joints">\n  <compiler angle="radian" autolimits="true"/>\n'
-            f'  <option timestep="{step:.9g}" integrator="implicitfast" gravity="0 0 0"/>\n'
+            f'  <option timestep="{step:.9g}" integrator="RK4" gravity="0 0 0"/>\n'
             f'  <worldbody>\n{bodies}\n  </worldbody>\n  <actuator>\n{motors}\n  </actuator>\n'
             '</mujoco>\n')
 
