@@ -21,7 +21,8 @@ from clie_blocks.errors import ClieError
 
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off", "-Wall", "-Wextra")
-_SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
+_SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"),
+            "win32": ("windows", ".dll")}
 _MACHINES = {"AMD64": "x86_64", "arm64": "aarch64"}
 _STAMP = (1980, 1, 1, 0, 0, 0)  # same answer, same bytes
 

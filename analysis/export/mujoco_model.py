@@ -453,8 +453,7 @@ def _pose(body: Element) -> dict[str, str]:
 
 def _notes(correction: Correction) -> Iterator[str]:
     for row in correction.without_block:
-        yield (f"Left out: {row['effect']} at {', '.join(row['joints'])}; no effect of the "
-               "catalogue states it.")
+        yield f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
     for setting in correction.of_law:
         yield f"Your controller or your log needs it, not the model: {setting!r}."
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.causes.description import is_number, ratio_change
+from clie_blocks.analysis.gap.causes.description import GEAR_RATIO, is_number, ratio_change
 from clie_blocks.analysis.gap.report.exports import law_settings, member_settings
 from clie_blocks.analysis.gap.report.joint_side import (
     entries,
@@ -24,7 +24,7 @@ from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import ClieError
 
-BASES = ("datasheet", "simulator", "loop")
+IN_JOINTS = (GEAR_RATIO,)  # what the corrected joints hold
 
 
 def correction(result: Result) -> dict[str, Any]:
@@ -53,13 +53,17 @@ def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
     found: list[Setting] = []
     without: list[dict[str, Any]] = []
     for member in members:
+        joints = [hypothesis.problem.joints[k] for k in member.joints]
         if is_number(member.cause):
+            if member.cause.variant not in IN_JOINTS:
+                without.append({"effect": member.cause.variant, "joints": joints, "why":
+                                "a number of the robot file that is off; correct it in the model, "
+                                "by the table of stated and identified numbers in the report"})
             continue
         try:
             found += member_settings(member, hypothesis.problem, hypothesis.of_log(0))
         except ClieError as error:
-            without.append({"effect": member.cause.name, "why": str(error),
-                            "joints": [hypothesis.problem.joints[k] for k in member.joints]})
+            without.append({"effect": member.cause.name, "joints": joints, "why": str(error)})
     return found, without
 
 
