@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, run_main, to_json
+from clie_blocks.output import command_parser, progress, run_main, to_json
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -18,8 +18,14 @@ def main(argv: list[str] | None = None) -> int:
 
     if not args.output:
         raise ClieError("an export writes files: name a folder for them with -o DIR")
-    found = export(read_correction(args.answer), args.to, args.model, _renamed(args.joint),
-                   args.step)
+    correction, renamed = read_correction(args.answer), _renamed(args.joint)
+    found = export(correction, args.to, args.model, renamed, args.step)
+    if args.samples is not None:
+        from clie_blocks.analysis.export.samples import draw, with_samples
+
+        with progress(f"drawing {args.samples} samples"):
+            found = with_samples(found, correction, draw(correction, args.samples, args.seed),
+                                 args.model, renamed)
     paths = found.save(args.output)
     if args.json:
         print(to_json({"schema_version": 1, "target": found.target, "files": paths,
@@ -30,7 +36,10 @@ def main(argv: list[str] | None = None) -> int:
     for note in found.notes:
         print(f"note: {note}", file=sys.stderr)
     for path in paths:
-        print(f"wrote {path}", file=sys.stderr)
+        if "samples" not in path.parts:
+            print(f"wrote {path}", file=sys.stderr)
+    if args.samples is not None and args.to == "mujoco":
+        print(f"wrote {Path(args.output) / 'samples'}: {args.samples} models", file=sys.stderr)
     print(found.ran, file=sys.stderr)
     return 0
 
@@ -67,6 +76,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--step", type=float, metavar="S",
                         help="step of your simulator [s], of c and fmu; else 0.125 ms or the "
                              "largest fraction of the controller's period below")
+    parser.add_argument("--samples", type=int, metavar="N",
+                        help="draw N corrections within what the logs leave uncertain: "
+                             "samples.json, with ranges and correlations, and for mujoco a model "
+                             "each")
+    parser.add_argument("--seed", type=int, default=0, help="of the random numbers of --samples")
     return parser
 
 

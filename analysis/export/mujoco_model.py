@@ -375,10 +375,11 @@ class _Patch:
         elif abs(wanted / (gear * gain) - 1.0) > 1e-9:
             attributes["gear"] = gear = wanted / gain
         bias = _bias(piece, gear)
-        if bias and self.compiled.actuator_biastype[place]:
-            raise ClieError(f"{self.source}: the actuator {label} has a bias of its own, and the "
-                            f"correction adds a constant torque at {name}; leave the bias to "
-                            "your controller, then export again")
+        if bias and np.any(self.compiled.actuator_biasprm[place, 1:3]):
+            raise ClieError(f"{self.source}: the bias of the actuator {label} depends on position "
+                            "or velocity, which is a control law within the model, and the logs "
+                            "hold the command of another one; leave that to your controller, "
+                            "then export again")
         if bias and element.name == "motor":
             self.document.rename(element, "general")
         attributes |= {**bias, **piece.actuator_attributes(control, self.step)}

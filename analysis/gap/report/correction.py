@@ -20,10 +20,12 @@ from clie_blocks.analysis.gap.report.joint_side import (
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.mjcf import turn
+from clie_blocks.analysis.gap.report.uncertainty import Numbers, uncertainty
 from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import ClieError
 
+UNCERTAIN = ("inertia", "beside_links", "damping", "offset", "gear", "gain", "torque")
 IN_JOINTS = (GEAR_RATIO,)  # what the corrected joints hold
 
 
@@ -41,9 +43,23 @@ def correction(result: Result) -> dict[str, Any]:
     if why is not None:
         return plain
     found, without = _settings(result)
+    joints = _joints(result)
     named = law_settings(result.controller.named, result.problem.n)
-    return plain | {"joints": _joints(result), "effects": [_plain(one) for one in found],
-                    "of_law": [_plain(one) for one in named], "without_block": without}
+    return plain | {"joints": joints, "effects": [_plain(one) for one in found],
+                    "of_law": [_plain(one) for one in named], "without_block": without,
+                    "uncertainty": uncertainty(result, _numbers)}
+
+
+def _numbers(result: Result) -> Numbers:
+    """What the logs may leave uncertain: of joints, ``joint.NAME.KEY``, and of effects."""
+    found, _ = _settings(result)
+    numbers = {f"joint.{row['name']}.{key}": float(row[key])
+               for row in _joints(result) for key in UNCERTAIN}
+    for place, setting in enumerate(found):
+        for key, value in setting.values.items():
+            numbers |= {f"effect.{place}.{key}.{k}": float(one)
+                        for k, one in enumerate(np.ravel(np.asarray(value, float)))}
+    return numbers
 
 
 def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
