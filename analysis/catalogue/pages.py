@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from clie_blocks.analysis.catalogue.answer import ANSWERS, answer
 from clie_blocks.analysis.catalogue.text_curve import text_curve
+from clie_blocks.analysis.export.truth_table import TARGETS, support
 from clie_blocks.analysis.gap.causes.vocabulary import describe_answer
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES, Effect
@@ -34,6 +35,8 @@ def page(name: str) -> str:
                                            for other, experiment in effect.confused_with.items()),
              "in simulators\n" + "\n".join(_entry(f"  {other}", where)
                                            for other, where in effect.simulators.items()),
+             "exported ('clie export')\n" + "\n".join(
+                 _entry(f"  {target}", str(support(name, target))) for target in TARGETS),
              _entry("wrong where", effect.wrong), _entry("physics", _physics(effect)),
              _entry("reference", effect.reference)]
     return "\n\n".join(part for part in parts if part)
@@ -98,7 +101,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.json:
         names = [options.name] if options.name else LIBRARY
         print(to_json({"schema_version": 1,
-                       "effects": [LIBRARY[name].as_dict() for name in names]}))
+                       "effects": [
+            LIBRARY[name].as_dict() | {"exported": {
+                target: str(support(name, target)) for target in TARGETS}} for name in names]}))
     elif options.name:
         print(page(options.name))
     else:

@@ -101,6 +101,8 @@ class Correction:
         What the model corrects: the ``datasheet``, the user's ``simulator`` or ``loop``.
     verdict : str
         Of the diagnosis.
+    uncertainty : dict
+        ``numbers`` that the logs leave uncertain, by key, and their ``covariance``.
 
     """
 
@@ -111,6 +113,8 @@ class Correction:
     without_block: tuple[Mapping[str, Any], ...] = ()
     basis: str = "datasheet"
     verdict: str = "effect"
+    uncertainty: Mapping[str, Any] = dataclasses.field(
+        default_factory=lambda: {"numbers": [], "covariance": []})
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -184,7 +188,8 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
     return Correction(joints, float(plain["period"]),
                       tuple(_settings(plain["effects"], source)),
                       tuple(_settings(plain["of_law"], source)),
-                      tuple(plain["without_block"]), plain["basis"], answer["verdict"])
+                      tuple(plain["without_block"]), plain["basis"], answer["verdict"],
+                      plain["uncertainty"])
 
 
 def _joint(plain: Mapping[str, Any]) -> Joint:

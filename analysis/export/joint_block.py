@@ -100,6 +100,14 @@ class JointBlock:
         return next(((name, piece) for name, piece in self.pieces
                      if piece.port == "transmission"), None)
 
+    @property
+    def motor_inertia(self) -> float:
+        """Inertia of a motor that moves inside the block, on the joint side; 0 without one."""
+        if self.gear is None:
+            return 0.0
+        at_joint = {setting.name: self._values(setting) for setting in self.effects}
+        return self.joint.torque * float(at_joint[self.gear[0]]["motor_inertia"][0])
+
     def system(self, name: str = "joint") -> NonlinearIOSystem:
         """Return the block as a python-control system in discrete time."""
         import control as ct

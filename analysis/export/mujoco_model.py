@@ -98,7 +98,7 @@ def stub(correction: Correction) -> str:
         f'gear="{_before(joint, "gear"):.9g}" gainprm="{_before(joint, "gain"):.9g}"/>'
         for joint in correction.joints)
     return (f'<mujoco model="joints">\n  <compiler angle="radian" autolimits="true"/>\n'
-            f'  <option timestep="{step:.9g}" integrator="implicitfast" gravity="0 0 0"/>\n'
+            f'  <option timestep="{step:.9g}" integrator="RK4" gravity="0 0 0"/>\n'
             f'  <worldbody>\n{bodies}\n  </worldbody>\n  <actuator>\n{motors}\n  </actuator>\n'
             '</mujoco>\n')
 
@@ -375,10 +375,11 @@ class _Patch:
         elif abs(wanted / (gear * gain) - 1.0) > 1e-9:
             attributes["gear"] = gear = wanted / gain
         bias = _bias(piece, gear)
-        if bias and self.compiled.actuator_biastype[place]:
-            raise ClieError(f"{self.source}: the actuator {label} has a bias of its own, and the "
-                            f"correction adds a constant torque at {name}; leave the bias to "
-                            "your controller, then export again")
+        if bias and np.any(self.compiled.actuator_biasprm[place, 1:3]):
+            raise ClieError(f"{self.source}: the bias of the actuator {label} depends on position "
+                            "or velocity, which is a control law within the model, and the logs "
+                            "hold the command of another one; leave that to your controller, "
+                            "then export again")
         if bias and element.name == "motor":
             self.document.rename(element, "general")
         attributes |= {**bias, **piece.actuator_attributes(control, self.step)}
@@ -453,8 +454,7 @@ def _pose(body: Element) -> dict[str, str]:
 
 def _notes(correction: Correction) -> Iterator[str]:
     for row in correction.without_block:
-        yield (f"Left out: {row['effect']} at {', '.join(row['joints'])}; no effect of the "
-               "catalogue states it.")
+        yield f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
     for setting in correction.of_law:
         yield f"Your controller or your log needs it, not the model: {setting!r}."
 

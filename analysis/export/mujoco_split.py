@@ -17,7 +17,8 @@ LOADS = ("quadratic_drag", "spring")
 DRIVE = ("actuator_saturation", "torque_gain_error", "actuator_lag", "time_delay")
 EXTRA_BODY = ("joint_elasticity",)
 IN_BODIES = ("payload",)
-NEEDS = {"time_delay": (3, 5), "quadratic_drag": (3, 7), "spring": (3, 7)}  # first version of MuJoCo with the words
+# First version of MuJoCo with the words.
+NEEDS = {"time_delay": (3, 5), "quadratic_drag": (3, 7), "spring": (3, 7)}
 FRICTION_STEPS = 4  # of the simulator, in which dry friction is held: soft, but without creep
 TINY = 1e-9  # kg, kg m^2: the engine refuses bodies without mass
 
@@ -124,7 +125,8 @@ class Split:
 
     def actuator_attributes(self, unit: float, longest_step: float) -> dict[str, float | str]:
         """Limit, lag and delay of the actuator; `unit` is its control per logged command."""
-        value, found = self.values, {}
+        value = self.values
+        found: dict[str, float | str] = {}
         if "actuator_saturation.limit" in value:
             limit = unit * value["actuator_saturation.limit"] / self.joint.command
             found |= {"ctrllimited": "true", "ctrlrange": f"{-limit:.9g} {limit:.9g}"}

@@ -106,7 +106,7 @@ class XmlText:
 
 def _with_attribute(tag: str, key: str, value: str | None) -> str:
     """Start tag with an attribute set, in its place, or behind the others."""
-    found = re.search(rf"\s{re.escape(key)}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)
+    found = re.search(rf"\s+{re.escape(key)}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)
     if value is None:
         return tag if found is None else tag[:found.start()] + tag[found.end():]
     if found is not None:

@@ -124,6 +124,36 @@ class Diagnosis(Result):
 
         return write_report(self, answer(self), folder, name)
 
+    def export(self, target: str, folder: str | PathLike[str],
+               model: str | PathLike[str] | None = None) -> list[str]:
+        """Put the correction into a simulator, as ``clie export`` does.
+
+        Parameters
+        ----------
+        target : str
+            ``mujoco``, ``c`` or ``fmu``, see `clie_blocks.analysis.export.export.TARGETS`.
+        folder : path-like
+            Folder to write to.
+        model : path-like, optional
+            The user's own model, which is patched; by default a stub.
+
+        Returns
+        -------
+        list of str
+            Paths of the files.
+
+        Raises
+        ------
+        ClieError
+            If there is nothing to export, or the target cannot take it; says why.
+
+        """
+        from clie_blocks.analysis.export.correction import correction_of
+        from clie_blocks.analysis.export.export import export
+
+        found = export(correction_of(self.to_dict(), "the diagnosis"), target, model)
+        return [str(path) for path in found.save(folder)]
+
     def plot(self, name: str) -> "Figure":
         """Draw one figure of the report.
 

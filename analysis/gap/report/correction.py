@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.causes.description import is_number, ratio_change
+from clie_blocks.analysis.gap.causes.description import GEAR_RATIO, is_number, ratio_change
 from clie_blocks.analysis.gap.report.exports import law_settings, member_settings
 from clie_blocks.analysis.gap.report.joint_side import (
     entries,
@@ -20,11 +20,13 @@ from clie_blocks.analysis.gap.report.joint_side import (
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.mjcf import turn
+from clie_blocks.analysis.gap.report.uncertainty import Numbers, uncertainty
 from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import ClieError
 
-BASES = ("datasheet", "simulator", "loop")
+UNCERTAIN = ("inertia", "beside_links", "damping", "offset", "gear", "gain", "torque")
+IN_JOINTS = (GEAR_RATIO,)  # what the corrected joints hold
 
 
 def correction(result: Result) -> dict[str, Any]:
@@ -41,9 +43,23 @@ def correction(result: Result) -> dict[str, Any]:
     if why is not None:
         return plain
     found, without = _settings(result)
+    joints = _joints(result)
     named = law_settings(result.controller.named, result.problem.n)
-    return plain | {"joints": _joints(result), "effects": [_plain(one) for one in found],
-                    "of_law": [_plain(one) for one in named], "without_block": without}
+    return plain | {"joints": joints, "effects": [_plain(one) for one in found],
+                    "of_law": [_plain(one) for one in named], "without_block": without,
+                    "uncertainty": uncertainty(result, _numbers)}
+
+
+def _numbers(result: Result) -> Numbers:
+    """What the logs may leave uncertain: of joints, ``joint.NAME.KEY``, and of effects."""
+    found, _ = _settings(result)
+    numbers = {f"joint.{row['name']}.{key}": float(row[key])
+               for row in _joints(result) for key in UNCERTAIN}
+    for place, setting in enumerate(found):
+        for key, value in setting.values.items():
+            numbers |= {f"effect.{place}.{key}.{k}": float(one)
+                        for k, one in enumerate(np.ravel(np.asarray(value, float)))}
+    return numbers
 
 
 def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
@@ -53,13 +69,17 @@ def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
     found: list[Setting] = []
     without: list[dict[str, Any]] = []
     for member in members:
+        joints = [hypothesis.problem.joints[k] for k in member.joints]
         if is_number(member.cause):
+            if member.cause.variant not in IN_JOINTS:
+                without.append({"effect": member.cause.variant, "joints": joints, "why":
+                                "a number of the robot file that is off; correct it in the model, "
+                                "by the table of stated and identified numbers in the report"})
             continue
         try:
             found += member_settings(member, hypothesis.problem, hypothesis.of_log(0))
         except ClieError as error:
-            without.append({"effect": member.cause.name, "why": str(error),
-                            "joints": [hypothesis.problem.joints[k] for k in member.joints]})
+            without.append({"effect": member.cause.name, "joints": joints, "why": str(error)})
     return found, without
 
 

@@ -1,0 +1,52 @@
+"""The target ``c``: one self-contained C99 file with its header per corrected joint."""
+
+from __future__ import annotations
+
+from clie_blocks.analysis.export.core import core
+from clie_blocks.analysis.export.correction import Correction
+from clie_blocks.analysis.export.exported import Exported
+from clie_blocks.analysis.export.joint_block import joint_block, why_no_block
+
+
+def export_c(correction: Correction, step: float) -> Exported:
+    """Return one C99 file and one header per joint.
+
+    Each function holds everything between the command and the torque on the joint: drive, viscous
+    and dry friction, offset and effects; the inertia stays in the simulator, and the header says
+    how large it is.
+
+    Parameters
+    ----------
+    correction : Correction
+        The corrected robot.
+    step : float
+        Step at which the functions are called [s].
+
+    """
+    files: dict[str, str | bytes] = {}
+    for k in range(len(correction.joints)):
+        made = core(joint_block(correction, k, step))
+        files[f"{made.name}.c"], files[f"{made.name}.h"] = made.c_source(), made.c_header()
+    return Exported("c", files, notes(correction),
+                    ran="The block is checked against python-control at random points.")
+
+
+def notes(correction: Correction) -> tuple[str, ...]:
+    """What the user of a block must know: the inertia of the joint, and what is left out."""
+    n = len(correction.joints)
+    found = []
+    for k, joint in enumerate(correction.joints):
+        unit = "kg" if joint.slides else "kg m^2"
+        where = " beside its links" if joint.links_known else ""
+        value = joint.beside_links if joint.links_known else joint.inertia
+        motor = joint_block(correction, k, correction.period).motor_inertia
+        inside = f", {motor:.6g} of them at the motor, which the block moves" if motor else ""
+        found.append(f"Give {joint.name} an inertia of {value - motor:.6g} {unit}{where}"
+                     f"{inside}.")
+        found += [f"Left out at {joint.name}: {one!r}; {why}." for one in correction.at(k)
+                  if (why := why_no_block(one, n))]
+    found += [f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
+              for row in correction.without_block]
+    found += [f"Your controller or your log needs it, not the model: {one!r}."
+              for one in correction.of_law]
+    return tuple(found)

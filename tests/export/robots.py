@@ -1,0 +1,96 @@
+"""One corrected joint, run by the package's own sampled robot and by MuJoCo as exported."""
+
+import types
+
+import numpy as np
+
+from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.compiled import compile_diagram
+from clie_blocks.effects import LIBRARY
+from clie_blocks.robot_loop import robot_loop
+
+PERIOD = 1e-3  # s
+INERTIA, DAMPING, LOAD = 0.02, 0.05, 0.01  # kg m^2, N m s/rad, N m
+KP, KD = 8.0, 0.4  # N m/rad, N m s/rad
+MOTOR = {"motor_inertia": 0.008, "motor_damping": 0.01}
+VALUES = {  # of a joint of this size, where the typical one is of another
+    "coulomb": {"level": 0.1}, "asymmetric_coulomb": {"forward": 0.1, "backward": 0.05},
+    "stribeck": {"level": 0.08, "excess": 0.04, "velocity": 0.05, "exponent": 2.0},
+    "spring": {"stiffness": 1.0, "hardening": 2.0, "rest": 0.1},
+    "quadratic_drag": {"drag": 0.02, "cubic": 0.01}, "actuator_saturation": {"limit": 0.8},
+    "joint_elasticity": {"compliance": 1e-3, "damping": 0.5, **MOTOR},
+    "stiffening_elasticity": {"compliance": 2e-3, "stiffening": 1.0, "knee": 0.3,
+                              "damping": 0.5, **MOTOR},
+    "torsional_hysteresis": {"damping": 0.5, **MOTOR},
+    "backlash": {"half_gap": 0.01, "stiffness": 300.0, "damping": 2.0, **MOTOR}}
+
+
+def set_points(seconds):
+    """Two sines that set in smoothly [rad], shape (N,)."""
+    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    return np.minimum(t / 0.3, 1.0) * (0.4 * np.sin(2 * np.pi * t)
+                                       + 0.1 * np.sin(2 * np.pi * 3.3 * t))
+
+
+def setting(name, **values):
+    """An effect at values that fit the joint."""
+    return LIBRARY[name].typical(**{**VALUES.get(name, {}), **values})
+
+
+def joint(**changes):
+    """The joint, as an answer states it."""
+    fields = {
+        "name": "j1", "kind": "hinge", "unit_q": "rad", "unit_u": "N m", "zero": 0.0,
+        "gear_ratio": 1.0, "encoder": "link", "gear": 1.0, "gain": 1.0, "torque": 1.0,
+        "command": 1.0, "inertia": INERTIA, "beside_links": INERTIA, "links_known": False,
+        "damping": DAMPING, "offset": -LOAD, "before": {"gear": 1.0, "gain": 1.0}}
+    return Joint(**{**fields, **changes})
+
+
+def correction(*effects, **changes):
+    """The correction of that joint with some effects."""
+    return Correction((joint(**changes),), PERIOD, effects)
+
+
+def reference(effects, q_d):
+    """Positions of the package's sampled robot, shape (N,)."""
+    robot = robot_loop(period=PERIOD, inertia=[INERTIA], damping=[DAMPING], load=[LOAD],
+                       kp=[KP], kd=[KD], start=[0.0], saturation=[1e9], gear_ratio=[1.0],
+                       effects=list(effects))
+    run = compile_diagram(robot).run(len(q_d) * PERIOD, inputs={
+        "q_d": q_d[:, None], "pe": [0.0], "noise": [0.0]})
+    return np.asarray(run.outputs)[0][:len(q_d)]
+
+
+def in_mujoco(exported, q_d):
+    """Positions of an exported model under the same law, used as its files say, shape (N,)."""
+    import mujoco
+
+    (text,) = [text for name, text in exported.files.items() if name.endswith(".corrected.xml")]
+    model = mujoco.MjModel.from_xml_string(text)
+    data, joints = mujoco.MjData(model), None
+    if "corrected_joints.py" in exported.files:
+        module = types.ModuleType("corrected_joints")
+        exec(exported.files["corrected_joints.py"], vars(module))
+        joints = module.CorrectedJoints(model)
+    q, last = np.zeros(len(q_d)), 0.0
+    for i, wanted in enumerate(q_d):
+        q[i] = data.joint("j1").qpos[0] if joints is None else joints.measured(data)[0]
+        u, last = KP * (wanted - q[i]) - KD * (q[i] - last) / PERIOD, q[i]
+        for _ in range(round(PERIOD / model.opt.timestep)):
+            if joints is None:
+                data.ctrl[0] = u
+                mujoco.mj_step(model, data)
+            else:
+                joints.step(model, data, [u])
+    return q
+
+
+def difference(*effects, seconds=1.0):
+    """RMS of effects in MuJoCo less the package's own robot, and what the effects do [rad]."""
+    q_d = set_points(seconds)
+    expected = reference(effects, q_d)
+    left = in_mujoco(export_mujoco(correction(*effects)), q_d) - expected
+    moved = expected - reference((), q_d)
+    return float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(moved**2)))
