@@ -452,6 +452,11 @@ class Robot:
         for name in ("motor", "links", "controller", "encoder"):
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
 
+    def __repr__(self) -> str:
+        links = "unknown" if self.tree is None and self.links.mass is None else "known"
+        return (f"Robot({self.name!r}: joints {', '.join(self.joints)}; law "
+                f"{self.controller.law}; links {links})")
+
     def _fitted(self, section: Part) -> Part:
         changes = {field.name: per_joint(getattr(section, field.name), self.n,
                                          f"{type(section).__name__}.{field.name}")
