@@ -35,7 +35,8 @@ USAGE = """usage: clie VERB [options]
 
 {verbs}
 
-'clie VERB --help' lists the options of a verb; --version shows the version.
+'clie VERB --help' lists the options of a verb; --version shows the version; --completion SHELL
+prints a script that completes verbs and options: eval "$(clie --completion bash)".
 Exit codes: 0 ok, 1 negative result (such as unsafe gains or a faulty log), 2 usage, 3 bad data,
 4 not identifiable, 5 diverged, 70 a fault of clie, 130 interrupted."""
 
@@ -48,6 +49,11 @@ def main(argv: list[str] | None = None) -> int:
 def _dispatch(argv: list[str] | None) -> int | None:
     if argv and argv[0] == "--version":
         print(f"clie {__version__}")
+    elif argv and argv[0] == "--completion":
+        from clie_blocks.analysis.completion import script
+
+        print(script(argv[1] if argv[1:] else "", {verb: text for verb, (_, text) in
+                                                   VERBS.items()}, main), end="")
     elif not argv or argv[0] in ("-h", "--help"):
         width = max(map(len, VERBS))
         print(USAGE.format(verbs="\n".join(

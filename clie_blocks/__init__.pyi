@@ -1,6 +1,15 @@
 """Public names and their modules, read by `lazy_loader`, type checkers and editors."""
 
+from . import effects as effects
+from . import excitation as excitation
+from . import paper as paper
 from .analysis import gap as gap
+from .analysis.gap import Problem as Problem
+from .analysis.gap import diagnose as diagnose
+from .analysis.records import Record as Record
+from .analysis.records import Robot as Robot
+from .analysis.records import read_records as read_records
+from .analysis.records import read_robot as read_robot
 from .compiled import compile_diagram as compile_diagram
 from .compiled import held_normal as held_normal
 from .controllers import linearizing_controller as linearizing_controller
@@ -12,6 +21,7 @@ from .diagrams.clie_loop import clie_loop as clie_loop
 from .diagrams.feedback_linearization import feedback_linearization as feedback_linearization
 from .diagrams.joint_loop import joint_loop as joint_loop
 from .diagrams.picture import draw as draw
+from .effects import with_effects as with_effects
 from .excitation import source as source
 from .filters import lowpass as lowpass
 from .filters import lowpass_with_rate as lowpass_with_rate

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 TRACEBACK = "CLIE_TRACEBACK"  # of the environment: show where an unexpected error was raised
 Main = Callable[[list[str] | None], int | None]
-_WATCHED = contextvars.ContextVar("watched", default=False)  # whether a progress is shown
+_SAY: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
+    "say", default=None)  # renames the progress that is shown, if one is
 
 
 def write(path: str | os.PathLike[str], content: str | bytes) -> Path:
@@ -106,7 +107,7 @@ def progress(label: str, total: float | None = None) -> Iterator[Callable[[float
     Yields ``advance(amount)``, which reports work done in the unit of `total`; without a total the
     time since the start is shown.  Within another progress only that one is shown.
     """
-    if _WATCHED.get() or not sys.stderr.isatty():
+    if _SAY.get() is not None or not sys.stderr.isatty():
         yield lambda amount: None
         return
     from rich.console import Console
@@ -121,13 +122,20 @@ def progress(label: str, total: float | None = None) -> Iterator[Callable[[float
     text = TextColumn("{task.description}", markup=False)
     columns = (text, BarColumn(), TimeElapsedColumn()) if total is None else (
         text, BarColumn(), TextColumn("{task.percentage:3.0f}%"), TimeRemainingColumn())
-    watched = _WATCHED.set(True)
-    try:
-        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task(label, total=total)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=total)
+        said = _SAY.set(lambda part: bar.update(task, description=f"{label}: {part}"))
+        try:
             yield lambda amount: bar.advance(task, amount)
-    finally:
-        _WATCHED.reset(watched)
+        finally:
+            _SAY.reset(said)
+
+
+def report_stage(name: str) -> None:
+    """Name the part of the work that begins, in the progress that is shown."""
+    say = _SAY.get()
+    if say is not None:
+        say(name)
 
 
 def command_parser(prog: str, description: str, *, output: str | None = None,

@@ -93,7 +93,7 @@ def test_every_option_that_a_message_names_is_one_of_its_command():
                 verbs = [verb for verb in named if verb in cli.VERBS] or verbs_of(path) or [
                     next((verb for verb in cli.VERBS if option in options_of(verb)), "check")]
                 missing = [verb for verb in verbs if option not in options_of(verb)]
-                if missing and option not in own | {"--version", "--help"}:
+                if missing and option not in own | {"--version", "--help", "--completion"}:
                     unknown.append(f"{path.relative_to(ROOT)}:{line}: {option} is no option of "
                                    f"clie {', '.join(missing)}: {text[:60]!r}")
     assert "\n".join(unknown) == ""

@@ -32,7 +32,10 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"clie_blocks"}
     sdist = tarfile.open(next(built.glob("*.tar.gz"))).getnames()
     assert any(name.endswith("/diagrams/clie_loop.py") for name in sdist)
-    assert any(name.endswith("/LICENSE") for name in sdist)
+    inside = {name.partition("/")[2] for name in sdist}
+    assert {"LICENSE", "CITATION.cff", "CONTRIBUTING.md", "CHANGELOG.md", "docs/robot_file.md",
+            "docs/figures/gap.svg", "notebooks/clie_and_the_gap.ipynb"} <= inside
+    assert not any(name.endswith(".pyc") or "/.venv/" in name for name in sdist)
 
 
 @pytest.mark.slow
@@ -49,3 +52,11 @@ def test_installed_wheel_runs_outside_the_checkout(built, tmp_path):
                                          "HOME": str(tmp_path)})
     assert run.returncode == 0, run.stderr
     assert (tmp_path / "plots" / "case_1_estimates.png").exists()
+    code = ("from clie_blocks.analysis.cli import main\n"
+            "raise SystemExit(main(['example', 'friction-arm', 'arm'])"
+            " or main(['check', 'arm']))")
+    run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True,
+                         text=True, env={"PYTHONPATH": str(site), "PATH": "/usr/bin:/bin",
+                                         "HOME": str(tmp_path)})
+    assert run.returncode == 0, run.stderr
+    assert "Next: clie diagnose arm" in run.stdout and "elbow" in run.stdout

@@ -13,6 +13,8 @@ from clie_blocks.output import (
     format_table,
     guarded,
     print_table,
+    progress,
+    report_stage,
     save_figure,
     to_json,
     write,
@@ -73,6 +75,34 @@ def test_every_verb_explains_itself(verb, capsys):
     assert "usage" in capsys.readouterr().out
 
 
+def test_the_package_runs_as_a_module():
+    run = subprocess.run([sys.executable, "-m", "clie_blocks", "--version"], capture_output=True,
+                         text=True)
+    assert run.returncode == 0 and run.stdout.startswith("clie "), run.stderr
+
+
+def completed(script, *words):
+    """What bash offers for the last of some words."""
+    listed = " ".join(words)
+    code = (f"{script}\nCOMP_WORDS=({listed}); COMP_CWORD={len(words) - 1}; _clie; "
+            'echo "${COMPREPLY[@]}"')
+    return subprocess.run(["bash", "-c", code], capture_output=True, text=True,
+                          check=True).stdout.split()
+
+
+def test_a_shell_completes_verbs_options_and_examples(capsys):
+    assert cli.main(["--completion", "bash"]) == 0
+    script = capsys.readouterr().out
+    assert completed(script, "clie", "di") == ["diagnose"]
+    assert completed(script, "clie", "diagnose", "--simu") == ["--simulated"]
+    assert completed(script, "clie", "example", "fr") == ["friction-arm"]
+    assert cli.main(["--completion", "fish"]) == 0
+    fish = capsys.readouterr().out
+    assert all(f"-a {verb} -d '{text}'" in fish for verb, (_, text) in cli.VERBS.items())
+    assert cli.main(["--completion", "fsh"]) == 2
+    assert "did you mean 'fish'" in capsys.readouterr().err
+
+
 def test_unknown_verb_names_the_nearest(capsys):
     assert cli.main(["lop"]) == 2
     assert "did you mean 'loop'" in capsys.readouterr().err
@@ -105,6 +135,16 @@ def test_write_is_whole_or_not_at_all(tmp_path):
 def test_full_disk_is_an_error_in_words():
     with pytest.raises(ClieError, match="cannot write"):
         write("/dev/full/x", "content")
+
+
+def test_a_progress_names_the_part_that_runs(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    report_stage("nobody watches")
+    with progress("diagnosing arm"):
+        with progress("a part of it"):  # only the outer one is shown
+            report_stage("searching for causes")
+    shown = capsys.readouterr().err
+    assert "diagnosing arm: searching for causes" in shown and "nobody" not in shown
 
 
 def test_json_has_no_nan():

@@ -36,7 +36,8 @@ def write_example(name: str, folder: Path) -> list[Path]:
     """
     if name not in EXAMPLES:
         raise ClieError(f"no example {name!r}; {nearest(name, EXAMPLES)}")
-    contents = {folder / file.name: file.read_bytes() for file in sorted((FOLDER / name).iterdir())}
+    contents = {folder / file.name: file.read_bytes()
+                for file in sorted((FOLDER / name).iterdir())}
     for path, content in contents.items():
         if path.exists() and not (path.is_file() and path.read_bytes() == content):
             raise ClieError(f"{path} is there already and is left as it is; name another folder: "
@@ -56,7 +57,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "clie example", "Write example logs with their robot file, or list what there is.",
         output_help="the same as DIR")
-    parser.add_argument("name", nargs="?", metavar="NAME", help="which; without it, all are listed")
+    parser.add_argument("name", nargs="?", metavar="NAME",
+                        help="which; without it, all are listed")
     parser.add_argument("folder", nargs="?", metavar="DIR",
                         help="folder that is written; by default a new one of this name")
     return parser

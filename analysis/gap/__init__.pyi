@@ -3,7 +3,7 @@
 from .batch import read as read
 from .causes.vocabulary import searched_effects as searched_effects
 from .diagnosis import Diagnosis as Diagnosis
-from .diagnosis import diagnose as diagnose
+from .interface import diagnose as diagnose
 from .method.method import METHOD as METHOD
 from .method.method import Method as Method
 from .problem.problem import Problem as Problem

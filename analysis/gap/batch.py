@@ -20,7 +20,7 @@ from clie_blocks import __version__
 from clie_blocks.analysis.gap.tasks import Task, find_tasks
 from clie_blocks.analysis.records.reading import Reading
 from clie_blocks.errors import ClieError, MissingExtraError, RecordError
-from clie_blocks.output import progress, to_json
+from clie_blocks.output import progress, report_stage, to_json
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.gap.diagnosis import Diagnosis
@@ -68,15 +68,16 @@ class Options:
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
-    from clie_blocks.analysis.gap.diagnosis import diagnose
+    from clie_blocks.analysis.gap.diagnosis import STAGES, diagnose, named
 
     if options.library:
         from clie_blocks.effects import register_file
 
         for file in options.library:
             register_file(file)
+    report_stage("reading the logs")
     return diagnose(state(task, options), effects=options.effects, exclude=options.exclude,
-                    seconds=options.seconds)
+                    seconds=options.seconds, stages=named(STAGES))
 
 
 def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None,

@@ -50,14 +50,14 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
               ) -> dict[str, dict[str, Any]]:
     """Answers by name; each verdict is printed when it is there, next to JSON on stderr."""
     from clie_blocks.analysis.gap import batch
-    from clie_blocks.analysis.gap.report.summary import summary_line
+    from clie_blocks.analysis.gap.report.summary import terminal_lines
 
     answers = {}
     with batch.cluster(args.cluster) if args.cluster else nullcontext() as executor:
         for name, answer in batch.diagnose_all(tasks, options, args.jobs, args.output, executor):
             answers[name] = answer
             if not args.quiet:
-                print(summary_line(name, answer), flush=True,
+                print(terminal_lines(name, answer), flush=True,
                       file=sys.stderr if args.json else sys.stdout)
             if args.output and "error" not in answer:
                 print(f"report: {Path(args.output) / name}.html", flush=True, file=sys.stderr)

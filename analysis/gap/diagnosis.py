@@ -53,7 +53,7 @@ from clie_blocks.analysis.gap.verdict.signal_findings import (
     signal_findings,
     with_signal_findings,
 )
-from clie_blocks.output import json_types
+from clie_blocks.output import json_types, report_stage
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
@@ -84,6 +84,26 @@ class Stages:
 
 
 STAGES = Stages()
+TITLES = {"check_controller": "replaying the control law", "read_commands": "reading the commands",
+          "against_simulator": "comparing with the simulator", "explain": "searching for causes",
+          "explain_backlash": "checking for backlash", "prune_joints": "refining the model",
+          "gap_reduction": "predicting unseen data", "torque_map": "looking for a torque map",
+          "localise": "locating the gap", "next_experiment": "planning the next experiment"}
+
+
+def named(stages: Stages) -> Stages:
+    """Return the same stages, each of which names itself in the progress as it begins."""
+    def naming(name: str, title: str) -> Callable[..., Any]:
+        stage = getattr(stages, name)
+
+        def run(*args: Any, **options: Any) -> Any:
+            report_stage(title)
+            return stage(*args, **options)
+
+        return run
+
+    spoken: dict[str, Any] = {name: naming(name, title) for name, title in TITLES.items()}
+    return dataclasses.replace(stages, **spoken)
 
 
 class Diagnosis(Result):

@@ -75,8 +75,10 @@ class Motor(_Section):
         Delivered torque per commanded torque; per volt for a voltage command (EMPS: N/V).
     peak_torque : array_like, shape (n,)
         Largest torque [N m].
-    inertia_tolerance, viscous_friction_tolerance : float
-        Relative tolerances of the datasheet.
+    inertia_tolerance : float
+        Relative tolerance of the rotor inertia.
+    viscous_friction_tolerance : float
+        Relative tolerance of the damping.
     torque_offset_tolerance : array_like, shape (n,)
         Largest constant offset of the drive [N m].
     torque_constant : array_like, shape (n,)
@@ -110,8 +112,10 @@ class Links(_Section):
 
     Parameters
     ----------
-    length, com : array_like, shape (n,)
-        Link length, and distance of the centre of mass from the joint [m].
+    length : array_like, shape (n,)
+        Link length, from joint to joint [m].
+    com : array_like, shape (n,)
+        Distance of the centre of mass from the joint, along the link [m].
     mass : array_like, shape (n,)
         Mass [kg].
     inertia : array_like, shape (n,)
@@ -125,14 +129,18 @@ class Links(_Section):
         not stated.
     model : str
         URDF or MJCF file in the place of the numbers above, seen from the robot file.
-    base, tip : str
-        Links of it between which the joints move; a load sits at the tip.
+    base : str
+        Link of it that stands still; by default its root.
+    tip : str
+        Link of it at which the arm ends, and where a load sits.
     locked : mapping of str to float
         Joints of it that are held, and where [rad or m].
     model_joints : tuple of str
         Its joints in the order of the logs; by default `joint_names`, if they are those of it.
-    sign, zero : array_like, shape (n,)
-        Position in the model is the logged one times the sign, and the zero [rad or m] more.
+    sign : array_like, shape (n,)
+        -1 where the log counts against the model, else 1.
+    zero : array_like, shape (n,)
+        Position in the model where the log reads 0 [rad or m].
     gravity : array_like, shape (3,)
         In the frame of the base [m/s^2].
     payload : float
@@ -178,7 +186,7 @@ class Nominal(_Section):
     Parameters
     ----------
     gravity : bool or None
-        Whether it has the gravity vector of `Links`; None where that is not stated.
+        Whether it has the weight of `Links`; None where that is not stated.
     coupling : bool or None
         Whether it has the inertia coupling and Coriolis terms of `Links`; None where that is not
         stated: a model has them, numbers per link have not.
@@ -211,9 +219,15 @@ class Controller(_Section):
     ----------
     law : str
         One of these; by default ``pd`` where gains are given, else ``unknown``.
-    kp, ki, kd, kv : array_like, shape (n,)
-        Gains [command per rad; per rad s; per rad/s]; in ``cascade`` kp is in 1/s and ki is the
-        command per rad.
+    kp : array_like, shape (n,)
+        Gain on the position error [command per rad]; in ``cascade`` of the outer loop [1/s].
+    ki : array_like, shape (n,)
+        Gain on the integral [command per rad s]; in ``cascade`` of the inner loop [command per
+        rad].
+    kd : array_like, shape (n,)
+        Gain on the velocity [command per rad/s].
+    kv : array_like, shape (n,)
+        Gain of the velocity loop of ``cascade`` [command per rad/s].
     velocity_of : str
         What Kd damps in ``pd`` and ``pid``: ``joint`` (by default), v, or ``error``, the velocity
         of q - qd through the same filter.
@@ -241,15 +255,17 @@ class Controller(_Section):
         What an integral does where the command is limited: ``conditional`` (by default),
         ``back_calculation`` or ``none``.
     tracking_time : float
-        Of back-calculation [s].
+        Time constant of ``back_calculation`` [s].
     velocity_filter : str
         ``two_corner`` is G1 (47); ``two_tap`` the backward difference of the mean of the last two
         samples, (q_k - q_{k-2}) / (2 T); ``difference`` the backward difference; ``exact`` a
         measured velocity.
-    highpass, lowpass : float
-        Corners of G1 [rad/s].
+    highpass : float
+        High-pass corner of G1 (47) [rad/s].
+    lowpass : float
+        Low-pass corner of G1 (47) [rad/s].
     discretisation : str
-        ``tustin``, ``zoh``, ``backward``, ``forward`` or ``matched``.
+        How G1 (47) is made discrete.
     sample_time : float
         Period of the controller [s].
     u_is : str
@@ -386,26 +402,36 @@ class Encoder(_Section):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Experiment(_Section):
-    """How one log was taken; fields that describe one kind of signal are None for the others.
+    """How one log was taken; what describes another kind of signal is left out.
 
     Parameters
     ----------
-    excitation, signal : str
-        Kind of motion, and its description as text.
-    start, set_point : array_like, shape (n,)
-        Position at rest at time 0, and centre of the motion [rad].
+    excitation : str
+        Kind of motion.
+    signal : str
+        Its description as text.
+    start : array_like, shape (n,)
+        Position at rest at time 0 [rad].
+    set_point : array_like, shape (n,)
+        Centre of the motion [rad].
     duration : float
         Length [s].
-    amplitude, periods, hold : array_like, shape (n,)
-        Of a reference: amplitude [rad], period [s], time between steps [s].
+    amplitude : array_like, shape (n,)
+        Amplitude of a reference [rad].
+    periods : array_like, shape (n,)
+        Period of a reference [s].
+    hold : array_like, shape (n,)
+        Time between the steps of a reference [s].
     scale : array_like, shape (n,)
         Factor on the paper's excitation (48).
     f_low : float
         First frequency of a chirp [Hz].
     f_high : array_like, shape (n,)
         Last frequency of a chirp [Hz].
-    frequencies, amplitudes : tuple
-        Of an injected torque, per joint: frequencies [Hz] and amplitudes [N m].
+    frequencies : tuple
+        Frequencies of an injected torque, one list per joint [Hz].
+    amplitudes : tuple
+        Its amplitudes [N m].
 
     """
 
@@ -489,6 +515,11 @@ class Robot:
             object.__setattr__(self, name, FixedDict(dict(getattr(self, name))))
         for name in ("motor", "links", "controller", "encoder"):
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
+
+    def __repr__(self) -> str:
+        links = "unknown" if self.tree is None and self.links.mass is None else "known"
+        return (f"Robot({self.name!r}: joints {', '.join(self.joints)}; law "
+                f"{self.controller.law}; links {links})")
 
     def _fitted(self, section: Part) -> Part:
         changes = {field.name: per_joint(getattr(section, field.name), self.n,

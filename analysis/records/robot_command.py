@@ -1,6 +1,7 @@
 """``clie robot``: start a robot file from a URDF, an MJCF, logs or nothing, and check one."""
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,15 @@ import numpy as np
 
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.analysis.records.robot_template import MARK, robot_text, robot_text_of_model
+from clie_blocks.analysis.records.robot_keys import SCHEMA, robot_schema
+from clie_blocks.analysis.records.robot_template import (
+    MARK,
+    robot_text,
+    robot_text_of_logs,
+    robot_text_of_model,
+)
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, print_table, run_main, to_json, write
+from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, write
 from clie_blocks.rigid_body.dynamics import gravity_torque, mass_matrix
 from clie_blocks.rigid_body.model_file import MODEL_FILES
 
@@ -22,27 +29,40 @@ _WHOLE_TURN = np.pi
 def main(argv: list[str] | None = None) -> int:
     """Run the command; return 0 if the robot file was written or is sound."""
     args = _parser().parse_args(argv)
-    source: Path | None = args.source
-    if source is not None and source.suffix == ".toml":
-        robot = read_robot(source)
-        facts = _facts(robot)
-        print(to_json(facts) if args.json else "", end="\n" if args.json else "")
-        if not args.json:
-            _show(robot, facts)
-        return 0
+    if args.schema:
+        print(to_json(robot_schema()))
+    elif args.check is not None or (args.source is not None and args.source.suffix == ".toml"):
+        _check(args.check or args.source, args.json)
+    else:
+        _start(args)
+    return 0
+
+
+def _check(path: Path, as_json: bool) -> None:
+    """Say what a robot file states, and what each line that is missing would buy."""
+    robot = read_robot(path)
+    facts = _facts(robot)
+    if as_json:
+        print(to_json(facts))
+    else:
+        _show(robot, facts)
+
+
+def _start(args: argparse.Namespace) -> None:
+    """Write a robot file, and beside it the schema by which editors complete and check it."""
     path = Path(args.output) / NAME
     if path.exists():
         raise ClieError(f"{path} is there already and is left as it is; name another folder with "
-                        "-o DIR, or check the file: clie robot " + str(path))
-    text = _text(source, path.parent, args)
+                        "-o DIR, or check the file: clie robot --check " + str(path))
+    text = _text(args.source, path.parent, args)
     write(path, text)
+    write(path.parent / SCHEMA, to_json(robot_schema()) + "\n")
     marks = text.count(f"\n{MARK} ")
     if args.json:
         print(to_json({"file": str(path), "lines_for_you": marks}))
     else:
         print(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you; then: "
-              f"clie robot {path}")
-    return 0
+              f"clie robot --check {path}")
 
 
 def _text(source: Path | None, folder: Path, args: argparse.Namespace) -> str:
@@ -53,7 +73,9 @@ def _text(source: Path | None, folder: Path, args: argparse.Namespace) -> str:
         return robot_text_of_model(source, folder, args.base, args.tip)
     from clie_blocks.analysis.records.read import read_records
 
-    return robot_text(source.stem, read_records(source)[0].joints)
+    records = read_records(source)
+    with progress(f"{source.name}: the control law of the logs"):
+        return robot_text_of_logs(source.stem.partition(".")[0], records)
 
 
 def _facts(robot: Robot) -> dict[str, Any]:
@@ -74,22 +96,43 @@ def _facts(robot: Robot) -> dict[str, Any]:
 
 def _open(robot: Robot) -> list[str]:
     """What is not stated, with what it costs."""
-    motor, links, law = robot.motor, robot.links, robot.controller
-    lines = []
-    if motor.gear_ratio is None:
-        lines.append("[motor] gear_ratio: taken as 1, so that torques count on the joint side")
-    if motor.inertia is None:
-        lines.append("[motor] inertia_kgm2: inertia and damping are those that fit the logs, and "
-                     "a wrong one is not found")
-    if robot.tree is None and links.mass is None:
-        lines.append("[links]: weight, coupling and payload cannot be told from other torques of "
-                     "the pose; name a model, model = \"arm.urdf\"")
-    if law.law == "unknown":
-        lines.append("[controller] Kp, Kd: the loop cannot be simulated, what drives the robot is "
-                     "taken from the log")
-    elif law.sample_time is None:
-        lines.append("[controller] sample_time_s: that of the logs is taken")
-    return lines
+    lines = (*_open_of_body(robot), *_open_of_law(robot))
+    return [f"{key}: {cost}" for is_open, key, cost in lines if is_open]
+
+
+def _open_of_body(robot: Robot) -> Iterator[tuple[bool, str, str]]:
+    """Whether a line on drives, links or encoders is missing, its key, and what that costs."""
+    motor, links = robot.motor, robot.links
+    yield (motor.gear_ratio is None, "[motor] gear_ratio",
+           "taken as 1, so that torques count on the joint side")
+    yield (motor.inertia is None, "[motor] inertia_kgm2",
+           "inertia and damping are those that fit the logs, and a wrong one is not found")
+    yield (motor.torque_offset_tolerance is None, "[motor] torque_offset_tolerance_nm",
+           "a constant torque of any size counts as an offset of the drive")
+    yield (robot.tree is None and links.mass is None, "[links]",
+           "weight, coupling and payload cannot be told from other torques of the pose; name a "
+           'model, model = "arm.urdf"')
+    yield (links.model is not None and links.mass_tolerance is None, "[links] mass_tolerance",
+           "the masses of the model count as exact, and what they are off becomes a load")
+    yield (robot.encoder.resolution is None, "[encoder] resolution_rad",
+           "the step of the position is the one that the logs show, if they do")
+
+
+def _open_of_law(robot: Robot) -> Iterator[tuple[bool, str, str]]:
+    """Whether a line on the control law is missing, its key, and what that costs."""
+    law = robot.controller
+    is_known = law.law != "unknown"
+    yield (not is_known, "[controller] Kp, Kd",
+           "the loop cannot be simulated, what drives the robot is taken from the log; where the "
+           "logs show a PD law, 'clie robot LOG' finds it")
+    yield (is_known and law.sample_time is None, "[controller] sample_time_s",
+           "that of the logs is taken")
+    yield (law.law in ("pd", "pid", "cascade") and law.velocity_filter is None,
+           "[controller] velocity_filter", "the one that fits the logged commands is taken")
+    yield (is_known and law.saturation is None, "[controller] saturation_nm",
+           "commands count as unlimited, so that a limit that was reached looks like another law")
+    yield (is_known and law.command_resolution is None, "[controller] command_resolution_nm",
+           "commands count as not rounded")
 
 
 def _show(robot: Robot, facts: dict[str, Any]) -> None:
@@ -113,6 +156,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("source", nargs="?", type=Path, metavar="SOURCE",
                         help="URDF or MJCF, a log, a folder of logs, or a robot.toml to check; "
                              "nothing for an empty file")
+    parser.add_argument("--check", type=Path, metavar="FILE",
+                        help="say what is wrong in a robot file, line by line, and what each "
+                             "missing line would buy")
+    parser.add_argument("--schema", action="store_true",
+                        help="print the JSON Schema of robot files, for an editor")
     parser.add_argument("--base", metavar="LINK", help="link of the model that stands still")
     parser.add_argument("--tip", metavar="LINK", help="link of the model at which the arm ends")
     parser.add_argument("--joints", type=int, default=2, metavar="N",

@@ -1,10 +1,11 @@
 """Reading `robot.toml`; what is wrong is named with field, file and line."""
 
+import contextlib
 import dataclasses
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
     Raises
     ------
     RecordError
-        If the file cannot be read, has an unknown key, or a value of the wrong kind.
+        If the file cannot be read, has an unknown key, or a value of the wrong kind; it names
+        every line that is wrong.
 
     """
     path = Path(path)
@@ -77,6 +79,7 @@ class _RobotFile:
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
         self.text = text
+        self.faults: list[str] = []  # one per line that is wrong
         self._refuse_long_keys()
         try:
             self.table = tomllib.loads(text)
@@ -88,6 +91,19 @@ class _RobotFile:
             raise self._too_large() from None
         self._refuse_strange(self.table, DEEPEST)
         self.lines = _lines(text)
+
+    @contextlib.contextmanager
+    def noting(self) -> Iterator[None]:
+        """Keep a fault, so that those of the lines below are found as well."""
+        try:
+            yield
+        except RecordError as error:
+            self.faults.append(str(error))
+
+    def refuse_faults(self) -> None:
+        """Raise all faults as one, in the order of their lines."""
+        if self.faults:
+            raise RecordError("\n".join(sorted(self.faults, key=_line_of)))
 
     def _refuse_long_keys(self) -> None:
         """Refuse ``a.a.a. ...``, for which a parser of TOML takes hours."""
@@ -120,6 +136,12 @@ class _RobotFile:
         return f"{self.path}:{line}: {shown}"
 
 
+def _line_of(fault: str) -> int:
+    """Line that a fault names."""
+    found = re.search(r":(\d+): ", fault)
+    return int(found[1]) if found else 0
+
+
 def _lines(text: str) -> dict[str, int]:
     """Line on which each ``section`` and each ``section.key`` stands first."""
     found: dict[str, int] = {}
@@ -143,14 +165,15 @@ def _robot(file: _RobotFile) -> Robot:
     experiments, joints = _table(file, "experiment"), _names(file, n)
     sections = {name: _section(file, (name,), _table(file, name), kind, n)
                 for name, kind in SECTIONS.items()}
+    experiments = {name: _section(file, ("experiment", name), _entry(file, name), Experiment, n)
+                   for name in experiments}
+    units, columns = (_words(file, name, DEFAULT_UNITS) for name in ("units", "columns"))
+    file.refuse_faults()
     links = _tree(file, sections["links"], joints)
     return Robot(
         n=n, name=str(file.table.get("name", "")),
         joints=joints or (links.names if links is not None and links.n == n else ()),
-        tree=links, **sections,
-        experiments={name: _section(file, ("experiment", name), _entry(file, name), Experiment, n)
-                     for name in experiments},
-        units=_words(file, "units", DEFAULT_UNITS), columns=_words(file, "columns", DEFAULT_UNITS),
+        tree=links, **sections, experiments=experiments, units=units, columns=columns,
         source=str(file.path))
 
 
@@ -173,8 +196,9 @@ def _tree(file: _RobotFile, links: Links, joints: Sequence[str]) -> Tree | None:
 def _count(file: _RobotFile) -> int:
     n = file.table.get("joints")
     if n is None:
-        raise RecordError(f"{file.path}:1: 'joints' is missing; write the number of joints, "
-                          "joints = 2")
+        file.faults.append(f"{file.path}:1: 'joints' is missing; write the number of joints, "
+                           "joints = 2")
+        file.refuse_faults()
     if not isinstance(n, int) or isinstance(n, bool) or not 1 <= n <= 1000:
         raise RecordError(f"{file.where('joints')} must be the number of joints, got {n!r}")
     return n
@@ -207,18 +231,24 @@ def _entry(file: _RobotFile, name: str) -> dict[str, Any]:
 def _section(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any], kind: type,
              n: int) -> Any:
     known = {key: field for field in dataclasses.fields(kind) for key in field.metadata["keys"]}
+    faults = len(file.faults)
     _refuse_unknown(file, keys, table, known)
     values = {}
-    for key, value in table.items():
-        where = file.where(*keys, key)
-        value = check_value(value, known[key], where)
-        if known[key].metadata["kind"] == "joints":
-            value = per_joint(value, n, where)
-        values[known[key].name] = value
-    try:
-        return kind(**values)
-    except RecordError as error:
-        raise RecordError(f"{file.where(*keys)}: {error}") from None
+    for key in table.keys() & known.keys():
+        with file.noting():
+            values[known[key].name] = _value(table[key], known[key], file.where(*keys, key), n)
+    if len(file.faults) > faults:  # keys that are missing now may only be misspelt
+        return None
+    with file.noting():
+        try:
+            return kind(**values)
+        except RecordError as error:
+            raise RecordError(f"{file.where(*keys)}: {error}") from None
+
+
+def _value(value: Any, field: dataclasses.Field[Any], where: str, n: int) -> Any:
+    value = check_value(value, field, where)
+    return per_joint(value, n, where) if field.metadata["kind"] == "joints" else value
 
 
 def _refuse_unknown(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str, Any],
@@ -227,8 +257,8 @@ def _refuse_unknown(file: _RobotFile, keys: tuple[str, ...], table: Mapping[str,
     for key in table:
         if key not in known:
             place = "a key of a robot file" if not keys else f"a key of [{'.'.join(keys)}]"
-            raise RecordError(f"{file.where(*keys, key)} is not {place}, and would have no "
-                              f"effect; {_elsewhere(key, keys)}{nearest(key, known)}")
+            file.faults.append(f"{file.where(*keys, key)} is not {place}, and would have no "
+                               f"effect; {_elsewhere(key, keys)}{nearest(key, known)}")
 
 
 def _elsewhere(key: str, keys: tuple[str, ...]) -> str:
@@ -243,5 +273,5 @@ def _words(file: _RobotFile, name: str, known: Iterable[str]) -> dict[str, str]:
     _refuse_unknown(file, (name,), table, known)
     for key, value in table.items():
         if not isinstance(value, str):
-            raise RecordError(f"{file.where(name, key)} must be text in quotes, got {value!r}")
+            file.faults.append(f"{file.where(name, key)} must be text in quotes, got {value!r}")
     return table

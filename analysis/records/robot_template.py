@@ -1,18 +1,23 @@
 """A robot file to start from: what a model or a log says, and what only the user can know."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from clie_blocks.analysis.records.checks.measures import step_size
+from clie_blocks.analysis.records.law_of_log import LawOfLog, law_of_logs
+from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
+from clie_blocks.analysis.records.robot_keys import SCHEMA
 from clie_blocks.rigid_body.description import Description, Joint
 from clie_blocks.rigid_body.model_file import describe, read_model
 from clie_blocks.rigid_body.tree import Tree
 
 MARK = "# ?"  # begins a line that only the user can write
 
-_HEAD = """\
+_HEAD = f"""\
+#:schema ./{SCHEMA}
 # Lines that begin with '# ?' are for you: take away the mark and write your numbers, or leave them
 # as they are where you do not know. One value per joint, in the order of joint_names.
 """
@@ -27,17 +32,20 @@ _MOTOR = """\
 """
 _CONTROLLER = """\
 [controller]                     # u = Kp (qd - q) - Kd v + pe, on the motor side
+{law}
+"""
+_LAW = """\
 # ? Kp = {one}
 # ? Kd = {one}
 # ? velocity_of = "error"        # Kd damps the error of the velocity, not the velocity
 # another law: law = "pid" with Ki, "cascade" with Kv, or a block of your own in a Python file,
 # law = "my_law.py:controller"
 # ? velocity_filter = "difference"   # or two_tap, exact, two_corner with its corners
-# ? sample_time_s = 0.001
-
+# ? sample_time_s = 0.001"""
+_ENCODER = """\
 [encoder]
 # ? mounting = "joint side"      # or "motor side"
-# ? resolution_rad = {one}
+{resolution}
 """
 _LINKS = """\
 [links]                          # on the joint side, from CAD; or model = "arm.urdf"
@@ -50,15 +58,72 @@ _LINKS = """\
 """
 
 
-def robot_text(name: str, joints: Sequence[str], links: str = "") -> str:
-    """Text of a robot file for some joints, with what is known of their links."""
+def robot_text(name: str, joints: Sequence[str], links: str = "", law: str = "",
+               resolution: str = "", units: str = "") -> str:
+    """Text of a robot file, with what is known of links, law, encoder and units."""
     one = _list([0.0] * len(joints))
     ratio = _list([100.0] * len(joints))
     named = ", ".join(f'"{joint}"' for joint in joints)
     return "\n".join((
         _HEAD, f'name = "{name}"\njoints = {len(joints)}\njoint_names = [{named}]\n',
         _MOTOR.format(one=one, ratio=ratio), links or _LINKS.format(one=one),
-        _CONTROLLER.format(one=one)))
+        _CONTROLLER.format(law=law or _LAW.format(one=one)),
+        _ENCODER.format(resolution=resolution or f"{MARK} resolution_rad = {one}"))) + units
+
+
+def robot_text_of_logs(name: str, records: Sequence[Record]) -> str:
+    """Text of a robot file with what logs show: joints, law, encoder steps and units.
+
+    Parameters
+    ----------
+    name : str
+        Of the robot.
+    records : sequence of Record
+        Its logs.
+
+    """
+    first, law = records[0], law_of_logs(records)
+    one, period = _list([0.0] * first.n), f"sample_time_s = {first.sample_time:.4g}"
+    guess = _LAW.format(one=one).replace(f"{MARK} sample_time_s = 0.001",
+                                         f"{period}   # the rate of the logs")
+    rounding = () if first.u is None else _steps("command_resolution", first.u)
+    lines = [*(_law_lines(law) if law else (guess,)), *rounding]
+    key = "resolution_m" if set(first.units["q"]) == {"m"} else "resolution_rad"
+    return robot_text(name, first.joints, law="\n".join(lines),
+                      resolution="".join(_steps(key, first.q)), units=_units(first.units))
+
+
+def _law_lines(law: LawOfLog) -> Iterator[str]:
+    """Lines of a law that was found; marked where it leaves a part of the commands."""
+    stated, mark = law.controller, "" if law.is_certain else f"{MARK} "
+    yield (f"# found in the logs: it leaves {100 * law.share:.2g} % of the commands"
+           + ("" if law.is_certain else ", so that it is not quite the one that ran"))
+    values = {"Kp": stated.kp, "Kd": stated.kd}
+    yield from (f"{mark}{key} = [{', '.join(f'{value:.4g}' for value in gains)}]"
+                for key, gains in values.items() if gains is not None)
+    yield f'{mark}velocity_filter = "{stated.velocity_filter}"'
+    if stated.corners:
+        yield f"{mark}velocity_filter_highpass_rad_s = {stated.corners[0]:.3g}"
+        yield f"{mark}velocity_filter_lowpass_rad_s = {stated.corners[1]:.3g}"
+        yield f'{mark}velocity_filter_discretisation = "{stated.discretisation}"'
+    yield f"{mark}sample_time_s = {stated.sample_time}"
+
+
+def _steps(key: str, signal: np.ndarray) -> list[str]:
+    """Line of the steps that a signal comes in, as a list of one, or of none without steps."""
+    steps = [step_size(signal[:, k]) for k in range(signal.shape[1])]
+    if not np.isfinite(steps).all():
+        return []
+    return [f"{key} = [{', '.join(f'{step:.4g}' for step in steps)}]   # the steps of the logs"]
+
+
+def _units(units: Mapping[str, str | Sequence[str]]) -> str:
+    """Section of the units that are others than usual."""
+    other = {signal: unit for signal, default in DEFAULT_UNITS.items()
+             if (unit := units[signal] if isinstance(units[signal], str) else units[signal][0])
+             != default and signal in ("q", "u")}
+    lines = [f'{signal} = "{unit}"' for signal, unit in other.items()]
+    return "\n".join(["\n[units]", *lines, ""]) if lines else ""
 
 
 def robot_text_of_model(model: str | os.PathLike[str], folder: str | os.PathLike[str],

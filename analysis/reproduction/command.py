@@ -55,9 +55,9 @@ def main(argv: list[str] | None = None) -> int:
                        "unspecified": UNSPECIFIED, "errata": [one.__dict__ for one in ERRATA],
                        "seeds": seeds, "seconds": seconds, "files": files}))
         return 0
-    print("\n".join(summary(items)))
     print(f"{report.verdict}\n{len(ERRATA)} errata, each proved; report in {files[0]} "
-          f"({seconds:.0f} s)")
+          f"({seconds:.0f} s)\n")
+    print("\n".join(summary(items)))
     return 0
 
 

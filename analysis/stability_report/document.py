@@ -7,6 +7,7 @@ from clie_blocks.analysis.reproduction.errata import errata_section
 from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
 from clie_blocks.analysis.stability_report.quantities import Quantities
 from clie_blocks.analysis.stability_report.sections import (
+    NORM,
     condition_section,
     convergence_section,
     excitation_section,
@@ -25,11 +26,12 @@ def document(study: Study, quantities: Quantities) -> Document:
     sentence, mood, advice = verdict(study, quantities)
     b, joints = quantities.bounds, study.joints
     facts = (("smallest margin of K_bar", number(b.condition.margin)),
-             ("mu_0", number(b.ultimate.mu_0)),
-             ("invariant radius", number(b.ultimate.invariant.outer)),
-             ("simulated radius", number(b.radius)),
+             ("mu_0", f"{number(b.ultimate.mu_0)} {NORM}"),
+             ("invariant radius", f"{number(b.ultimate.invariant.outer)} {NORM}"),
+             ("simulated radius", f"{number(b.radius)} {NORM}"),
              ("slowest estimate", f"{quantities.convergence.here.time_constant:.3g} s"),
-             ("Kp; Kd", f"{join_values(joints.kp)}; {join_values(joints.kd)}"))
+             ("Kp", f"{join_values(joints.kp)} N m/rad"),
+             ("Kd", f"{join_values(joints.kd)} N m s/rad"))
     sections = [
         Section("What to do" if advice else "Assumptions", (), (*advice, *study.remarks)),
         condition_section(study, b), pd_bound_section(study, b), identification_section(study, b),

@@ -22,6 +22,7 @@ from clie_blocks.analysis.theory.frequency import PAPER_TONES
 
 DIVERGED = ("The simulated identification diverged within 400 s: it is unstable, or too stiff for "
             "steps of 1 ms.")
+NORM = "of norm in rad and rad/s"  # of a radius: the paper adds squares of both
 KINDS = {"exact": "exact velocity", "G1": "velocity through G1"}
 
 
@@ -72,7 +73,7 @@ def pd_bound_section(study: Study, b: Bounds) -> Section:
              number(paper.ETA_NORM) if study.is_paper else "-"),
             ("smallest eigenvalue of script A", number(b.ultimate.lambda_min_a), "(17)", "-"),
             ("norm of script B", number(b.ultimate.norm_b), "(17)", "-"),
-            ("mu_0", number(b.ultimate.mu_0), "(18)", printed),
+            (f"mu_0, {NORM}", number(b.ultimate.mu_0), "(18)", printed),
             ("mu_0, worst over the box", f"{low:.4g} to {high:.4g}",
              "the worst lies between these", "-"),
             ("radius of the level set of V (14)", number(b.ultimate.invariant.outer),

@@ -66,6 +66,15 @@ class ParameterBox:
                 for low, high in zip(self.lower, self.upper)]
         return (np.array(vertex) for vertex in product(*ends))
 
+    def uniform_vertices(self) -> Iterator[np.ndarray]:
+        """Yield the vertices at which all joints but one are at the same corner, (3n,) each."""
+        ends, n = np.stack([self.lower, self.upper]), self.lower.size // 3
+        corners = list(product((0, 1), repeat=3))
+        for common, other, joint in product(corners, corners, range(n)):
+            chosen = np.tile(np.array(common)[:, None], n)
+            chosen[:, joint] = other
+            yield np.take_along_axis(ends, chosen.reshape(1, -1), axis=0)[0]
+
 
 @dataclass(frozen=True)
 class WorstCase:
@@ -78,9 +87,8 @@ class WorstCase:
     eta_norm : float
         Exact: convex in b and d.
     mu_0 : tuple of float
-        Bracket of the worst mu_0; both ends are equal where it is exact.
-    blow_up : float
-        Largest factor from mu_0 to the invariant radius over the vertices.
+        Bracket of the worst mu_0; both ends are equal where it is exact.  The lower end of
+        robots with more than four joints is that of the vertices at which one joint differs.
     theorem_2 : Theorem2
         Exact: k_1 rises with a and b.
     theorem_4 : Theorem4
@@ -91,7 +99,6 @@ class WorstCase:
     condition: Condition
     eta_norm: float
     mu_0: tuple[float, float]
-    blow_up: float
     theorem_2: Theorem2
     theorem_4: Theorem4
 
@@ -127,8 +134,7 @@ def worst_case(box: ParameterBox, kp: ArrayLike, kd: ArrayLike, pe: Callable[[fl
               for joints in _at_vertices(box, kp, kd)]
     above = worst_gain(box, kp, kd) * eta_norm
     return WorstCase(condition(slowest), eta_norm, (max(u.mu_0 for u in common), above),
-                     max(u.invariant.blow_up for u in common), theorem_2(slowest, eps_bar),
-                     theorem_4(slowest, alpha, eps_bar))
+                     theorem_2(slowest, eps_bar), theorem_4(slowest, alpha, eps_bar))
 
 
 def worst_gain(box: ParameterBox, kp: ArrayLike, kd: ArrayLike) -> float:
@@ -181,8 +187,7 @@ def worst_disturbance_norm(box: ParameterBox, kp: ArrayLike, kd: ArrayLike,
 
 
 def _at_vertices(box: ParameterBox, kp: ArrayLike, kd: ArrayLike) -> list[ControlledJoints]:
-    free = np.sum(box.lower < box.upper)
-    if 2.0**free > MOST_VERTICES:
-        raise DiagramError(f"the box has 2^{free} vertices; fix some parameters or take "
-                           "fewer joints at a time")
-    return [ControlledJoints.from_theta(vertex, kp, kd) for vertex in box.vertices()]
+    """Vertices of a box; of one with many those at which at most one joint differs."""
+    few = 2.0 ** np.sum(box.lower < box.upper) <= MOST_VERTICES
+    vertices = box.vertices() if few else box.uniform_vertices()
+    return [ControlledJoints.from_theta(vertex, kp, kd) for vertex in vertices]

@@ -118,6 +118,11 @@ class Program(Studies):
         self._layout, self.operations = layout(self._trace), len(self._trace.graph)
         self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
 
+    def __repr__(self) -> str:
+        clock = "" if self.period is None else f", every {self.period:g} s"
+        return (f"<program {self.name}: {len(self.inputs)} inputs, {len(self.states)} states, "
+                f"{len(self.outputs)} outputs, {self.operations} operations{clock}>")
+
     @functools.cached_property
     def _default(self) -> Engine:
         return self._build(self._layout, "ode5")

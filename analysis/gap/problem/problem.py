@@ -128,6 +128,12 @@ class Problem:
     log_warnings: tuple[Finding, ...] = ()
     two_encoders: bool = False
 
+    def __repr__(self) -> str:
+        logs = (*self.fit, *self.held_out)
+        return (f"Problem(joints {', '.join(self.joints)}; {len(logs)} logs, "
+                f"{sum(map(len, logs))} samples of {self.period:g} s; "
+                f"{len(self.held_out)} held out)")
+
     @classmethod
     def from_logs(cls, robot: Robot, records: Sequence[Record],
                   held_out: Sequence[int] | None = None, trust_logs: bool = False,

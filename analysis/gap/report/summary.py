@@ -6,6 +6,7 @@ Everything is read from the JSON answer, so that a stored result reads like a fr
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from textwrap import wrap
 
 from clie_blocks.analysis.gap.report.control_law import law_lines
 from clie_blocks.analysis.gap.report.wording import (
@@ -36,6 +37,7 @@ SURE = 0.9  # probability from which on the family of an effect adds nothing
 MENTIONED = 0.02  # probability of a cause whose confounder is reported
 SHOWN_DEVIATIONS = 3  # parameters in a sentence
 SHOWN_BLOCKS = 3
+COLUMNS = 100  # of a terminal
 SMALL_SHARE = 0.01  # of the gap: blocks and joints below are left out
 OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "an external disturbance"}
@@ -46,19 +48,36 @@ JUDGED_BY = {RECORDED_COMMAND: ", with the recorded command",
 
 
 def summary_line(name: str, answer: Answer) -> str:
-    """Return one line for a terminal: verdict, joints, probabilities, and what it removes."""
+    """Return one line: verdict, joints, probabilities, and what it removes."""
+    return " ".join([f"{name}:", *_sentences(answer)])
+
+
+def terminal_lines(name: str, answer: Answer, width: int = COLUMNS) -> str:
+    """Return the same for a terminal: the verdict first, each detail on lines of its own."""
+    first, *details = _sentences(answer)
+    lines = [wrap(f"{name}: {first}", width, subsequent_indent="  "),
+             *(wrap(detail, width, initial_indent="  ", subsequent_indent="  ")
+               for detail in details)]
+    return "\n".join(line for part in lines for line in part)
+
+
+def _sentences(answer: Answer) -> list[str]:
+    """Corrections of the logs, verdict, reduction of the gap, and what else there is to say."""
     if "error" in answer:
-        return f"{name}: not diagnosed"
-    corrected = [f"{row['what']} {row['done']}"
-                 for row in answer.get("log", {}).get("corrections", ())]
-    return " ".join([f"{name}:", *(["Corrected in the logs:", *corrected] if corrected else []),
-                     headline(answer), *_torque_map(answer)])
+        return ["not diagnosed"]
+    corrected = " ".join(f"{row['what']} {row['done']}"
+                         for row in answer.get("log", {}).get("corrections", ()))
+    return [*([f"Corrected in the logs: {corrected}"] if corrected else []),
+            *_headline(answer), *_torque_map(answer)]
 
 
 def headline(answer: Answer) -> str:
     """Return the verdict and what the corrected model removes, as a sentence or two."""
-    return " ".join([*_law(answer), verdict_sentence(answer), *_reduction(answer),
-                     *_unfinished(answer)])
+    return " ".join(_headline(answer))
+
+
+def _headline(answer: Answer) -> list[str]:
+    return [*_law(answer), verdict_sentence(answer), *_reduction(answer), *_unfinished(answer)]
 
 
 def _law(answer: Answer) -> list[str]:

@@ -105,11 +105,13 @@ def fit_law(record: Record, controller: Controller, k: int) -> LawFit | None:
 
     Of all variants of the velocity the one that leaves least counts; None when nothing moves.
     """
-    fits = [_fit(record, controller, k, variant) for variant in variants(record, controller)]
+    fits = [fit_variant(record, controller, k, variant)
+            for variant in variants(record, controller)]
     return min((fit for fit in fits if fit), key=lambda fit: fit.rms, default=None)
 
 
-def _fit(record: Record, controller: Controller, k: int, variant: str) -> LawFit | None:
+def fit_variant(record: Record, controller: Controller, k: int, variant: str) -> LawFit | None:
+    """Regress the command of joint k with the velocity formed in one way, see `variants`."""
     u = record.signal("u")[:, k]
     columns = {"qd": record.signal("qd")[:, k], "q": -record.q[:, k]}
     if variant != "none":

@@ -1,4 +1,4 @@
-"""An installed package has something to try: written once, never over a user's files, and right."""
+"""An installed package has logs to try, right ones, and never writes them over a user's files."""
 
 import json
 

@@ -3,7 +3,12 @@
 import pytest
 
 from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
-from clie_blocks.analysis.gap.report.summary import headline, summary_line, summary_lines
+from clie_blocks.analysis.gap.report.summary import (
+    headline,
+    summary_line,
+    summary_lines,
+    terminal_lines,
+)
 from clie_blocks.analysis.gap.report.wording import CONFOUNDERS
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 
@@ -238,3 +243,13 @@ def test_a_summary_says_all_that_matters_in_eight_lines():
             "log_decisions": [], "verdict": "none"}
     assert len(summary_lines(bare)) == 5
     assert summary_lines(bare)[-1] == "No assumptions were needed."
+
+
+def test_a_terminal_shows_the_verdict_first_within_its_width():
+    found = answer_of("effect", row("coulomb", 0.93, [1, 2]), row("payload", 0.9, [2]))
+    shown = terminal_lines("a robot of a long name", found)
+    assert " ".join(shown.split()) == summary_line("a robot of a long name", found)
+    lines = shown.splitlines()
+    assert len(lines) > 1 and max(map(len, lines)) <= 100
+    assert lines[0].startswith("a robot of a long name: The model is missing")
+    assert all(line.startswith("  ") for line in lines[1:])
