@@ -23,16 +23,17 @@ LINKS = """
     </body></body></body>"""
 
 
-def model_text(friction=(0.0, 0.0, 0.0)):
+def model_text(friction=(0.0, 0.0, 0.0), coupling=C, links=LINKS):
     """Model with a fixed tendon for each motor."""
+    shares = np.linalg.inv(coupling)
     tendons = "".join(
         f'<fixed armature="{r * r * j}" damping="{r * r * d}" frictionloss="{r * f}" '
         'solreffriction="0.004 1" solimpfriction="0.9999 0.9999 0.001">'
         + "".join(f'<joint joint="{name}" coef="{c}"/>' for name, c in zip(JOINTS, row) if c)
-        + "</fixed>" for r, j, d, f, row in zip(RATIO, ROTOR, DRAG, friction, np.linalg.inv(C)))
+        + "</fixed>" for r, j, d, f, row in zip(RATIO, ROTOR, DRAG, friction, shares))
     return f"""<mujoco><compiler angle="radian"/>
 <option timestep="{PERIOD / SUBSTEPS}" integrator="RK4"/>
-<worldbody>{LINKS}</worldbody><tendon>{tendons}</tendon></mujoco>"""
+<worldbody>{links}</worldbody><tendon>{tendons}</tendon></mujoco>"""
 
 
 def references(seed, time, wave):
@@ -54,18 +55,19 @@ def gains():
     return np.round(inertia * 22.0**2, 4), np.round(1.6 * inertia * 22.0, 5)
 
 
-def write(folder, seconds=8.0, friction=(0.0, 0.0, 0.0), lines="", of_joints=True):
-    """Write two logs, links and robot file; lines go into [motor]."""
+def write(folder, seconds=8.0, friction=(0.0, 0.0, 0.0), lines="", of_joints=True, coupling=C,
+          links=LINKS, stated=LINKS):
+    """Write two logs, the links that are stated, and the robot file; lines go into [motor]."""
     import mujoco
 
     folder.mkdir(parents=True, exist_ok=True)
     kp, kd = gains()
-    inverse, rng = np.linalg.inv(C), np.random.default_rng(1)
+    inverse, rng = np.linalg.inv(coupling), np.random.default_rng(1)
     for number in (1, 2):
-        model = mujoco.MjModel.from_xml_string(model_text(friction))
+        model = mujoco.MjModel.from_xml_string(model_text(friction, coupling, links))
         data, time = mujoco.MjData(model), np.arange(0.0, seconds, PERIOD)
         goals = references(number, time, number == 1)
-        data.qpos[:] = C @ goals[0]
+        data.qpos[:] = coupling @ goals[0]
         rows, before = [], None
         for t, goal in zip(time, goals):
             q = inverse @ data.qpos + NOISE * rng.standard_normal(3)
@@ -73,7 +75,7 @@ def write(folder, seconds=8.0, friction=(0.0, 0.0, 0.0), lines="", of_joints=Tru
             before = q if before is None else before
             u = kp * (goal - q) - kd * (q - before) / PERIOD
             u, before = COMMAND_STEP * np.round(u / COMMAND_STEP), q
-            rows.append([t, *((C @ q, *[C @ goal]) if of_joints else (q, goal)), u])
+            rows.append([t, *((coupling @ q, coupling @ goal) if of_joints else (q, goal)), u])
             data.qfrc_applied[:] = inverse.T @ (RATIO * u)
             for _ in range(SUBSTEPS):
                 mujoco.mj_step(model, data)
@@ -81,7 +83,7 @@ def write(folder, seconds=8.0, friction=(0.0, 0.0, 0.0), lines="", of_joints=Tru
         head = "time," + ",".join(f"{name}{k}" for name in ("q", "qd", "u") for k in (1, 2, 3))
         np.savetxt(folder / f"log-{number}.csv", table, "%.10g", ",", header=head, comments="")
     (folder / "wrist.xml").write_text(
-        f'<mujoco><compiler angle="radian"/><worldbody>{LINKS}</worldbody></mujoco>')
+        f'<mujoco><compiler angle="radian"/><worldbody>{stated}</worldbody></mujoco>')
     (folder / "robot.toml").write_text(f"""name = "wrist"
 joints = 3
 joint_names = ["roll", "bend", "flange"]
