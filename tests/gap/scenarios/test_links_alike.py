@@ -19,7 +19,8 @@ HEAVIER = f'mass="{STATED}"', f'mass="{TRUE}"'
 def diagnosed(folder, links):
     robot, records = read_trial(wrist.write(folder, 4.0, coupling=np.eye(3), stated=links,
                                             links=links.replace(*HEAVIER)))
-    return diagnose(Problem.from_logs(robot, records), seconds=400.0)
+    return diagnose(Problem.from_logs(robot, records), effects=("payload", "coulomb"),
+                    seconds=400.0)
 
 
 @pytest.mark.slow
