@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap, torque_map
 from clie_blocks.analysis.gap.backlash import explain_backlash, to_stated_loop
 from clie_blocks.analysis.gap.causes.cause import Cause
+from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_causes
 from clie_blocks.analysis.gap.command_reading import read_commands
 from clie_blocks.analysis.gap.controller.check import check_controller
@@ -34,7 +35,8 @@ from clie_blocks.analysis.gap.simulator_comparison.difference import (
     against_simulator,
     causes_missing_in,
 )
-from clie_blocks.analysis.gap.verdict.alike import names_alike, numbers_alike
+from clie_blocks.analysis.gap.verdict.alike import likely_rivals, names_alike, numbers_alike
+from clie_blocks.analysis.gap.verdict.joints_alike import at_other_joints
 from clie_blocks.analysis.gap.verdict.posterior import (
     COMMANDS_UNCLEAR,
     LIKELY,
@@ -330,11 +332,17 @@ def _ranking(explanation: Explanation, is_another_law: bool, method: Method,
 
 def _refined_numbers(ranking: Sequence[RankedCause], explanation: Explanation, stages: Stages,
                      ) -> tuple[Fit, ...]:
-    """Models with other numbers of the file that move alike, refined as the leading one is."""
+    """Models with other numbers of the file that move alike, refined as the leading one is.
+
+    And those with the likeliest number at the joints of other links.
+    """
     nominal, residuals = explanation.nominal, explanation.residuals
-    return tuple(stages.refine_to_prior(stages.prune_joints(rival, residuals, nominal.excess),
-                                        residuals)
-                 for rival in numbers_alike(ranking, explanation.evidence, residuals))
+    others = tuple(stages.refine_to_prior(stages.prune_joints(rival, residuals, nominal.excess),
+                                          residuals)
+                   for rival in numbers_alike(ranking, explanation.evidence, residuals))
+    leading = next((ranked.fit for ranked in (ranking[0], *likely_rivals(ranking))
+                    if ranked.fit is not None and PARAMETRIC in ranked.names), None)
+    return others if leading is None else (*others, *at_other_joints(leading, residuals))
 
 
 def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explanation,

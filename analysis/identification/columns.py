@@ -9,10 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.identification.motion import Run, stiction
-from clie_blocks.analysis.records.robot import Nominal, Robot
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.manipulator import coriolis, gravity, mass_matrix
 from clie_blocks.rigid_body import dynamics as tree_dynamics
+from clie_blocks.rigid_body.motor_coupling import mapped, motor_torques
 from clie_blocks.rigid_body.tree import Tree
 
 BASE = ("inertia", "viscous", "offset")
@@ -57,7 +58,7 @@ def known_load(run: Run, robot: Robot) -> np.ndarray:
     zero = np.zeros(run.q.shape)
     links, nominal, ratio = robot.links, robot.nominal, robot.motor.gear_ratio
     if robot.tree is not None and ratio is not None:
-        return _load_of_tree(run, robot.tree, nominal) / _torque_scale(robot)
+        return _load_of_tree(run, robot.tree, robot) / _torque_scale(robot)
     mass, com, length = links.mass, links.com, links.length
     if mass is None or com is None or ratio is None or robot.n > 2:
         return zero
@@ -79,14 +80,22 @@ def _torque_scale(robot: Robot) -> np.ndarray:
     return ratio if motor.torque_gain is None else ratio * motor.torque_gain
 
 
-def _load_of_tree(run: Run, links: Tree, nominal: Nominal) -> np.ndarray:
+def _load_of_tree(run: Run, links: Tree, robot: Robot) -> np.ndarray:
     """Torque of the links of a model beyond their inertia at the first position, (N, n)."""
-    if nominal.gravity is False:
+    if robot.nominal.gravity is False:
         links = links.with_gravity((0.0, 0.0, 0.0))
-    if nominal.coupling is False:
-        return tree_dynamics.gravity_torque(links, run.q)
-    inertia = tree_dynamics.mass_matrix(links, run.q[0]).diagonal()
-    return tree_dynamics.inverse_dynamics(links, run.q, run.dq, run.ddq) - inertia * run.ddq
+    coupling = robot.motor_coupling
+    q, dq, ddq = (x if coupling is None else mapped(coupling, x)
+                  for x in (run.q, run.dq, run.ddq))
+    if robot.nominal.coupling is False:
+        load = tree_dynamics.gravity_torque(links, q)
+        return load if coupling is None else motor_torques(coupling, load)
+    load = tree_dynamics.inverse_dynamics(links, q, dq, ddq)
+    mass = tree_dynamics.mass_matrix(links, q[0])
+    if coupling is not None:
+        load = motor_torques(coupling, load)
+        mass = np.transpose(coupling) @ mass @ np.array(coupling)
+    return load - mass.diagonal() * run.ddq
 
 
 def _coupling(run: Run, mass: np.ndarray, length: np.ndarray, com: np.ndarray,

@@ -43,7 +43,7 @@ SMALL_OFFSET = 0.01  # rad, likewise
 STOPPING = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "missing.share",
             "signal.absurd", "reference.copied", "reference.swapped", "reference.sign",
             "reference.side", "law.per_degree", "law.side", "law.sign", "law.swapped",
-            "log.ambiguous", "order.file", "units.inertia", "links.joints")
+            "law.coupled", "log.ambiguous", "order.file", "units.inertia", "links.joints")
 MOTIONLESS = ("excitation.none", "signal.dead")  # sound logs that cannot answer
 
 

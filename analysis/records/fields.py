@@ -27,17 +27,18 @@ class FixedDict(dict):
 
 
 def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
-               above: float | None = None, least: float | None = None,
+               above: float | None = None, least: float | None = None, nonzero: bool = False,
                choices: Sequence[str] = ()) -> Any:
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
-    Kinds are ``joints``, ``number``, ``vector`` of three, ``lists``, ``positions`` by name,
-    ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``table`` of a number per
-    joint by name (of `choices`), ``given`` (in no file), ``text`` and ``flag``.
+    Kinds are ``joints``, ``number``, ``vector`` of three, ``matrix``, ``lists``, ``positions``
+    by name, ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``table`` of a number
+    per joint by name (of `choices`), ``given`` (in no file), ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={
-        "keys": keys, "kind": kind, "above": above, "least": least, "choices": choices})
+        "keys": keys, "kind": kind, "above": above, "least": least, "nonzero": nonzero,
+        "choices": choices})
 
 
 def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
@@ -64,6 +65,8 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
         return _table(value, rules["choices"], where)
     if kind == "vector":
         return _vector(value, where)
+    if kind == "matrix":
+        return _matrix(value, where)
     return _numbers(value, rules, where)
 
 
@@ -98,6 +101,8 @@ def _numbers(value: Any, rules: Any, where: str) -> float | np.ndarray:
         raise RecordError(f"{where} must be greater than {above}, got {value!r}")
     if least is not None and not (array >= least).all():
         raise RecordError(f"{where} must be at least {least}, got {value!r}")
+    if rules["nonzero"] and not array.all():
+        raise RecordError(f"{where} must not be 0, got {value!r}")
     return float(array) if one else _frozen(np.atleast_1d(array))
 
 
@@ -132,6 +137,14 @@ def _vector(value: Any, where: str) -> np.ndarray:
     array = _float_array(value, where, "three numbers")
     if array.shape != (3,) or not np.isfinite(array).all():
         raise RecordError(f"{where} must be three numbers along x, y and z, got {value!r}")
+    return _frozen(array)
+
+
+def _matrix(value: Any, where: str) -> np.ndarray:
+    array = _float_array(value, where, "a list of rows of numbers")
+    if array.ndim != 2 or array.shape[0] != array.shape[1] or not np.isfinite(array).all():
+        raise RecordError(f"{where} must have as many rows as columns, such as "
+                          f"[[1, 0.5], [0, 1]], got {value!r}")
     return _frozen(array)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from clie_blocks.analysis.records.assemble import assemble
+from clie_blocks.analysis.records.coupled_motors import with_motor_positions
 from clie_blocks.analysis.records.folder import ROBOT, contents, nothing_to_read
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.formats import reader, recognise
@@ -210,4 +211,5 @@ def _finished(log: Table | Record, options: Options, notes: Sequence[str]) -> Re
         log = assemble(log, options.robot, options.columns, options.time_unit)
     elif options.robot is not None:
         log = log.of_robot(options.robot)
+    log = with_motor_positions(log, options.robot)
     return log.noted(*notes) if notes else log

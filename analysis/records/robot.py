@@ -21,7 +21,9 @@ from clie_blocks.analysis.records.fields import (
     per_joint,
 )
 from clie_blocks.errors import RecordError
+from clie_blocks.labels import DiagramError
 from clie_blocks.linear_filters import DISCRETISATIONS
+from clie_blocks.rigid_body.motor_coupling import Matrix, coupling_of
 from clie_blocks.rigid_body.tree import Tree
 
 if TYPE_CHECKING:
@@ -66,7 +68,11 @@ class Motor(_Section):
     Parameters
     ----------
     gear_ratio : array_like, shape (n,)
-        Motor turns per joint turn.
+        Motor turns per joint turn, not zero; below zero where they turn against each other, which
+        a `Robot` keeps as a sign in `coupling`.
+    coupling : array_like, shape (n, n)
+        Matrix C of motors that turn several joints: the joints stand at C times the positions of
+        the motors over their gear ratios.
     inertia : array_like, shape (n,)
         Rotor inertia [kg m^2].
     viscous_friction : array_like, shape (n,)
@@ -90,7 +96,8 @@ class Motor(_Section):
 
     """
 
-    gear_ratio: np.ndarray | None = file_field("gear_ratio", "joints", above=0)
+    gear_ratio: np.ndarray | None = file_field("gear_ratio", "joints", nonzero=True)
+    coupling: np.ndarray | None = file_field("motor_coupling", "matrix")
     inertia: np.ndarray | None = file_field("inertia_kgm2", "joints", least=0)
     viscous_friction: np.ndarray | None = file_field("viscous_friction_nms", "joints", least=0)
     torque_gain: np.ndarray | None = file_field("torque_gain", "joints", above=0)
@@ -387,6 +394,9 @@ class Encoder(_Section):
     ----------
     mounting : str
         ``joint side`` or ``motor side``; of two encoders, that of the one on which the law acts.
+    positions : str
+        What q, qd and dq of the logs are where motors are coupled: positions of the ``joints`` (by
+        default), or of the ``motors`` over their gear ratios.
     shaft_ratio : array_like, shape (n,)
         Turns of the encoder's shaft per joint turn.
     resolution : array_like, shape (n,)
@@ -394,6 +404,7 @@ class Encoder(_Section):
 
     """
 
+    positions: str | None = file_field("positions", "choice", choices=("joints", "motors"))
     mounting: str | None = file_field("mounting", "choice", choices=("joint side", "motor side"))
     shaft_ratio: np.ndarray | None = file_field("shaft_ratio", "joints", above=0)
     resolution: np.ndarray | None = file_field(("resolution_rad", "resolution_m"), "joints",
@@ -515,6 +526,12 @@ class Robot:
             object.__setattr__(self, name, FixedDict(dict(getattr(self, name))))
         for name in ("motor", "links", "controller", "encoder"):
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
+        object.__setattr__(self, "motor", self._coupled(self.motor))
+
+    @property
+    def motor_coupling(self) -> Matrix | None:
+        """Matrix C of motors that turn several joints, or against theirs; None of others."""
+        return None if self.motor.coupling is None else coupling_of(self.motor.coupling, self.n)
 
     def __repr__(self) -> str:
         links = "unknown" if self.tree is None and self.links.mass is None else "known"
@@ -533,6 +550,28 @@ class Robot:
                       where: str) -> Mapping[str, np.ndarray] | None:
         return None if table is None else {
             name: per_joint(value, self.n, f"{where}.{name}") for name, value in table.items()}
+
+    def _coupled(self, motor: Motor) -> Motor:
+        """Drives with positive gear ratios, whose signs are in the matrix of the coupling."""
+        where = f"{self.source or 'robot'}: [motor]"
+        ratio = motor.gear_ratio
+        turned = ratio is not None and bool((ratio < 0).any())
+        if motor.coupling is None and not turned:
+            return motor
+        try:
+            coupling = coupling_of(np.eye(self.n) if motor.coupling is None else motor.coupling,
+                                   self.n, f"{where} motor_coupling")
+        except DiagramError as error:
+            raise RecordError(str(error)) from None
+        matrix = np.eye(self.n) if coupling is None else np.array(coupling)
+        if ratio is not None and turned:
+            matrix, ratio = matrix * np.sign(ratio), np.abs(ratio)
+        if self.links.mass is not None and (coupling is not None or turned):
+            raise RecordError(f"{where} motor_coupling and gear ratios below zero go with links "
+                              'of a model: model = "arm.urdf" in [links], and no numbers per link')
+        return dataclasses.replace(
+            motor, gear_ratio=ratio,
+            coupling=None if coupling is None and not turned else matrix)
 
 
 def with_law(robot: Robot, block: InputOutputSystem) -> Robot:
@@ -564,6 +603,6 @@ def as_checks_see(robot: Robot | None) -> Robot | None:
 def speaks_of_torque(robot: Robot) -> bool:
     """Whether a robot file states gains of its law, or anything in kg m^2, kg or N m."""
     motor = dataclasses.asdict(robot.motor)
-    del motor["gear_ratio"]
+    del motor["gear_ratio"], motor["coupling"]
     return (robot.controller.law != "unknown" or robot.links.mass is not None
             or robot.tree is not None or any(value is not None for value in motor.values()))

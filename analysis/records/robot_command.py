@@ -82,6 +82,8 @@ def _facts(robot: Robot) -> dict[str, Any]:
     """What a robot file says, and what it leaves open."""
     facts: dict[str, Any] = {"name": robot.name, "joints": list(robot.joints),
                              "open": _open(robot)}
+    if robot.motor.coupling is not None:
+        facts["motor_coupling"] = robot.motor.coupling.tolist()
     if robot.tree is None:
         return facts
     low = np.where(np.isfinite(robot.tree.lower), robot.tree.lower, -_WHOLE_TURN)
@@ -143,9 +145,20 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
                     [(name, f"{weight:.3g}", f"{inertia:.3g}") for name, weight, inertia in
                      zip(robot.joints, facts["largest_weight"], facts["largest_inertia"])],
                     "<>>")
+    for line in _coupled(robot):
+        print(line)
     for line in facts["open"]:
         print(f"not stated: {line}")
     print("Next: clie check FOLDER, with the logs beside this file")
+
+
+def _coupled(robot: Robot) -> list[str]:
+    """What the motors turn, where that is not each its own joint."""
+    if robot.motor.coupling is None:
+        return []
+    return [f"{name} = " + " ".join(f"{share:+g} {motor}" for share, motor in
+                                    zip(row, robot.joints) if share) + "  (motors over gears)"
+            for name, row in zip(robot.joints, robot.motor.coupling)]
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from clie_blocks.analysis.records.coupled_motors import with_motor_experiments
 from clie_blocks.analysis.records.fields import check_value, per_joint
 from clie_blocks.analysis.records.model import DEFAULT_UNITS
 from clie_blocks.analysis.records.plain_file import check_plain_file
@@ -57,7 +58,7 @@ def read_robot(path: str | os.PathLike[str]) -> Robot:
 
     """
     path = Path(path)
-    return _robot(_RobotFile(path, _text(path)))
+    return with_motor_experiments(_robot(_RobotFile(path, _text(path))))
 
 
 def _text(path: Path) -> str:

@@ -24,6 +24,8 @@ _HEAD = f"""\
 _MOTOR = """\
 [motor]                          # from the datasheets, on the motor side of the gear
 # ? gear_ratio = {ratio}         # motor turns per joint turn; 1 for direct drive
+# a wrist whose motors turn several joints: motor_coupling = [[1, 0], [0.5, 1]], row k says by how
+# much each motor turns joint k, over its gear ratio
 # ? inertia_kgm2 = {one}         # of the rotors
 # ? viscous_friction_nms = {one}
 # ? peak_torque_nm = {one}

@@ -7,8 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from clie_blocks.labels import vector
-from clie_blocks.rigid_body.dynamics import forward_dynamics
+from clie_blocks.labels import DiagramError, vector
+from clie_blocks.rigid_body.dynamics import (
+    bias_torque,
+    forward_dynamics,
+    mass_rows,
+    solve_symmetric,
+)
+from clie_blocks.rigid_body.motor_coupling import (
+    Matrix,
+    coupling_of,
+    inverse_of,
+    mapped,
+    motor_mass_rows,
+    motor_torques,
+)
+from clie_blocks.rigid_body.scalars import total
 from clie_blocks.rigid_body.tree import Body, Tree, tree
 
 if TYPE_CHECKING:
@@ -45,7 +59,8 @@ def planar_tree(mass: ArrayLike, length: ArrayLike, *, com: ArrayLike | None = N
 
 
 def articulated_arm(links: Tree, gear_ratio: ArrayLike, j_motor: ArrayLike, b_motor: ArrayLike, *,
-                    h: ArrayLike = 0.0, name: str = "plant") -> ct.NonlinearIOSystem:
+                    h: ArrayLike = 0.0, motor_coupling: ArrayLike | None = None,
+                    name: str = "plant") -> ct.NonlinearIOSystem:
     """Arm of any tree of links, with motors and gears, eqs. (1)-(7), no decoupling assumed.
 
     Inputs: u [N m], motor side.  Outputs: q [rad], dq [rad/s].  State: q, dq.
@@ -60,6 +75,9 @@ def articulated_arm(links: Tree, gear_ratio: ArrayLike, j_motor: ArrayLike, b_mo
         Rotor inertias [kg m^2] (positive) and rotor friction [N m s/rad].
     h : array_like, shape (n,)
         Viscous friction of the joint bearings [N m s/rad].
+    motor_coupling : array_like, shape (n, n), optional
+        Matrix C of motors that turn several joints, ``q = C q_m`` with the positions q_m of the
+        motors over their gear ratios; by default each turns its own joint.
     name : str
         Name of the block; the keys are ``'{name}.gear_ratio'`` and so on.
 
@@ -81,7 +99,6 @@ def articulated_arm(links: Tree, gear_ratio: ArrayLike, j_motor: ArrayLike, b_mo
 
     """
     from clie_blocks.joints import second_order
-    from clie_blocks.labels import DiagramError
 
     n = links.n
     params = {"gear_ratio": vector(gear_ratio, f"{name}: gear_ratio", n=n),
@@ -91,13 +108,35 @@ def articulated_arm(links: Tree, gear_ratio: ArrayLike, j_motor: ArrayLike, b_mo
     if not params["gear_ratio"].all():
         raise DiagramError(f"{name}: gear_ratio holds a zero; a joint that no motor turns has "
                            "none: lock it in the model")
+    coupling = (None if motor_coupling is None else
+                coupling_of(motor_coupling, n, f"{name}: motor_coupling"))
+    inverse = None if coupling is None else inverse_of(coupling)
 
     def acceleration(q: np.ndarray, dq: np.ndarray, u: np.ndarray,
                      params: dict[str, np.ndarray]) -> np.ndarray:
         ratio, inertia, friction, bearing = (params[f"{name}.{key}"] for key in (
             "gear_ratio", "j_motor", "b_motor", "h"))
+        if coupling is not None and inverse is not None:
+            drag = motor_torques(coupling, bearing * dq)
+            torque = ratio * u - ratio * ratio * friction * mapped(inverse, dq) - drag
+            return _coupled_acceleration(links, coupling, q, dq, torque, ratio * ratio * inertia)
         torque = ratio * u - (ratio * ratio * friction + bearing) * dq
         return forward_dynamics(links, q, dq, torque, ratio * ratio * inertia)
 
     return second_order(acceleration, {f"{name}.{key}": value for key, value in params.items()},
                         n=n, name=name)
+
+
+def _coupled_acceleration(links: Tree, coupling: Matrix, q: np.ndarray, dq: np.ndarray,
+                          torque: np.ndarray, rotors: np.ndarray) -> np.ndarray:
+    """Acceleration of joints under torques of motors that turn several of them.
+
+    In the positions of the motors: ``(C' M C + rotors) ddq_m + C' bias = torque``.
+    """
+    n = links.n
+    rows = motor_mass_rows(coupling, mass_rows(links, [q[..., k] for k in range(n)]))
+    matrix = [[total(entry, rotors[..., k]) if j == k else entry for k, entry in enumerate(row)]
+              for j, row in enumerate(rows)]
+    left = torque - motor_torques(coupling, bias_torque(links, q, dq))
+    of_motors = solve_symmetric(matrix, [left[..., k] for k in range(n)])
+    return mapped(coupling, np.stack(of_motors, axis=-1))

@@ -14,6 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clie_blocks.rigid_body import dynamics
+from clie_blocks.rigid_body.motor_coupling import (
+    Matrix,
+    coupling_of,
+    mapped,
+    motor_mass_rows,
+    motor_torques,
+)
 from clie_blocks.rigid_body.scalars import added, dot, numbers, scaled, times, total
 from clie_blocks.rigid_body.tree import Tree, steiner
 
@@ -33,7 +40,7 @@ class Layout:
         As in `Tree`.
     constants : tuple of (str, tuple)
         Entries of each array of `Links` that no parameter changes; None where one does.
-    known, has_gravity, has_coupling : bool
+    known, has_gravity, has_coupling, motor_coupling
         As in `Links`.
 
     """
@@ -44,6 +51,7 @@ class Layout:
     known: bool
     has_gravity: bool
     has_coupling: bool
+    motor_coupling: Matrix | None = None
 
     def links(self, params: Mapping[str, Any]) -> Links:
         """Return the links with the parameters of a block, numbers or symbols."""
@@ -51,7 +59,8 @@ class Layout:
         for name, entries in self.constants:
             arrays[name] = _with_constants(arrays[name], entries)
         return Links(self.parents, self.slides, known=self.known, has_gravity=self.has_gravity,
-                     has_coupling=self.has_coupling, **arrays)
+                     has_coupling=self.has_coupling, motor_coupling=self.motor_coupling,
+                     **arrays)
 
     def sample_parameters(self) -> dict[str, np.ndarray]:
         """Parameters of the right shapes, harmless for a check of the compiled program."""
@@ -92,6 +101,9 @@ class Links:
         The link data are stated.
     has_gravity, has_coupling : bool
         Terms of the nominal model.
+    motor_coupling : tuple of tuple, optional
+        Matrix C of motors that turn several joints, see `clie_blocks.rigid_body.motor_coupling`:
+        positions and torques of all functions here are then those of the motors.
 
     """
 
@@ -109,6 +121,7 @@ class Links:
     known: bool
     has_gravity: bool
     has_coupling: bool
+    motor_coupling: Matrix | None = None
 
     parameters: ClassVar[tuple[str, ...]] = (
         "rotation", "offset", "mass", "com", "inertia", "along", "gravity", "bearing_damping",
@@ -138,7 +151,7 @@ class Links:
                                        for x in np.ravel(getattr(self, name))))
                           for name, values in whole.items())
         return Layout(self.parents, self.slides, constants, self.known, self.has_gravity,
-                      self.has_coupling)
+                      self.has_coupling, self.motor_coupling)
 
     @property
     def tree(self) -> Tree:
@@ -166,6 +179,8 @@ class Links:
     @property
     def is_planar(self) -> bool:
         """Whether they are a chain in one vertical plane, as `planar_links` makes."""
+        if self.motor_coupling is not None:
+            return False
         chain = planar_links(self.along[:, 0], self.mass, self.com[:, 0], self.spin_inertia,
                              g=-self.gravity[1])
         return all(np.array_equal(getattr(self, name), getattr(chain, name)) for name in (
@@ -198,6 +213,16 @@ class Links:
     def with_gravity(self, gravity: Any) -> Links:
         """Return the same links under another gravity (3,), in the frame of the base [m/s^2]."""
         return dataclasses.replace(self, gravity=gravity)
+
+    def at_joints(self, *motion: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Positions of the joints, or their derivatives (..., n), from those of the motors."""
+        coupling = self.motor_coupling
+        return motion if coupling is None else tuple(mapped(coupling, x) for x in motion)
+
+    def at_motors(self, torque: np.ndarray) -> np.ndarray:
+        """Torque on the motors, times their gear ratios, from that on the joints (..., n)."""
+        coupling = self.motor_coupling
+        return torque if coupling is None else motor_torques(coupling, torque)
 
 
 def turn_gravity(links: Links) -> Links:
@@ -250,7 +275,8 @@ def planar_links(length: ArrayLike, mass: ArrayLike, com: ArrayLike, inertia: Ar
 
 
 def tree_links(tree: Tree, *, bearing_damping: ArrayLike = 0.0, has_gravity: bool = True,
-               has_coupling: bool = True, diagonal: ArrayLike = 0.0) -> Links:
+               has_coupling: bool = True, diagonal: ArrayLike = 0.0,
+               motor_coupling: ArrayLike | None = None) -> Links:
     """Links of any arm, as read from a robot description.
 
     Parameters
@@ -259,11 +285,12 @@ def tree_links(tree: Tree, *, bearing_damping: ArrayLike = 0.0, has_gravity: boo
         The links.
     bearing_damping, diagonal : array_like, shape (n,)
         As in `Links`.
-    has_gravity, has_coupling : bool
+    has_gravity, has_coupling, motor_coupling
         As in `Links`.
 
     """
     n, com = tree.n, tree.com
+    coupling = None if motor_coupling is None else coupling_of(motor_coupling, n)
     about_com = [_clean(about_joint - m * steiner(c), np.abs(about_joint).max())
                  for about_joint, m, c in zip(tree.inertia, tree.mass, com)]
     along = [next((tree.offset[j] for j in range(n) if tree.parents[j] == k), com[k])
@@ -273,24 +300,29 @@ def tree_links(tree: Tree, *, bearing_damping: ArrayLike = 0.0, has_gravity: boo
                  np.array([[inertia[i, j] for i, j in _UPPER] for inertia in about_com]),
                  np.array(along), tree.gravity, np.asarray(bearing_damping, float) + np.zeros(n),
                  np.asarray(diagonal, float) + np.zeros(n), known=True, has_gravity=has_gravity,
-                 has_coupling=has_coupling)
+                 has_coupling=has_coupling, motor_coupling=coupling)
 
 
 def mass_rows(links: Links, q: np.ndarray) -> list[list[Any]]:
     """Mass matrix as n rows of n entries [kg m^2]; q (..., n) may hold a time series."""
     none = 0.0 * q[..., 0]
-    return [[entry + none for entry in row]
-            for row in dynamics.mass_rows(links.tree, [q[..., k] for k in range(links.n)])]
+    at, = links.at_joints(q)
+    rows = dynamics.mass_rows(links.tree, [at[..., k] for k in range(links.n)])
+    if links.motor_coupling is not None:
+        rows = motor_mass_rows(links.motor_coupling, rows)
+    return [[entry + none for entry in row] for row in rows]
 
 
 def gravity_torque(links: Links, q: np.ndarray) -> np.ndarray:
     """Weight of the links [N m] for q (..., n)."""
-    return dynamics.gravity_torque(links.tree, q)
+    return links.at_motors(dynamics.gravity_torque(links.tree, *links.at_joints(q)))
 
 
 def coriolis_torque(links: Links, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     """Coriolis and centrifugal torque of the links [N m]; zero for one."""
-    return 0.0 * q if links.n == 1 else dynamics.velocity_torque(links.tree, q, dq)
+    if links.n == 1:
+        return 0.0 * q
+    return links.at_motors(dynamics.velocity_torque(links.tree, *links.at_joints(q, dq)))
 
 
 def bias_torque(links: Links, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
@@ -299,28 +331,36 @@ def bias_torque(links: Links, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         return coriolis_torque(links, q, dq)
     if links.n == 1:
         return gravity_torque(links, q)
-    return dynamics.bias_torque(links.tree, q, dq)
+    return links.at_motors(dynamics.bias_torque(links.tree, *links.at_joints(q, dq)))
 
 
 def coupling_torque(links: Links, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Torque of inertia coupling, of the change of inertia, and Coriolis [N m]."""
     if links.n == 1:
         return 0.0 * q
-    return (dynamics.inverse_dynamics(links.tree.with_gravity((0.0, 0.0, 0.0)), q, dq, ddq)
-            - links.diagonal * ddq)
+    return _weightless_torque(links, q, dq, ddq) - links.diagonal * ddq
 
 
 def inertial_torque(links: Links, q: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Mass matrix times acceleration [N m], shape (..., n)."""
-    weightless = links.tree.with_gravity((0.0, 0.0, 0.0))
-    return dynamics.inverse_dynamics(weightless, q, 0.0 * q, ddq)
+    return _weightless_torque(links, q, 0.0 * q, ddq)
 
 
 def tip_load_torque(links: Links, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Torque of a unit mass at the tip [N m/kg], with its weight where gravity acts."""
-    unit = unit_tip_links(links).tree
-    return dynamics.inverse_dynamics(
-        unit if links.has_gravity else unit.with_gravity((0.0, 0.0, 0.0)), q, dq, ddq)
+    unit = unit_tip_links(links)
+    if not links.has_gravity:
+        return _weightless_torque(unit, q, dq, ddq)
+    at, rate, rise = links.at_joints(q, dq, ddq)
+    return links.at_motors(dynamics.inverse_dynamics(unit.tree, at, rate, rise))
+
+
+def _weightless_torque(links: Links, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray,
+                       ) -> np.ndarray:
+    """Torque that a motion takes without weight [N m], shape (..., n)."""
+    weightless = links.tree.with_gravity((0.0, 0.0, 0.0))
+    at, rate, rise = links.at_joints(q, dq, ddq)
+    return links.at_motors(dynamics.inverse_dynamics(weightless, at, rate, rise))
 
 
 def unit_tip_links(links: Links) -> Links:

@@ -82,7 +82,7 @@ def line_of(text):
 @pytest.mark.parametrize("old, new, message", [
     ("gear_ratio =", "gear_ration =", r"\[motor\] gear_ration .*did you mean 'gear_ratio'"),
     ("[100.0, 50.0]", "[100.0, 50.0, 1]", r"\[motor\] gear_ratio has 3 entries.*2 joints"),
-    ("[100.0, 50.0]", "[100.0, -50.0]", r"gear_ratio must be greater than 0"),
+    ("[100.0, 50.0]", "[100.0, 0.0]", r"gear_ratio must not be 0"),
     ("[100.0, 50.0]", '"high"', r"gear_ratio must be a number per joint, got 'high'"),
     ("[100.0, 50.0]", "[true, false]", r"gear_ratio must be a number per joint"),
     ("[100.0, 50.0]", "[inf, 1.0]", r"gear_ratio must be finite"),

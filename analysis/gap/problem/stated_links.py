@@ -20,10 +20,14 @@ def stated_links(robot: Robot, pose: np.ndarray) -> Links:
 def _links(robot: Robot) -> Links:
     stated, nominal, n = robot.links, robot.nominal, robot.n
     bearing_damping = _stated_or_zero(stated.joint_viscous_friction, n)
+    coupling = robot.motor_coupling
+    if coupling is not None:  # the share of each motor in its own velocity
+        bearing_damping = bearing_damping @ np.square(coupling)
     if robot.tree is not None:
         return tree_links(robot.tree, bearing_damping=bearing_damping,
                           has_gravity=nominal.gravity is not False,
-                          has_coupling=nominal.coupling is not False and n > 1)
+                          has_coupling=nominal.coupling is not False and n > 1,
+                          motor_coupling=coupling)
     if (stated.mass is None or stated.length is None
             or not np.all((stated.mass > 0) & (stated.length > 0))):
         return dataclasses.replace(no_links(n), bearing_damping=bearing_damping)

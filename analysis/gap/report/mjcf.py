@@ -29,6 +29,7 @@ from clie_blocks.analysis.gap.report.joint_side import (
     why_not_exported,
 )
 from clie_blocks.analysis.gap.report.wording import MIXED, units_of, with_prefix
+from clie_blocks.rigid_body.motor_coupling import inverse_of
 from clie_blocks.robot_loop.links import Links
 
 LONGEST_STEP = 1.25e-4  # s: of MuJoCo, whose dry friction then holds as in the corrected model
@@ -62,7 +63,8 @@ def _model(result: Result, rows: Sequence[Entry]) -> str:
         _element("option", {"timestep": step, "integrator": "implicitfast",
                             "gravity": _gravity(hypothesis.problem.links, hypothesis.values)}),
         _element("worldbody", {}, list(_bodies(result, rows, step))),
-        _element("actuator", {}, [_motor(joint, row)
+        *_tendons(result, rows, step),
+        _element("actuator", {}, [_motor(joint, row, hypothesis.problem)
                                   for joint, row in _by_joint(rows).items()])]
     return _element("mujoco", {"model": "corrected"}, parts) + "\n"
 
@@ -80,7 +82,9 @@ def _how_to_use(result: Result, step: float) -> Iterator[str]:
     yield ("Load this file as it is, or give your own joints and motors every attribute of those "
            "of the same name here; armature does not contain the inertia of the links, since "
            "their bodies bring it; an axis that slides has the mass of its body.")
-    yield (f"data.qpos is the position [{q}]. Write the command of your controller, u as logged "
+    at = ("data.qpos is the position" if problem.links.motor_coupling is None else
+          "data.ten_length holds the positions of the motors over their gear ratios")
+    yield (f"{at} [{q}]. Write the command of your controller, u as logged "
            f"[{u}], to data.ctrl every {problem.period:.9g} s, which is "
            f"{round(problem.period / step)} steps of {step:.9g} s. Start at the first position of "
            "the log.")
@@ -235,20 +239,56 @@ def _weight(problem: Problem, values: Mapping[str, np.ndarray], k: int, armature
 def _joint(hypothesis: Hypothesis, k: int, row: Mapping[str, Entry], step: float,
            taken: float = 0.0, axis: str = "") -> str:
     problem = hypothesis.problem
-    zero = turn(problem)[k] - zero_change(hypothesis.values, problem.n)[k]
+    zero = _zeros(hypothesis)
     found: dict[str, str | float] = {
         "name": problem.joints[k], "type": "slide" if slides(problem, k) else "hinge",
-        "axis": axis or ("0 1 0" if slides(problem, k) else "0 -1 0"),
+        "axis": axis or ("0 1 0" if slides(problem, k) else "0 -1 0")}
+    at, = problem.links.at_joints(zero)
+    if problem.links.motor_coupling is None:
+        found |= _resistance(row, step, taken)
+        if row["stiffness"].value:
+            found |= {"stiffness": row["stiffness"].value, "springref": zero[k]}
+    if at[k]:
+        found |= {"ref": at[k]}
+    return _element("joint", found)
+
+
+def _zeros(hypothesis: Hypothesis) -> np.ndarray:
+    """Positions that the logs have where links and springs are at zero [rad], shape (n,)."""
+    problem = hypothesis.problem
+    return turn(problem) - zero_change(hypothesis.values, problem.n)
+
+
+def _resistance(row: Mapping[str, Entry], step: float, taken: float = 0.0,
+                ) -> dict[str, str | float]:
+    """Rotor, damping and dry friction of a drive."""
+    found: dict[str, str | float] = {
         "armature": row["armature"].value - taken if "armature" in row else 0.0,
         "damping": _damping(row)}
     if row["frictionloss"].value:
         found |= {"frictionloss": row["frictionloss"].value,
                   "solreffriction": f"{4 * step:.9g} 1", "solimpfriction": "0.9999 0.9999 0.001"}
-    if row["stiffness"].value:
-        found |= {"stiffness": row["stiffness"].value, "springref": zero}
-    if zero:
-        found |= {"ref": zero}
-    return _element("joint", found)
+    return found
+
+
+def _tendons(result: Result, rows: Sequence[Entry], step: float) -> Iterator[str]:
+    """Motors that turn several joints: each a tendon, as long as the motor has turned."""
+    hypothesis = result.model.hypothesis
+    problem = hypothesis.problem
+    coupling = problem.links.motor_coupling
+    if coupling is None:
+        return
+    zero, tendons = _zeros(hypothesis), []
+    for k, (shares, row) in enumerate(zip(inverse_of(coupling), _by_joint(rows).values())):
+        found = {"name": problem.joints[k], **_resistance(row, step)}
+        if row["stiffness"].value:
+            found |= {"stiffness": row["stiffness"].value, "springlength": zero[k]}
+        tendons.append(_element("fixed", found, [
+            _element("joint", {"joint": name, "coef": share})
+            for name, share in zip(problem.joints, shares) if share]))
+    yield _comment("Motors turn several joints: each is a tendon over them, which has the name of "
+                   "its joint; its length is the position of the motor over its gear ratio.")
+    yield _element("tendon", {}, tendons)
 
 
 def turn(problem: Problem) -> np.ndarray:
@@ -267,9 +307,10 @@ def _damping(row: Mapping[str, Entry]) -> str:
     return f"{damping:.9g} {drag:.9g}" if drag else f"{damping:.9g}"
 
 
-def _motor(joint: str, row: Mapping[str, Entry]) -> str:
+def _motor(joint: str, row: Mapping[str, Entry], problem: Problem) -> str:
+    at = "joint" if problem.links.motor_coupling is None else "tendon"
     found: dict[str, str | float] = {
-        "name": joint, "joint": joint, "gear": row["gear"].value, "gainprm": row["gain"].value,
+        "name": joint, at: joint, "gear": row["gear"].value, "gainprm": row["gain"].value,
         "biastype": "affine", "biasprm": f"{row['offset'].value / row['gear'].value:.9g} 0 0"}
     if np.isfinite(row["limit"].value):
         limit = f"{row['limit'].value:.9g}"

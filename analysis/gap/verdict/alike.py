@@ -43,7 +43,7 @@ def names_alike(ranking: Sequence[RankedCause], residuals: ResidualModel,
     alike = {member.cause.name: [member.cause.name, member.cause.special_case_of]
              for member in leading.fit.hypothesis.members
              if member.cause.special_case_of and member.cause.name in leading.names}
-    for rival in _likely(ranking):
+    for rival in likely_rivals(ranking):
         gone, new = ({*leading.names} - {*rival.names}, {*rival.names} - {*leading.names})
         if (rival.fit is not None and len(gone) == len(new) == 1
                 and motion_distance(leading.fit, rival.fit, residuals) <= floor):
@@ -107,7 +107,7 @@ def motion_distance(one: Fit, other: Fit, residuals: ResidualModel) -> float:
     return squares * residuals.problem.n / float(one.samples.sum())
 
 
-def _likely(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:
+def likely_rivals(ranking: Sequence[RankedCause]) -> Iterator[RankedCause]:
     """Hypotheses of which the leading one does not hold nine tenths of what the two have.
 
     How many others there are does not matter: these may be alike as well.

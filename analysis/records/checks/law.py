@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.records.checks.command import samples_at_limit
+from clie_blocks.analysis.records.checks.coupled_law import check_coupled_law
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import correlation_matrix, moves, permutation
 from clie_blocks.analysis.records.control_law import gains, stated_variant
@@ -67,7 +68,9 @@ def _check_part(record: Record, robot: Robot) -> list[Finding]:
     best = replay_unsaturated(record, robot)
     if (best.rms <= explained_rms(record, robot, best)).all():
         return [_variant(best, stated)]
-    return (_swapped(record, result) or _shifted(record, result, unexplained)
+    limit = explained_rms(record, robot, result)
+    return (check_coupled_law(record, robot, result, unexplained, limit)
+            or _swapped(record, result) or _shifted(record, result, unexplained)
             or [_joint(record, robot, result, k) for k in range(record.n) if unexplained[k]])
 
 

@@ -24,6 +24,7 @@ from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.units import DEGREE
 from clie_blocks.rigid_body.dynamics import inverse_dynamics
+from clie_blocks.rigid_body.motor_coupling import Matrix, mapped, motor_torques
 from clie_blocks.rigid_body.tree import Tree
 
 ENOUGH = 500  # poses that settle the question
@@ -60,14 +61,17 @@ class _Reading:
     def stated(cls, n: int) -> "_Reading":
         return cls(tuple(range(n)), np.ones(n), np.zeros(n))
 
-    def torque(self, tree: Tree, motion: Sequence[np.ndarray]) -> np.ndarray:
-        """Torque that the links cause at the joints of the log, joint side."""
+    def torque(self, tree: Tree, motion: Sequence[np.ndarray],
+               coupling: Matrix | None) -> np.ndarray:
+        """Torque that the links cause at the motors of the log, joint side of their gears."""
         if self.gravity is not None:
             tree = tree.with_gravity(self.gravity.tolist())
+        if coupling is not None:
+            motion = [mapped(coupling, x) for x in motion]
         q, dq, ddq = (self.scale * self.sign * x[:, self.order] for x in motion)
         torque = np.empty_like(q)
         torque[:, self.order] = self.sign * inverse_dynamics(tree, q + self.zero, dq, ddq)
-        return torque
+        return torque if coupling is None else motor_torques(coupling, torque)
 
     def others(self, names: Sequence[str], tree: Tree) -> Iterator["_Reading"]:
         """Readings with one more change."""
@@ -191,6 +195,7 @@ class _Comparison:
     command: np.ndarray
     ratio: np.ndarray
     own: tuple[np.ndarray, ...]
+    coupling: Matrix | None
 
     @classmethod
     def of(cls, record: Record, robot: Robot, tree: Tree) -> "_Comparison | None":
@@ -209,11 +214,12 @@ class _Comparison:
         ratio = robot.motor.gear_ratio
         own = tuple(np.linalg.qr(np.column_stack([*pair, np.sign(pair[0]), np.ones(len(q))]))[0]
                     for pair in zip(dq.T, ddq.T))
-        return cls(tree, (q, dq, ddq), command, np.ones(record.n) if ratio is None else ratio, own)
+        return cls(tree, (q, dq, ddq), command, np.ones(record.n) if ratio is None else ratio, own,
+                   robot.motor_coupling)
 
     def left(self, reading: _Reading) -> np.ndarray:
         """Share of the torque beyond its own motion that the links leave at each joint, (n,)."""
-        links = reading.torque(self.tree, self.motion)
+        links = reading.torque(self.tree, self.motion, self.coupling)
         links = links / self.ratio if reading.geared else links
         floor = np.finfo(float).eps * self.command.var(axis=0)
         return (self._beyond(self.command - links) + floor) / (self._beyond(self.command) + floor)

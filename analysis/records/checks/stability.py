@@ -85,7 +85,8 @@ def _stretched(robot: Robot) -> np.ndarray:
     """
     links, n = robot.links, robot.n
     if robot.tree is not None:
-        return mass_matrix(robot.tree, np.zeros(n)).diagonal()
+        coupling = np.eye(n) if robot.motor.coupling is None else robot.motor.coupling
+        return (coupling.T @ mass_matrix(robot.tree, np.zeros(n)) @ coupling).diagonal()
     if links.mass is None or links.com is None:
         return np.zeros(n)
     length = np.zeros(n) if links.length is None else links.length
