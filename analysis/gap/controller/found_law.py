@@ -21,8 +21,8 @@ class FoundLaw:
         Value, half width of its interval, and unit.
     others : tuple of (str, float)
         Other laws that give the commands, with probabilities.
-    state : str
-        What to write into [controller].
+    state : tuple of str
+        Lines to write into [controller].
 
     """
 
@@ -31,7 +31,7 @@ class FoundLaw:
     probability: float
     numbers: dict[str, tuple[float, float, str]]
     others: tuple[tuple[str, float], ...]
-    state: str
+    state: tuple[str, ...]
 
     def describe(self, joint: str, learned: bool = False) -> str:
         """The law as a sentence."""
@@ -42,4 +42,4 @@ class FoundLaw:
         rivals = "".join(f", or {name} ({100 * p:.0f} %)" for name, p in self.others)
         fault = "" if learned else "; the robot file is wrong, or somebody changed the controller"
         return (f"{joint}: the law that ran is {self.name} ({share}{rivals}): {numbers}{fault}: "
-                f"state {self.state} in [controller]")
+                f"state {', '.join(self.state)} in [controller]")

@@ -310,7 +310,7 @@ def with_numbers(controller: Controller, values: dict[str, np.ndarray]) -> Contr
     return dataclasses.replace(controller, **changes, **tables)
 
 
-def statement(controller: Controller, stated: Controller) -> str:
+def statement(controller: Controller, stated: Controller) -> tuple[str, ...]:
     """Lines of [controller] by which a law is stated, where it differs from what is stated."""
     lines = []
     if controller.law == "pid" and stated.law != "pid" and not np.any(controller.ki):
@@ -320,7 +320,7 @@ def statement(controller: Controller, stated: Controller) -> str:
         if value is None or _same(value, getattr(stated, field)) or _is_idle(field, value):
             continue
         lines.append(f"{KEYS.get(field, field)} = {_toml(field, value)}")
-    return ", ".join(lines)
+    return tuple(lines)
 
 
 def _same(one: object, other: object) -> bool:
