@@ -14,7 +14,7 @@ VERBS = {
     "bounds": ("clie_blocks.analysis.stability_report.command", "are these gains safe, and why"),
     "reproduce": ("clie_blocks.analysis.reproduction.command",
                   "every number of the paper against ours"),
-    "check": ("clie_blocks.analysis.records.check_report",
+    "check": ("clie_blocks.analysis.law_check",
               "is this log sound, and what can be diagnosed from it"),
     "robot": ("clie_blocks.analysis.records.robot_command",
               "start a robot file from a URDF, an MJCF or logs, or check one"),

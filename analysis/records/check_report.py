@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,6 +62,9 @@ class Report:
     def _count(self, severity: str) -> str:
         found = sum(finding.severity == severity for finding in self.findings)
         return f"{found} {severity}{'s' if found > 1 else ''}" if found else ""
+
+
+OfRobot = Callable[[Sequence[Report], Robot | None], Sequence[Report]]
 
 
 def check_log(record: Record, robot: Robot | None = None, others: Sequence[Record] = ()) -> Report:
@@ -125,6 +128,21 @@ def check_logs(records: Sequence[Record], robot: Robot | None = None) -> list[Re
     return [reports[id(record)] for record in records]
 
 
+def _by_robot(reports: Sequence[Report], records: Sequence[Record], robot: Robot | None,
+              change: OfRobot) -> list[Report]:
+    """Reports as a function returns those of the logs of one robot."""
+    groups: dict[object, list[int]] = {}
+    for k, record in enumerate(records):
+        own = robot or record.robot
+        groups.setdefault(own and (own.source or id(own)), []).append(k)
+    changed = list(reports)
+    for group in groups.values():
+        own = robot or records[group[0]].robot
+        for k, report in zip(group, change([reports[k] for k in group], own), strict=True):
+            changed[k] = report
+    return changed
+
+
 def _with_corrections(report: Report, seen: Examination) -> Report:
     """Report of a log with what all logs of its robot show together."""
     named = {finding.check for finding in seen.obstacles}
@@ -135,7 +153,12 @@ def _with_corrections(report: Report, seen: Examination) -> Report:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Check logs; the worst exit code counts."""
+    """Check logs, each by itself; the worst exit code counts."""
+    return run_checks(argv)
+
+
+def run_checks(argv: Sequence[str] | None = None, of_robot: OfRobot | None = None) -> int:
+    """Check logs, with what `of_robot` makes of the reports of the logs of one robot."""
     options = _parser().parse_args(argv)
     robot = read_robot(options.robot) if options.robot else None
     with progress("reading"):
@@ -144,6 +167,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         records = [fix_units(record, check_record(record, robot)) for record in records]
     with progress("checking"):
         reports = check_logs(records, robot)
+        if of_robot is not None:
+            reports = _by_robot(reports, records, robot, of_robot)
     if options.json:
         print(to_json({"schema_version": SCHEMA_VERSION, "logs": [as_dict(r) for r in reports]}))
     else:

@@ -3,6 +3,7 @@
 import functools
 
 from clie_blocks.analysis.gap.controller.assumed import assume_controller
+from clie_blocks.analysis.gap.controller.library_law import learned_law, with_library_law
 from clie_blocks.analysis.gap.controller.own_law import replay_own_law
 from clie_blocks.analysis.gap.controller.replay import (
     ControllerCheck,
@@ -35,8 +36,8 @@ def _check(law: Law, problem: Problem) -> ControllerCheck:
 def _replay(problem: Problem) -> ControllerCheck:
     law = problem.stated_law
     if isinstance(law, BlockLaw):
-        return replay_own_law(problem, law)
-    return replay_controller(problem)
+        return with_library_law(replay_own_law(problem, law), problem)
+    return learned_law(problem) or with_library_law(replay_controller(problem), problem)
 
 
 @_check.register(LoopLaw)

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.law_residual import known_samples, law_residual
-from clie_blocks.analysis.gap.problem.initial_state import with_initial_state
+from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.own_law import with_law_state
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw, with_law_state
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 
@@ -25,8 +25,18 @@ DELAYED_COMMANDS = (
 
 
 def with_law_states(problem: Problem, law: Law) -> Problem:
-    """Problem whose logs begin in the state that the commands show of a law of the user's own."""
+    """Problem whose logs begin in the state that the commands show of a law that runs as a block.
+
+    Of another law the velocity in the first sample was read from its commands.
+    """
+    if isinstance(law, BlockLaw) and not isinstance(problem.law, BlockLaw):
+        problem = problem.with_logs(lambda log: with_initial_speed(log, law.period))
     return problem.with_logs(lambda log: with_law_state(log, law))
+
+
+def without_recorded_excitation(problem: Problem) -> Problem:
+    """Problem of a machine of unknown law, without its commands as the excitation."""
+    return problem.with_logs(lambda log: dataclasses.replace(log, pe=0.0 * log.pe))
 
 
 def with_gain_error(law: StatedLaw, k: int, kp_error: float = 0.0,

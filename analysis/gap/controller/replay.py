@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.controller.found_law import FoundLaw
 from clie_blocks.analysis.gap.controller.named import (
     NamedJoint,
 )
@@ -21,6 +22,7 @@ from clie_blocks.analysis.gap.controller.refit import (
     with_command_rounding,
     with_commands_of_law,
     with_law_states,
+    without_recorded_excitation,
 )
 from clie_blocks.analysis.gap.controller.terms import (
     Terms,
@@ -119,6 +121,10 @@ class ControllerCheck:
         Probability that this is what moved the robot, rather than the law as it is known.
     parameters : tuple of LawParameter
         Parameters of a law of the user's own that are not the stated ones.
+    laws : tuple of FoundLaw
+        Laws of the library that ran, at joints where the stated one did not.
+    learned : bool
+        The file states no law, and these laws are what the logs show.
 
     """
 
@@ -142,6 +148,8 @@ class ControllerCheck:
     open_loop: bool = False
     reading: float = 1.0
     parameters: tuple[LawParameter, ...] = ()
+    laws: tuple[FoundLaw, ...] = ()
+    learned: bool = False
 
     @property
     def as_stated(self) -> bool:
@@ -152,6 +160,7 @@ class ControllerCheck:
     def misdescribed(self) -> bool:
         """Whether the law that ran is known, and another one than is stated."""
         return bool(self.other_filter or self.delayed or self.parameters
+                    or (self.laws and not self.learned)
                     or any(not one.is_of_recorder for one in self.named))
 
     def with_decisions(self, decisions: Sequence[str]) -> "ControllerCheck":
@@ -162,7 +171,9 @@ class ControllerCheck:
         """Problem with the law that ran."""
         if self.open_loop:
             return with_unknown_law(problem)
-        corrected = with_law_states(dataclasses.replace(problem, law=self.law), self.law)
+        if self.learned:
+            problem = without_recorded_excitation(problem)
+        corrected = dataclasses.replace(with_law_states(problem, self.law), law=self.law)
         if self.delayed:
             corrected = with_command_delay(corrected)
         corrected = with_commands_of_law(corrected, {

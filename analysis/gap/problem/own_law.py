@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 PERTURBATION = 1e-6  # of states and positions, in the central differences of a linearisation
 BEYOND_DEAD_BAND = 0.1  # rad, likewise where smaller ones do not change the command
 NEGLIGIBLE = 1e-9  # of the largest entry of a linearisation: rounding of its differences
+AT_REST = 1e-7  # of the largest state, by which a state at rest may change
 LOWEST = 1.0  # rad/s, from which a law is compared with PD
 HIGHEST = 0.2  # rad per sample, up to which
 NOISE_OF_REFERENCE = 1e-9  # rad, by which a law's gain on it is measured
@@ -216,6 +217,10 @@ def _rest_state(block: SampledLaw, start: np.ndarray, parameters: np.ndarray) ->
     zero = np.zeros(block.states)
     if not block.states or not np.any(change(zero)):
         return zero
+    columns = np.stack([change(unit) - change(zero) for unit in np.eye(block.states)], axis=1)
+    at_once = -np.linalg.lstsq(columns, change(zero), rcond=NEGLIGIBLE)[0]
+    if np.abs(change(at_once)).max() <= AT_REST * np.abs(at_once).max(initial=0.0):
+        return at_once
     return least_squares(change, zero, xtol=1e-14, ftol=1e-14, gtol=1e-14).x
 
 

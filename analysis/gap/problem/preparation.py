@@ -202,7 +202,8 @@ def command_as_excitation(robot: Robot, records: Sequence[Record]) -> tuple[Robo
     turn[0] = QUARTER_TURN if stated is not known else 0.0
     acting = "measured torque" if robot.controller.u_is == MEASURED else "command"
     note = f"No law is known: the {acting} acts as excitation, without feedback."
-    return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated)
+    return stated, [record.replace(pe=record.u, q=record.q - turn, robot=stated,
+                                   qd=None if record.qd is None else record.qd - turn)
                     .noted(" ".join([note, *torque_path.describe(record)])) for record in records]
 
 

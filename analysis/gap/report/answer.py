@@ -92,6 +92,7 @@ def answer(result: Result) -> dict[str, Any]:
         "controller_as_stated": result.controller.as_stated,
         "controller": _controller(result.controller),
         "controller_differences": list(result.controller.differences),
+        "laws": _laws(result.controller),
         "decisions": list(result.controller.decisions),
         "log_decisions": list(dict.fromkeys(
             sentence for record in records for sentence in record.decisions)),
@@ -99,6 +100,16 @@ def answer(result: Result) -> dict[str, Any]:
         "seconds": result.seconds,
     }, units_of(records))
     return {**plain, "export": exported(result), "correction": correction(result)}
+
+
+def _laws(controller: ControllerCheck) -> list[dict[str, Any]]:
+    """Laws of the library that ran, joint by joint; `learned` where the file states none."""
+    return [{"joint": one.joint + 1, "law": one.name, "probability": one.probability,
+             "learned": controller.learned, "state": list(one.state),
+             "others": [{"law": name, "probability": p} for name, p in one.others],
+             "numbers": {name: {"value": value, "half": half, "unit": unit}
+                         for name, (value, half, unit) in one.numbers.items()}}
+            for one in controller.laws]
 
 
 def log_findings(problem: Problem) -> dict[str, Any]:
