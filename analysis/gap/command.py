@@ -59,7 +59,7 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
             if not args.quiet:
                 print(summary_line(name, answer), flush=True,
                       file=sys.stderr if args.json else sys.stdout)
-            if args.output and "error" not in answer:
+            if args.output and "error" not in answer and answer["verdict"] != "locked":
                 print(f"report: {Path(args.output) / name}.html", flush=True, file=sys.stderr)
     return answers
 

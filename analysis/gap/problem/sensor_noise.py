@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
 LEAST_NOISE = 1e-9  # rad, of an encoder
+TOO_FAST = 0.5  # of the noise of a position: what the reference explains of it is motion
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
 _START_UP = 300  # and so many samples at both ends belong to the filter that looks there
@@ -17,9 +18,13 @@ _START_UP = 300  # and so many samples at both ends belong to the filter that lo
 def sensor_noise(problem: Problem, k: int) -> float:
     """Standard deviation of the noise of the law's encoder at joint k [rad].
 
-    It is known from what lies above all motion.
+    It is known from what lies above all motion.  Where a joint moves too fast for the rate of its
+    log, that is found beside the reference, which holds the same motion without the noise.
     """
     whole_band = noise_of_logs(problem, k, [log.law_q for log in problem.logs])
+    if any(log.stride > 1 for log in problem.logs) and problem.law.holds_joints:
+        beside = noise_of_logs(problem, k, [log.law_q - log.q_d for log in problem.logs])
+        whole_band = beside if beside < TOO_FAST * whole_band else whole_band
     quantum = problem.resolution[k] / np.sqrt(12)
     return max(whole_band, quantum, LEAST_NOISE)
 

@@ -5,8 +5,10 @@ Everything is read from the JSON answer, so that a stored result reads like a fr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
+from clie_blocks.analysis.gap.problem.locked_output import LOCKED
 from clie_blocks.analysis.gap.report.control_law import law_lines
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
@@ -49,10 +51,27 @@ def summary_line(name: str, answer: Answer) -> str:
     """Return one line for a terminal: verdict, joints, probabilities, and what it removes."""
     if "error" in answer:
         return f"{name}: not diagnosed"
+    if answer["verdict"] == LOCKED:
+        return " ".join([f"{name}:", *locked_lines(answer)])
     corrected = [f"{row['what']} {row['done']}"
                  for row in answer.get("log", {}).get("corrections", ())]
     return " ".join([f"{name}:", *(["Corrected in the logs:", *corrected] if corrected else []),
                      headline(answer), *_torque_map(answer)])
+
+
+def locked_lines(answer: Answer) -> list[str]:
+    """Twist of the gears in logs whose output was locked, one line each."""
+    return [f"Output locked, {row['joint']}: lost motion "
+            f"{number(math.degrees(row['lost_motion']['value']))} deg "
+            f"({_degrees(row['lost_motion']['interval'])} over {row['sweeps']} sweeps), "
+            f"stiffness {number(row['stiffness']['value'][0])} N m/rad while the torque grows and "
+            f"{number(row['stiffness']['value'][1])} while it falls; "
+            f"{number(row['breakaway']['value'])} N m turn the motor through the lost motion."
+            for row in answer.get("locked", ())]
+
+
+def _degrees(interval: Sequence[float]) -> str:
+    return " to ".join(number(math.degrees(end)) for end in interval)
 
 
 def headline(answer: Answer) -> str:
@@ -76,7 +95,8 @@ def summary_lines(answer: Answer) -> list[str]:
 
     """
     return [*log_lines(answer), *_law(answer), verdict_sentence(answer),
-            *_or_the_file(answer), *_unfinished(answer), *_where(answer), _how_far(answer),
+            *_or_the_file(answer), *_unfinished(answer), *locked_lines(answer),
+            *_where(answer), _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
             *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
             *_next_experiment(answer), _assumptions(answer)]
