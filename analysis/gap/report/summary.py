@@ -98,7 +98,8 @@ def summary_lines(answer: Answer) -> list[str]:
             *_or_the_file(answer), *_unfinished(answer), *locked_lines(answer),
             *_where(answer), _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
-            *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
+            *_torque_map(answer), *_not_shown(answer),
+            *(f"First: {advice}." for advice in answer.get("advice", ())),
             *_next_experiment(answer), _assumptions(answer)]
 
 
@@ -380,6 +381,13 @@ def _torque_map(answer: Answer) -> list[str]:
     causes = join_words(map(effect_title, table["beside"])) or "the refitted nominal model"
     return [f"A torque map over position and velocity, added to {causes}, removes "
             f"{table['percent']:.0f} % of the remaining reducible gap."]
+
+
+def _not_shown(answer: Answer) -> list[str]:
+    """How many names the logs could not have shown; as a list of one or none."""
+    count = len(answer.get("not_shown", ()))
+    return [f"{count} effects could not have shown in these logs; the report says why."
+            ] if count else []
 
 
 def _next_experiment(answer: Answer) -> list[str]:

@@ -24,8 +24,8 @@ def ramps(largest=20.0, count=3, source="ramps.csv"):
                                  np.arange(len(corners)), corners)
     q, place = np.zeros_like(torque), 0.0
     for i, each in enumerate(torque):
-        low, high = ((each - side * FRICTION) / STIFFNESS + np.sign(each - side * FRICTION) * GAP / 2
-                     for side in (1, -1))
+        low, high = (twist / STIFFNESS + np.sign(twist) * GAP / 2
+                     for twist in (each - FRICTION, each + FRICTION))
         place = min(max(place, low), high)  # friction holds the motor between the two
         q[i] = place
     q += 2e-5 * np.random.default_rng(0).normal(size=q.size)
