@@ -73,7 +73,8 @@ def _compare(args: argparse.Namespace) -> int:
         raise ClieError(f"--compare is of the two sets of logs that follow it, and "
                         f"{args.paths[0]} is a third: leave it out, or diagnose it apart")
     options = Options(trust_logs=args.trust_log, run_law=args.run_law, reading=reading(args))
-    answer = compare_paths(*args.compare, args.robot, options)
+    loaded, unloaded = args.compare
+    answer = compare_paths(loaded, unloaded, args.robot, options)
     if args.output:
         write(Path(args.output) / "load.json", to_json(answer.to_dict()))
     print(to_json(answer.to_dict()) if args.json else answer)

@@ -34,6 +34,7 @@ _CONTROLLER = """\
 # law = "my_law.py:controller"
 # ? velocity_filter = "difference"   # or two_tap, exact, two_corner with its corners
 # ? sample_time_s = 0.001
+# ? u_is = "commanded"           # or "measured" behind the drive, or "computed" afterwards
 
 [encoder]
 # ? mounting = "joint side"      # or "motor side"

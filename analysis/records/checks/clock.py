@@ -85,6 +85,12 @@ def is_coarse(record: Record) -> bool:
     return _is_coarse(np.diff(record.time))
 
 
+def is_even(record: Record) -> bool:
+    """Whether the steps of a clock are the same within each segment."""
+    return all(np.ptp(np.diff(record.time[start:stop])) < ROUNDED * record.sample_time
+               for start, stop in record.segments if stop - start > 2)
+
+
 def clock_tick(record: Record) -> float:
     """Smallest step of a clock [s]."""
     step = np.diff(record.time)
