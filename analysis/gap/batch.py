@@ -24,6 +24,7 @@ from clie_blocks.output import progress, report_stage, to_json
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.gap.diagnosis import Diagnosis
+    from clie_blocks.analysis.gap.problem.locked_output import LockedError
     from clie_blocks.analysis.gap.problem.problem import Problem
     from clie_blocks.analysis.records import Record, Robot
 
@@ -229,11 +230,14 @@ def _spread(waiting: Sequence[Task], options: Options, jobs: int,
 def _finish(task: Task, options: Options, folder: str | os.PathLike[str] | None
             ) -> dict[str, Any]:
     """Diagnose a task and store its result; an error of the user becomes the result."""
+    from clie_blocks.analysis.gap.problem.locked_output import LockedError
     from clie_blocks.analysis.gap.report.answer import answer
     from clie_blocks.analysis.gap.report.files import write_answer, write_report
 
     try:
         diagnosis = _diagnose(task, options)
+    except LockedError as locked:
+        return _locked(locked, task, options, folder)
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
     result = answer(diagnosis)
@@ -245,6 +249,20 @@ def _finish(task: Task, options: Options, folder: str | os.PathLike[str] | None
     else:
         write_report(diagnosis, result, folder, task.name)
     return _read_stored(task, folder)
+
+
+def _locked(locked: LockedError, task: Task, options: Options,
+            folder: str | os.PathLike[str] | None) -> dict[str, Any]:
+    """Result of a robot whose output was locked in all logs: the twist of its gears."""
+    from clie_blocks.analysis.gap.problem.locked_output import LOCKED
+    from clie_blocks.analysis.gap.report.answer import SCHEMA_VERSION
+    from clie_blocks.analysis.gap.report.files import write_answer
+
+    result = {"schema_version": SCHEMA_VERSION, "verdict": LOCKED,
+              "locked": [twist.to_dict() for twist in locked.twists]}
+    if folder is not None:
+        write_answer({"made_from": digest_of_inputs(task, options), **result}, folder, task.name)
+    return result
 
 
 def _stored(task: Task, options: Options, folder: str | os.PathLike[str] | None

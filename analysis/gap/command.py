@@ -59,7 +59,7 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
             if not args.quiet:
                 print(terminal_lines(name, answer), flush=True,
                       file=sys.stderr if args.json else sys.stdout)
-            if args.output and "error" not in answer:
+            if args.output and "error" not in answer and answer["verdict"] != "locked":
                 print(f"report: {Path(args.output) / name}.html", flush=True, file=sys.stderr)
     return answers
 
@@ -73,7 +73,8 @@ def _compare(args: argparse.Namespace) -> int:
         raise ClieError(f"--compare is of the two sets of logs that follow it, and "
                         f"{args.paths[0]} is a third: leave it out, or diagnose it apart")
     options = Options(trust_logs=args.trust_log, run_law=args.run_law, reading=reading(args))
-    answer = compare_paths(*args.compare, args.robot, options)
+    loaded, unloaded = args.compare
+    answer = compare_paths(loaded, unloaded, args.robot, options)
     if args.output:
         write(Path(args.output) / "load.json", to_json(answer.to_dict()))
     print(to_json(answer.to_dict()) if args.json else answer)

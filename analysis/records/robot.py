@@ -199,12 +199,15 @@ class Nominal(_Section):
         stated: a model has them, numbers per link have not.
     g : float
         Acceleration of gravity [m/s^2].
+    output_locked : bool
+        Whether the output was blocked in all logs, so that only the gear twists.
 
     """
 
     gravity: bool | None = file_field("gravity", "flag")
     coupling: bool | None = file_field("coupling", "flag")
     g: float = file_field("g", "number", 9.81, least=0)
+    output_locked: bool = file_field("output_locked", "flag", False)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -443,6 +446,8 @@ class Experiment(_Section):
         Frequencies of an injected torque, one list per joint [Hz].
     amplitudes : tuple
         Its amplitudes [N m].
+    output_locked : bool
+        Whether the output was blocked in this log.
 
     """
 
@@ -459,6 +464,7 @@ class Experiment(_Section):
     f_high: np.ndarray | None = file_field("f_high_hz", "joints", above=0)
     frequencies: tuple[np.ndarray, ...] | None = file_field("frequencies_hz", "lists")
     amplitudes: tuple[np.ndarray, ...] | None = file_field("amplitudes_nm", "lists")
+    output_locked: bool = file_field("output_locked", "flag", False)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

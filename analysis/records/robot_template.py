@@ -43,7 +43,8 @@ _LAW = """\
 # another law: law = "pid" with Ki, "cascade" with Kv, or a block of your own in a Python file,
 # law = "my_law.py:controller"
 # ? velocity_filter = "difference"   # or two_tap, exact, two_corner with its corners
-# ? sample_time_s = 0.001"""
+# ? sample_time_s = 0.001
+# ? u_is = "commanded"           # or "measured" behind the drive, or "computed" afterwards"""
 _ENCODER = """\
 [encoder]
 # ? mounting = "joint side"      # or "motor side"

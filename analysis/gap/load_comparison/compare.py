@@ -226,7 +226,7 @@ def _fit(columns: np.ndarray, left: np.ndarray, start: np.ndarray) -> tuple[floa
     """Mass and place of the load that leaves least."""
     from scipy.optimize import least_squares
 
-    triangle = np.linalg.qr(np.column_stack([columns, left]), mode="r")
+    triangle = np.asarray(np.linalg.qr(np.column_stack([columns, left]), mode="r"))
     a, b = triangle[:, :-1], triangle[:, -1]
     weight = RIDGE * np.linalg.norm(left) + 1e-300
     reach = np.linalg.norm(start)

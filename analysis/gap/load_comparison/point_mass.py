@@ -47,5 +47,5 @@ def _torque(links: Links, k: int, place: np.ndarray, q: np.ndarray, dq: np.ndarr
     com[k] = place
     tree = dataclasses.replace(links, mass=np.eye(links.n)[k], com=com,
                                inertia=0.0 * links.inertia).tree
-    gravity = tree.gravity if links.has_gravity else (0.0, 0.0, 0.0)
-    return dynamics.inverse_dynamics(tree.with_gravity(gravity), q, dq, ddq)
+    felt = tree if links.has_gravity else tree.with_gravity((0.0, 0.0, 0.0))
+    return dynamics.inverse_dynamics(felt, q, dq, ddq)

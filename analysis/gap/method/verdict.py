@@ -31,6 +31,14 @@ class VerdictMethod:
     repeated_waves: float = threshold(
         2.0, "waves over the travel",
         "a torque with longer waves than the motor's must repeat to be called periodic")
+    least_passes: float = threshold(
+        4.0, "passes of the travel",
+        "of a friction that is uneven over the pose: over fewer, it may be one of time or load")
+    seen_in_motion: float = threshold(
+        0.5, "share of what waves over the pose explain",
+        "while the joint moves: at rest they are a free torque at every pose")
+    resting: float = threshold(
+        0.02, "share of the top speed", "below which a joint rests between two motions")
     acting_share: float = threshold(
         0.1, "share of the size at the joint that has most of it", "a joint with less is idle")
     yielding: float = threshold(
@@ -53,6 +61,9 @@ class VerdictMethod:
     drift_left: float = threshold(
         0.5, "share of a drift",
         "that comes after the first second of a log: what is over by then is a start")
+    least_periods: float = threshold(
+        4.0, "periods in the longest log",
+        "of a periodic disturbance: over fewer, a bend of the motion looks like one")
     most_weight: float = threshold(
         1.2, "times the weight of the stated links",
         "that a tilted base may bring about, with the tolerances of their masses")

@@ -26,6 +26,8 @@ from clie_blocks.errors import NotIdentifiableError, RecordError
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
 
+# Relative, between the steps of logs: from here to there they are brought to a common clock.
+UNEVEN_RATE, OTHER_RATE = 1e-3, 0.05
 FASTER = 0.99  # of the median step, below which samples would be invented
 UNEVEN_CLOCK = 0.02  # standard deviation of the sample time over its mean: a log is resampled
 # Share of the standard deviation of the command, above which an unlogged reference moved.
@@ -57,6 +59,8 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
     _check_samples(records)
     robot, records = as_u_is(robot, records)
     records = [on_even_clock(record, robot.controller) for record in records]
+    if robot.controller.law == "unknown":
+        records = at_one_rate(records)
     robot, records = in_one_unit(*_form(robot, records)(robot, records))
     return with_damping(robot), records
 
@@ -157,6 +161,17 @@ def _resampled(record: Record) -> Record:
         return record
     mean = float(np.mean(steps))
     return resample(record, mean if mean > FASTER * period else period, float(record.time[0]))
+
+
+def at_one_rate(records: Sequence[Record]) -> list[Record]:
+    """Records on a common clock, where their own differ by little."""
+    from clie_blocks.analysis.records import resample
+
+    steps = np.array([record.sample_time for record in records])
+    common = float(steps.max())
+    apart = 1.0 - steps / common
+    return [on_ticks(resample(record, common, float(record.time[0])), common)
+            if UNEVEN_RATE < off < OTHER_RATE else record for record, off in zip(records, apart)]
 
 
 def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:

@@ -16,6 +16,7 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.block_of_file import law_of_file
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.locked_output import LockedError, Twist, is_locked, twists
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw, with_law_state
@@ -24,11 +25,12 @@ from clie_blocks.analysis.gap.problem.simulated_logs import complete
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.gap.problem.ticks import FINEST_PERIOD, controller_period
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
+from clie_blocks.analysis.gap.problem.what_u_is import LAW_TOO_FAST, without_law
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
 from clie_blocks.analysis.records.control_law import control_law
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.robot import MEASURED, with_law
+from clie_blocks.analysis.records.robot import COMMANDED, MEASURED, with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.robot_loop.links import Links, mass_rows
@@ -105,6 +107,8 @@ class Problem:
         What the checks of the logs found and could not correct.
     two_encoders : bool
         Models predict what both encoders of a joint see, see `two_encoders`.
+    twists : tuple of Twist
+        Of gears, from logs in which the output was locked; no model of the motion sees these.
 
     """
 
@@ -127,6 +131,7 @@ class Problem:
     corrections: tuple[Correction, ...] = ()
     log_warnings: tuple[Finding, ...] = ()
     two_encoders: bool = False
+    twists: tuple[Twist, ...] = ()
 
     def __repr__(self) -> str:
         logs = (*self.fit, *self.held_out)
@@ -161,9 +166,17 @@ class Problem:
             not what they seem to be and do not show what would be right.
         NotIdentifiableError
             If a log is too short, or nothing says what drove the machine.
+        LockedError
+            If the output was locked in all logs.
 
         """
         robot = robot if law is None else with_law(robot, law)
+        locked = tuple(itertools.chain.from_iterable(
+            twists(record) for record in records if is_locked(record, robot)))
+        held_out = _held_out_of_free(robot, records, held_out)
+        records = [record for record in records if not is_locked(record, robot)]
+        if locked and not records:
+            raise LockedError(locked)
         records = with_law_encoder(records, robot)
         seen = Examination(robot, tuple(records)) if trust_logs else examine(records, robot)
         seen.raise_obstacles()
@@ -171,7 +184,7 @@ class Problem:
         problem = state_problem(prepared_robot, prepared, held_out)
         return dataclasses.replace(
             problem, statement=Statement(robot, seen.records, _held_out(records, held_out)),
-            corrections=seen.corrections, log_warnings=seen.warnings)
+            corrections=seen.corrections, log_warnings=seen.warnings, twists=locked)
 
     @classmethod
     def from_loop(cls, loop: InputOutputSystem, records: Record | Sequence[Record],
@@ -299,6 +312,9 @@ def state_problem(robot: Robot, records: Sequence[Record],
     """State the problem of a robot and its records, both in the form of eq. (11)."""
     period = controller_period(robot.controller, records)
     problem = _problem_at(robot, records, held_out, period)
+    if _is_too_fast(problem, robot, records):
+        robot, records = prepare(*without_law(robot, records, COMMANDED, LAW_TOO_FAST))
+        return _problem_at(robot, records, held_out, controller_period(robot.controller, records))
     finest = max(robot.controller.sample_time or 0.0, FINEST_PERIOD)
     if is_stable(problem) or period <= finest or robot.controller.is_block:
         return problem
@@ -309,6 +325,20 @@ def state_problem(robot: Robot, records: Sequence[Record],
             return _noted(faster, f"The loop would be unstable at the rate of the log: its "
                           f"controller is taken to run every {1e3 * period:.3g} ms.")
     return problem
+
+
+def _is_too_fast(problem: Problem, robot: Robot, records: Sequence[Record]) -> bool:
+    """Whether a loop acts within one sample of its logs, so that these hardly show its errors.
+
+    Sampled at their rate it would be unstable.  Without recorded commands there is no other way.
+    """
+    if (not problem.law.holds_joints or any(log.stride == 1 for log in problem.logs)
+            or any(record.u is None for record in records)):
+        return False
+    logged = min(record.sample_time for record in records)
+    law = _stated_law(robot, logged, pose_of(robot, records[0]), problem.links,
+                      problem.gear_ratio)
+    return not is_stable(dataclasses.replace(problem, law=law))
 
 
 def _noted(problem: Problem, sentence: str) -> Problem:
@@ -347,6 +377,13 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
         records=tuple(records), robot=robot)
+
+
+def _held_out_of_free(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
+                      ) -> Sequence[int] | None:
+    """Hold-out logs counted among those whose output was free; None for the last of these."""
+    free = [k for k, record in enumerate(records) if not is_locked(record, robot)]
+    return None if held_out is None else [free.index(k) for k in held_out if k in free] or None
 
 
 def _held_out(records: Sequence[Record], held_out: Sequence[int] | None) -> tuple[int, ...]:

@@ -9,17 +9,23 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
 LEAST_NOISE = 1e-9  # rad, of an encoder
+TOO_FAST = 0.5  # of the noise of a position: what the reference explains of it is motion
 _NOISE_CORNER = 60.0  # Hz, or this share of the sample rate: above it there is no motion,
 _NOISE_CORNER_SHARE = 0.24
+_MAD = 0.6745  # median of the absolute value of a standard normal variable
 _START_UP = 300  # and so many samples at both ends belong to the filter that looks there
 
 
 def sensor_noise(problem: Problem, k: int) -> float:
     """Standard deviation of the noise of the law's encoder at joint k [rad].
 
-    It is known from what lies above all motion.
+    It is known from what lies above all motion.  Where a joint moves too fast for the rate of its
+    log, that is found beside the reference, which holds the same motion without the noise.
     """
     whole_band = noise_of_logs(problem, k, [log.law_q for log in problem.logs])
+    if any(log.stride > 1 for log in problem.logs) and problem.law.holds_joints:
+        beside = noise_of_logs(problem, k, [log.law_q - log.q_d for log in problem.logs])
+        whole_band = beside if beside < TOO_FAST * whole_band else whole_band
     quantum = problem.resolution[k] / np.sqrt(12)
     return max(whole_band, quantum, LEAST_NOISE)
 
@@ -28,6 +34,17 @@ def noise_of_logs(problem: Problem, k: int, positions: Sequence[np.ndarray]) -> 
     """Median over the logs of the noise of positions of joint k [rad]."""
     return float(np.median([_noise_of_log(log, q[:, k], problem.period)
                             for log, q in zip(problem.logs, positions)]))
+
+
+def torque_noise(problem: Problem, k: int) -> float:
+    """Noise of a measured torque of joint k that drives models, as impulses of a tick [N m].
+
+    It is known from second differences, which no slow torque has; a sample lasts `stride` ticks.
+    What a rough torque does between its samples is noise as well.
+    """
+    second = [log.stride * np.median(np.abs(np.diff(log.u[::log.stride, k], 2)))
+              for log in problem.logs]
+    return float(np.median(second) / (_MAD * np.sqrt(6.0)))
 
 
 def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:

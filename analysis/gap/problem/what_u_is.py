@@ -15,6 +15,8 @@ from clie_blocks.analysis.records.robot import COMPUTED, MEASURED, Controller
 LAW_LEFT_OUT = ("u is a torque that was measured behind the drive: it moved the joints whatever "
                 "law asked for it, so that the law is left out, and nothing that a drive does to "
                 "a command can show.")
+LAW_TOO_FAST = ("The loop of the law is faster than these logs have samples: the recorded command "
+                "drives the models beside an observer, and the law is left out.")
 COMPUTED_U = "u was computed from the other columns: it is no measurement, and is not read."
 UNSIGNED = "The measured torque never changes its sign and is not read."
 
@@ -35,12 +37,18 @@ def as_u_is(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
         return robot, logs
     if law.law == "unknown":
         return dataclasses.replace(robot, controller=dataclasses.replace(law, u_is=MEASURED)), logs
-    open_loop = Controller(law="unknown", sample_time=law.sample_time, u_is=MEASURED,
-                           saturation=None)
+    return without_law(robot, logs, MEASURED, LAW_LEFT_OUT)
+
+
+def without_law(robot: Robot, records: Sequence[Record], u_is: str, why: str,
+                ) -> tuple[Robot, list[Record]]:
+    """Robot and records whose recorded torques drive the models, whatever law ran."""
+    sample_time = robot.controller.sample_time if u_is == MEASURED else None
     gravity = bool(robot.nominal.gravity) if robot.tree is None else robot.nominal.gravity
-    robot = dataclasses.replace(robot, controller=open_loop, nominal=dataclasses.replace(
-        robot.nominal, gravity=gravity))
-    return robot, [log.replace(robot=robot).noted(LAW_LEFT_OUT) for log in logs]
+    robot = dataclasses.replace(
+        robot, controller=Controller(law="unknown", sample_time=sample_time, u_is=u_is),
+        nominal=dataclasses.replace(robot.nominal, gravity=gravity))
+    return robot, [record.replace(robot=robot).noted(why) for record in records]
 
 
 def has_sign(records: Sequence[Record]) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
+from clie_blocks.analysis.gap.assessment.not_shown import not_shown
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
 from clie_blocks.analysis.gap.causes.cause import Number
@@ -33,6 +34,7 @@ from clie_blocks.analysis.gap.report.wording import (
 from clie_blocks.analysis.gap.verdict import evidence
 from clie_blocks.analysis.gap.verdict.confounders import confounder
 from clie_blocks.analysis.gap.verdict.posterior import (
+    LIKELY,
     NONE,
     PARAMETRIC,
     UNKNOWN,
@@ -85,8 +87,10 @@ def answer(result: Result) -> dict[str, Any]:
         "joint_model": _joint_model(result),
         "simulator": _simulator(result),
         "repeatable": result.torque_map and result.torque_map.as_dict(),
+        "locked": [twist.to_dict() for twist in result.problem.twists],
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in result.residuals.noises],
         "where": {**result.where, "block": block_shares(result)},
+        "not_shown": _not_shown(result, findings),
         "advice": list(result.advice),
         "next_experiment": experiment and experiment.as_dict(),
         "controller_as_stated": result.controller.as_stated,
@@ -119,6 +123,14 @@ def log_findings(problem: Problem) -> dict[str, Any]:
                             for one in problem.corrections],
             "warnings": [{"check": one.check, "joint": one.joint, "what": one.what,
                           "why": one.why, "fix": one.fix} for one in problem.log_warnings]}
+
+
+def _not_shown(result: Result, findings: Sequence[Row]) -> list[Row]:
+    """Names that the logs could not have shown, but for those that they did show."""
+    probability = marginals(result.ranking) | {
+        row["effect"]: row["probability"] for row in findings}
+    return [{"effect": name, "why": why} for name, why in not_shown(result.problem).items()
+            if probability.get(name, 0.0) < LIKELY]
 
 
 def _with_units(content: Any, units: Units) -> Any:

@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.wording import (
     Answer,
     Units,
+    effect_title,
     join_words,
     number,
     percent,
@@ -84,6 +85,19 @@ def _remarks(result: Result, limited: np.ndarray) -> Iterator[str]:
     judged = result.reduction.judged_on
     yield f"Validated on {held_out if judged == HELD_OUT else judged}."
     yield f"The diagnosis took {number(result.seconds)} s."
+
+
+def not_shown_section(answer: Answer) -> Section | None:
+    """Names that these logs could not have shown, by reason; None where there are none."""
+    by_reason: dict[str, list[str]] = {}
+    for row in answer["not_shown"]:
+        by_reason.setdefault(row["why"], []).append(effect_title(row["effect"]))
+    if not by_reason:
+        return None
+    return Section("What these logs do not show", (
+        "These effects may be there all the same: nothing in the logs could have shown them.",),
+        tables=(Table(("effects", "why not"), tuple(
+            (join_words(names), why) for why, names in by_reason.items())),))
 
 
 def assumptions_section(answer: Answer) -> Section:

@@ -53,6 +53,7 @@ def document(result: Result, answer: Answer, name: str) -> Document:
         parameters_section(answer),
         simulator_section(result, answer),
         torque_map_section(result, units),
+        checks.not_shown_section(answer),
         checks.checks_section(result, units),
         checks.assumptions_section(answer),
         checks.thresholds_section(result))

@@ -5,9 +5,11 @@ Everything is read from the JSON answer, so that a stored result reads like a fr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from textwrap import wrap
 
+from clie_blocks.analysis.gap.problem.locked_output import LOCKED
 from clie_blocks.analysis.gap.report.control_law import law_lines
 from clie_blocks.analysis.gap.report.wording import (
     CLOSED_LOOP,
@@ -65,10 +67,27 @@ def _sentences(answer: Answer) -> list[str]:
     """Corrections of the logs, verdict, reduction of the gap, and what else there is to say."""
     if "error" in answer:
         return ["not diagnosed"]
+    if answer["verdict"] == LOCKED:
+        return locked_lines(answer)
     corrected = " ".join(f"{row['what']} {row['done']}"
                          for row in answer.get("log", {}).get("corrections", ()))
     return [*([f"Corrected in the logs: {corrected}"] if corrected else []),
             *_headline(answer), *_torque_map(answer)]
+
+
+def locked_lines(answer: Answer) -> list[str]:
+    """Twist of the gears in logs whose output was locked, one line each."""
+    return [f"Output locked, {row['joint']}: lost motion "
+            f"{number(math.degrees(row['lost_motion']['value']))} deg "
+            f"({_degrees(row['lost_motion']['interval'])} over {row['sweeps']} sweeps), "
+            f"stiffness {number(row['stiffness']['value'][0])} N m/rad while the torque grows and "
+            f"{number(row['stiffness']['value'][1])} while it falls; "
+            f"{number(row['breakaway']['value'])} N m turn the motor through the lost motion."
+            for row in answer.get("locked", ())]
+
+
+def _degrees(interval: Sequence[float]) -> str:
+    return " to ".join(number(math.degrees(end)) for end in interval)
 
 
 def headline(answer: Answer) -> str:
@@ -95,9 +114,11 @@ def summary_lines(answer: Answer) -> list[str]:
 
     """
     return [*log_lines(answer), *_law(answer), verdict_sentence(answer),
-            *_or_the_file(answer), *_unfinished(answer), *_where(answer), _how_far(answer),
+            *_or_the_file(answer), *_unfinished(answer), *locked_lines(answer),
+            *_where(answer), _how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
-            *_torque_map(answer), *(f"First: {advice}." for advice in answer.get("advice", ())),
+            *_torque_map(answer), *_not_shown(answer),
+            *(f"First: {advice}." for advice in answer.get("advice", ())),
             *_next_experiment(answer), _assumptions(answer)]
 
 
@@ -377,6 +398,13 @@ def _torque_map(answer: Answer) -> list[str]:
     causes = join_words(map(effect_title, table["beside"])) or "the refitted nominal model"
     return [f"A torque map over position and velocity, added to {causes}, removes "
             f"{table['percent']:.0f} % of the remaining reducible gap."]
+
+
+def _not_shown(answer: Answer) -> list[str]:
+    """How many names the logs could not have shown; as a list of one or none."""
+    count = len(answer.get("not_shown", ()))
+    return [f"{count} effects could not have shown in these logs; the report says why."
+            ] if count else []
 
 
 def _next_experiment(answer: Answer) -> list[str]:

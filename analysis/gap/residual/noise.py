@@ -22,6 +22,7 @@ from clie_blocks.analysis.gap.problem.sensor_noise import (
     LEAST_NOISE,
     noise_of_logs,
     sensor_noise,
+    torque_noise,
 )
 
 RATE = 100.0  # Hz, rate at which errors are compared
@@ -107,7 +108,9 @@ def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]
     `sensitivity.noise_responses`.
     """
     sigma = [sensor_noise(problem, j) for j in range(problem.n)]
+    responses, of_torque = list(responses[:problem.n]), responses[problem.n:]
     responses = [size * response for size, response in zip(sigma, responses)]
+    responses += [torque_noise(problem, k) * response for response in of_torque]
     if problem.logs[0].of_other_encoder:
         impulse = np.eye(1, len(responses[k]))[0]
         own = max(noise_of_logs(problem, k, [log.q for log in problem.logs]), LEAST_NOISE)

@@ -11,6 +11,7 @@ The law of a problem returns both as digital filters.
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Rows
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
@@ -37,6 +38,8 @@ def noise_responses(problem: Problem, k: int, inertia: np.ndarray, damping: np.n
                     ) -> list[np.ndarray]:
     """Error of joint k after a unit impulse on the sensor of each joint, one array per joint.
 
+    Where a measured torque drives the models, which has noise as well, the last array is the error
+    after a unit impulse of it.
     A joint that follows the noise of its own sensor pushes the others by the mass that they
     share: its mean square over the logs is taken, to first order.
     """
@@ -48,6 +51,8 @@ def noise_responses(problem: Problem, k: int, inertia: np.ndarray, damping: np.n
             push = shared * motion / problem.period**2
             response = lfilter(*law.torque_sensitivity(k, inertia[k], damping[k]), push)
         responses.append(response)
+    if isinstance(law, StatedLaw) and law.measured_torque:
+        responses.append(lfilter(*law.torque_sensitivity(k, inertia[k], damping[k]), impulse))
     return responses
 
 

@@ -9,17 +9,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.drive import TORQUE_RIPPLE, counts_motor_turns
+from clie_blocks.analysis.gap.causes.drive import (
+    GEAR_MESH_RIPPLE,
+    TORQUE_RIPPLE,
+    counts_motor_turns,
+)
+from clie_blocks.analysis.gap.causes.friction import POSITION_DEPENDENT_FRICTION
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.residual.noise import block_means
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.marks import acting, shows_marks
 
 POSE, CONTACT, UNMARKED = "torque of the pose", "contact", "unmarked"
 _ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
+_RIPPLES = (TORQUE_RIPPLE, GEAR_MESH_RIPPLE, POSITION_DEPENDENT_FRICTION)
+_PASSING = 0.1  # s over which positions are averaged, so that their noise is no motion
 _MOST_POSITIONS = 1000  # of each kind that are compared
 
 
@@ -42,7 +50,7 @@ def confounder(fit: Fit, residuals: ResidualModel) -> str:
            for member in hypothesis.members):
         return CONTACT
     any_torque = {member.cause.name for member in hypothesis.members} >= _ANY_TORQUE
-    ripples = [member for member in hypothesis.members if member.cause is TORQUE_RIPPLE]
+    ripples = [member for member in hypothesis.members if member.cause in _RIPPLES]
     single_bump = not all(_shows_waves(hypothesis, ripple, method) for ripple in ripples)
     if any_torque or single_bump:
         return POSE
@@ -53,7 +61,8 @@ def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) 
     """Whether the travel of an acting joint shows enough waves to be called a ripple.
 
     Cogging and commutation come at least once per motor turn, and one wave of them over the
-    travel is enough.  Where the motor's turns are not known, waves must repeat.
+    travel is enough, as it is of a friction that is uneven.  Where the motor's turns are not
+    known, waves of a torque must repeat.
     """
     problem, joints = hypothesis.problem, list(ripple.joints)
     course = np.concatenate([log.q for log in problem.fit])
@@ -63,9 +72,21 @@ def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) 
     ratio = problem.gear_ratio[joints]
     is_synchronous = ((order >= method.synchronous_order * ratio)
                       & np.array([counts_motor_turns(each) for each in ratio]))
-    enough = np.where(is_synchronous, 1.0, method.repeated_waves)
+    enough = np.where(is_synchronous | (ripple.cause is POSITION_DEPENDENT_FRICTION), 1.0,
+                      method.repeated_waves)
+    if ripple.cause is POSITION_DEPENDENT_FRICTION and not np.any(
+            _passes(problem)[joints] >= method.least_passes):
+        return False
     has_waves = order * np.ptp(course, axis=0)[joints] >= 2 * np.pi * enough
     return bool(np.any(has_waves & acting(np.hypot(sine, cosine) / typical, method)))
+
+
+def _passes(problem: Problem) -> np.ndarray:
+    """How often each joint has gone over its travel in all logs, shape (n,)."""
+    width = max(1, round(_PASSING / problem.period))
+    courses = [block_means(log.q, width) for log in problem.law_logs]
+    path = sum(np.abs(np.diff(course, axis=0)).sum(axis=0) for course in courses)
+    return np.asarray(path / (np.ptp(np.concatenate(courses), axis=0) + 1e-12))
 
 
 def _may_be_contact(hypothesis: Hypothesis, fault: Member, method: VerdictMethod) -> bool:

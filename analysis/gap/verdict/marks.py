@@ -8,7 +8,12 @@ without them, since no effect acts before its cause.
 
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.drive import ACTUATOR_SATURATION
+from clie_blocks.analysis.gap.causes.drive import (
+    ACTUATOR_SATURATION,
+    COMMUTATION_RIPPLE,
+    GEAR_MESH_RIPPLE,
+    TORQUE_RIPPLE,
+)
 from clie_blocks.analysis.gap.causes.friction import FRICTION_DRIFT
 from clie_blocks.analysis.gap.causes.load import (
     GRAVITY,
@@ -16,11 +21,13 @@ from clie_blocks.analysis.gap.causes.load import (
     SOFT_STOP,
     corrected_gravity,
 )
-from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+
+WAVES = (TORQUE_RIPPLE, COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE)
 
 
 def shows_marks(fit: Fit, residuals: ResidualModel) -> bool:
@@ -40,9 +47,38 @@ def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel
         return _is_weight_of_links(hypothesis, member, method)
     if member.cause in FRICTION_DRIFT:
         return _drifts_within_logs(hypothesis, member, method)
+    if member.cause is PERIODIC_DISTURBANCE:
+        return _repeats_within_logs(hypothesis, member, method)
+    if member.cause in WAVES:
+        return _is_seen_in_motion(hypothesis, member, residuals)
     if member.cause is SOFT_STOP:
         return _is_at_the_ends(hypothesis, member, method)
     return True
+
+
+def _is_seen_in_motion(hypothesis: Hypothesis, waves: Member, residuals: ResidualModel) -> bool:
+    """Whether waves over the pose explain the motion, and not the rests between motions alone.
+
+    Where a joint rests, short waves are a torque of their own for each pose, whatever it is.
+    """
+    method = residuals.method.verdict
+    without = hypothesis.with_values(_neutral(hypothesis, waves))
+    gained = np.zeros(2)  # while the joint rests, and while it moves
+    for j, log in enumerate(hypothesis.problem.logs):
+        left = residuals.whitened(hypothesis.error(j), j)
+        all_of_it = residuals.whitened(without.error(j), j)
+        for k in waves.joints:
+            moving = _moving(log.q[:, k], len(left[k]), method)
+            gain = all_of_it[k] ** 2 - left[k] ** 2
+            gained += gain[~moving].sum(), gain[moving].sum()
+    return bool(gained[1] >= method.seen_in_motion * gained.sum())
+
+
+def _moving(q: np.ndarray, rows: int, method: VerdictMethod) -> np.ndarray:
+    """Which of the last rows of a log, of equal length, a joint moves in, shape (rows,)."""
+    edges = np.linspace(0, len(q) - 1, rows + 1).astype(int)
+    travel = np.abs(np.diff(q[edges]))
+    return travel > method.resting * travel.max(initial=0.0)
 
 
 def acting(sizes: np.ndarray, method: VerdictMethod) -> np.ndarray:
@@ -132,6 +168,15 @@ def _drifts_within_logs(hypothesis: Hypothesis, drift: Member, method: VerdictMe
     times = hypothesis.values[f"{drift.name}.time_constant"][list(drift.joints)]
     left = np.exp(-method.away_from_ends / times)
     return bool(np.all(left >= method.drift_left))
+
+
+def _repeats_within_logs(hypothesis: Hypothesis, disturbance: Member,
+                         method: VerdictMethod) -> bool:
+    """Whether a disturbance repeats often enough in a log to be told from a bend of the motion."""
+    problem = hypothesis.problem
+    longest = max(len(log) for log in problem.logs) * problem.period
+    frequency = np.max(hypothesis.values[f"{disturbance.name}.frequency"])
+    return bool(frequency * longest >= method.least_periods)
 
 
 def _is_at_the_ends(hypothesis: Hypothesis, stop: Member, method: VerdictMethod) -> bool:

@@ -11,6 +11,9 @@ COARSE = 0.01  # share of repeated stamps
 ROUNDED = 0.02  # relative error of a tick
 JITTER = (0.002, 0.10)  # std of the step over its median: worth saying, worth a warning
 PLAUSIBLE = (2e-5, 1.0)  # s between samples of a robot log
+NEIGHBOURS = 101  # rows over which late rows of a coarse clock even out
+LATEST = 3.0  # ticks by which a row of such a clock may be late
+SHORTEST_STEP = 0.5  # of the mean step
 UNITS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 
 
@@ -30,8 +33,9 @@ def even_clock(record: Record, robot: Robot | None = None) -> Record:
     """Return the record with a coarse clock rebuilt from its rate, or as it is.
 
     Each segment gets even steps, of the stated period where its stamps agree with that, else of
-    its mean one; the samples are not touched.  Stamps that no even clock gives, to one of its
-    ticks, stay.
+    its mean one; the samples are not touched.  Where no even clock gives the stamps, to one of its
+    ticks, since rows were late now and then, they follow the mean over many rows; stamps that do
+    not even follow that stay.
     """
     if not is_coarse(record):
         return record
@@ -39,7 +43,9 @@ def even_clock(record: Record, robot: Robot | None = None) -> Record:
     time, stated = record.time.copy(), robot.controller.sample_time if robot else None
     tick = clock_tick(record)
     for start, stop in record.segments:
-        rebuilt = _even_stamps(record.time[start:stop], tick, stated)
+        stamps = record.time[start:stop]
+        rebuilt = _even_stamps(stamps, tick, stated)
+        rebuilt = _mean_stamps(stamps, tick) if rebuilt is None else rebuilt
         if rebuilt is None:
             return record
         time[start:stop] = rebuilt
@@ -61,9 +67,28 @@ def _even_stamps(stamps: np.ndarray, tick: float, stated: float | None) -> np.nd
     return None
 
 
+def _mean_stamps(stamps: np.ndarray, tick: float) -> np.ndarray | None:
+    """Stamps on a line through their neighbours; None where some are many ticks off."""
+    if is_decimal(tick) or stamps.size < NEIGHBOURS:
+        return None
+    from scipy.signal import savgol_filter
+
+    smooth = savgol_filter(stamps, NEIGHBOURS, 1)
+    late = np.abs(stamps - smooth)
+    steps = np.diff(smooth)
+    even = steps.min() > SHORTEST_STEP * steps.mean()
+    return smooth if even and late.max() <= LATEST * tick else None
+
+
 def is_coarse(record: Record) -> bool:
     """Whether more stamps repeat than by rows that were written twice."""
     return _is_coarse(np.diff(record.time))
+
+
+def is_even(record: Record) -> bool:
+    """Whether the steps of a clock are the same within each segment."""
+    return all(np.ptp(np.diff(record.time[start:stop])) < ROUNDED * record.sample_time
+               for start, stop in record.segments if stop - start > 2)
 
 
 def clock_tick(record: Record) -> float:
