@@ -253,10 +253,15 @@ class Controller(_Section):
         the velocity ``width_rad_s`` over which it changes its sign, see `with_feedforward`.
     reference_rate : str
         How the velocity of the reference is formed: ``difference``, ``trajectory``, ``filtered``.
-    error_filter, command_filter : mapping of str to ndarray
-        ``lowpass_rad_s``, ``notch_rad_s`` and ``notch_width``, see `with_filter`.
-    dead_band, punch : array_like, shape (n,)
-        Half the dead band [rad] and the least command beyond it, see `with_dead_band`.
+    error_filter : mapping of str to ndarray
+        Filter of the error: ``lowpass_rad_s``, ``notch_rad_s`` and ``notch_width``, see
+        `with_filter`.
+    command_filter : mapping of str to ndarray
+        The same, of the command.
+    dead_band : array_like, shape (n,)
+        Error up to which there is no command [rad], half the dead band, see `with_dead_band`.
+    punch : array_like, shape (n,)
+        Least command beyond the dead band [unit of u].
     command_rate : array_like, shape (n,)
         Fastest change of the command [unit of u per s].
     position_every : float

@@ -28,11 +28,12 @@ TOP = {
     "joint_names": "Names of the joints, in the order in which all lists count them."}
 KINDS = {
     "joints": "number, or one per joint", "number": "number", "vector": "three numbers",
-    "lists": "list per joint", "positions": "number by name", "names": "list of names",
-    "text": "text", "flag": "true or false"}
+    "matrix": "list of rows", "lists": "list per joint", "positions": "number by name",
+    "names": "list of names", "text": "text", "flag": "true or false"}
 _NUMBER = {"type": "number"}
 _SCHEMAS: dict[str, dict[str, Any]] = {
     "vector": {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3},
+    "matrix": {"type": "array", "items": {"type": "array", "items": _NUMBER}},
     "lists": {"type": "array"},
     "positions": {"type": "object", "additionalProperties": _NUMBER},
     "names": {"type": "array", "items": {"type": "string"}},
@@ -69,6 +70,9 @@ class Key:
     @property
     def value(self) -> str:
         """What may be written, in words."""
+        if self.kind == "table":
+            names = ", ".join(f"`{name}`" for name in self.choices)
+            return f"table of {names}, each a number, or one per joint"
         if self.choices:
             listed = ", ".join(f'`"{choice}"`' for choice in self.choices)
             return listed + (', `"FILE.py:NAME"`' if self.kind == "law" else "")
@@ -87,11 +91,14 @@ class Key:
         if self.kind == "law":
             return described | {"anyOf": [{"enum": list(self.choices)},
                                           {"type": "string", "pattern": OWN_LAW}]}
+        per_joint = {"anyOf": [number, {"type": "array", "items": number, "minItems": 1}]}
+        if self.kind == "table":
+            return described | {"type": "object", "additionalProperties": False,
+                                "properties": dict.fromkeys(self.choices, per_joint)}
         if self.choices:
             return described | {"enum": list(self.choices)}
         if self.kind == "joints":
-            return described | {"anyOf": [number, {"type": "array", "items": number,
-                                                   "minItems": 1}]}
+            return described | per_joint
         return described | (number if self.kind == "number" else _SCHEMAS[self.kind])
 
 
