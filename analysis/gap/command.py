@@ -13,6 +13,7 @@ from clie_blocks.errors import ClieError
 from clie_blocks.output import command_parser, run_main, to_json, write
 
 ALL = "answers.json"  # all answers by name, in the folder of the results
+OVERVIEW = "answers.html"  # the same as a page that leads to the reports
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -32,6 +33,7 @@ def main(argv: list[str] | None = None) -> int:
     content = to_json(answers if len(tasks) > 1 else next(iter(answers.values())))
     if args.output and len(tasks) > 1:
         write(Path(args.output) / ALL, content)
+        _write_overview(answers, Path(args.output))
     if args.json:
         print(content)
     failed = [answer for answer in answers.values() if "error" in answer]
@@ -56,6 +58,14 @@ def _diagnose(tasks: list[Any], options: Any, args: argparse.Namespace
             if args.output and "error" not in answer:
                 print(f"report: {Path(args.output) / name}.html", flush=True, file=sys.stderr)
     return answers
+
+
+def _write_overview(answers: dict[str, dict[str, Any]], folder: Path) -> None:
+    from clie_blocks.analysis.gap.report.overview import overview
+    from clie_blocks.analysis.report.render import html
+
+    page = write(folder / OVERVIEW, html(overview(answers), {}))
+    print(f"all robots: {page}", file=sys.stderr)
 
 
 def _names(text: str | None) -> tuple[str, ...]:
