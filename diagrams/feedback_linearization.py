@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clie_blocks import paper
 from clie_blocks.controllers import linearizing_controller
+from clie_blocks.diagrams.figure_script import draw_script
+from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect
 
 if TYPE_CHECKING:
@@ -51,3 +55,16 @@ def feedback_linearization(plant: ct.NonlinearIOSystem, theta_hat: ArrayLike, kp
             ("controller.dq", f"{plant.name}.dq")],
         inputs={port: f"controller.{port}" for port in ("q_d", "dq_d", "ddq_d")},
         outputs={"q": f"{plant.name}.q", "dq": f"{plant.name}.dq", "u": "controller.u"})
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw the loop with the estimates of CASE 1."""
+    draw_script(
+        lambda: feedback_linearization(paper.paper_arm(), paper.THETA_HAT[1], paper.KP, paper.KD),
+        "feedback_linearization",
+        "Draw Fig. 5: feedback linearisation with the estimated parameters.", argv,
+        names={"plant": "robot", "controller": "controller (50)"})
+
+
+if __name__ == "__main__":
+    run_main(main)

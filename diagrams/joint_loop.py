@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from clie_blocks import paper
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.figure_script import draw_script
+from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect
 
 if TYPE_CHECKING:
@@ -42,3 +46,15 @@ def joint_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, *,
             ("pd.dq", f"{plant.name}.dq")],
         inputs={"q_d": "pd.q_d", "pe": "pd.pe"},
         outputs={"q": f"{plant.name}.q", "dq": f"{plant.name}.dq", "u": "pd.u"})
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw the loop of the paper's arm."""
+    draw_script(
+        lambda: joint_loop(paper.paper_arm(), paper.KP, paper.KD),
+        "joint_loop", "Draw Fig. 1: each joint in closed loop with a PD controller.", argv,
+        names={"pd": "PD controller", "plant": "robot"})
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -48,6 +48,8 @@ class Experiment:
         Simulated time [s].
     gamma : float
         Adaptation gain.
+    kp, kd : tuple of float
+        PD gains of both loops [N m/rad], [N m s/rad].
     set_point : tuple of float
         Constant reference of both joints [rad].
     noise_variance : float
@@ -65,6 +67,8 @@ class Experiment:
     velocity: str = "exact"
     duration: float = paper.DURATION
     gamma: float = paper.GAMMA
+    kp: tuple[float, ...] = tuple(paper.KP)
+    kd: tuple[float, ...] = tuple(paper.KD)
     set_point: tuple[float, ...] = tuple(paper.SET_POINT)
     noise_variance: float = paper.NOISE_VARIANCE
     noise_period: float | None = None
@@ -74,7 +78,7 @@ class Experiment:
         """Return the diagram of this experiment."""
         plant = (paper.paper_arm() if self.plant == "arm"
                  else decoupled_joints(*paper.THETA.reshape(3, 2)))
-        build, gains = self.builders[self.case], (paper.KP, paper.KD, self.gamma)
+        build, gains = self.builders[self.case], (self.kp, self.kd, self.gamma)
         if self.case == 1:
             return build(plant, *gains, velocity=self.velocity)
         return build(plant, *gains, paper.ALPHA[self.case], omega_f=paper.OMEGA_F,
@@ -161,6 +165,9 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
         help="where the velocity filter G1 acts")
     add("--duration", type=float, default=paper.DURATION, help="simulated time [s]")
     add("--gamma", type=float, default=paper.GAMMA, help="adaptation gain")
+    for name, values, unit in (("--kp", paper.KP, "N m/rad"), ("--kd", paper.KD, "N m s/rad")):
+        add(name, type=float, nargs="+", default=tuple(values), metavar="K",
+            help=f"PD gains of both loops [{unit}], one for both joints or one each")
     add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT), metavar="RAD",
         help="constant reference of both joints [rad]")
     add("--noise-variance", type=float, default=paper.NOISE_VARIANCE,
@@ -171,6 +178,15 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     return options
 
 
+def _gains(name: str, values: Sequence[float]) -> tuple[float, ...]:
+    """Gains of both joints."""
+    n = len(paper.KP)
+    if len(values) not in (1, n) or not min(values) > 0:
+        raise ClieError(f"--{name} needs one positive gain or {n}, got "
+                        f"{' '.join(f'{value:g}' for value in values)}")
+    return tuple(values) * (n // len(values))
+
+
 def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None) -> int:
     """Run the experiment of one case, print its table and save its plots.
 
@@ -178,7 +194,9 @@ def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None
     """
     options = vars(parser(tuple(builders)).parse_args(argv))
     as_json, folder = options.pop("json"), options.pop("output")
-    experiment = Experiment(builders, **{**options, "set_point": tuple(options["set_point"])})
+    gains = {name: _gains(name, options[name]) for name in ("kp", "kd")}
+    experiment = Experiment(builders, **{**options, **gains,
+                                         "set_point": tuple(options["set_point"])})
     if not experiment.duration > MEAN_WINDOW:
         raise ClieError(f"--duration must exceed {MEAN_WINDOW:g} s, over whose end the estimates "
                         f"are averaged, got {experiment.duration:g}")

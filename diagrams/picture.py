@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw(diagram: ct.InterconnectedSystem, *, expand: bool | Collection[str] = False,
+def draw(diagram: ct.InputOutputSystem, *, expand: bool | Collection[str] = False,
          names: Mapping[str, str] | None = None, values: Mapping[str, float] | None = None,
          value_label: str = "", title: str = "") -> Figure:
-    """Draw any `control.InterconnectedSystem` as a block diagram.
+    """Draw any `control.InterconnectedSystem`, or a single block, as a block diagram.
 
     Signals flow from left to right and feedback runs back below or above its loop.  A vector
     signal is one thick line with its size over it.  A static block of ones is a summing circle, a
@@ -26,8 +26,8 @@ def draw(diagram: ct.InterconnectedSystem, *, expand: bool | Collection[str] = F
 
     Parameters
     ----------
-    diagram : control.InterconnectedSystem
-        The diagram.
+    diagram : control.InputOutputSystem
+        The diagram, or a block.
     expand : bool or collection of str
         True opens every nested diagram; a collection of keys such as ``'plant'`` or
         ``'plant/motor'`` only those.
@@ -48,17 +48,32 @@ def draw(diagram: ct.InterconnectedSystem, *, expand: bool | Collection[str] = F
     Raises
     ------
     DiagramError
-        If `diagram` has no blocks to draw, or a key names none of its blocks.
+        If `diagram` is neither, or a key names none of its blocks.
 
     """
     if not hasattr(diagram, "syslist"):
-        raise DiagramError(f"cannot draw {getattr(diagram, 'name', diagram)!r}: it is a single "
-                           "block; draw the diagram that it stands in")
+        diagram = _alone(diagram)
     _check_names(expand if not isinstance(expand, bool) else (), _inner_keys(diagram), "expand")
     plan = layout(diagram, expand, names)
     for mapping, what in ((names, "names"), (values, "values")):
         _check_names(mapping or (), plan.boxes, what)
     return paint(plan, _shades(values) if values else None, value_label, title)
+
+
+def _alone(block: ct.InputOutputSystem) -> ct.InterconnectedSystem:
+    """A block as a diagram of its own."""
+    import control as ct
+
+    if not isinstance(block, ct.InputOutputSystem):
+        raise DiagramError(f"cannot draw {block!r}: it is no block of python-control; draw what "
+                           "ct.nlsys, ct.ss, ct.tf or interconnect returns")
+    if not isinstance(block, ct.NonlinearIOSystem):  # a transfer function
+        block = ct.ss(block, name=block.name, inputs=block.input_labels,
+                      outputs=block.output_labels)
+    return ct.interconnect([block], inplist=[f"{block.name}.{one}" for one in block.input_labels],
+                           inputs=block.input_labels,
+                           outlist=[f"{block.name}.{one}" for one in block.output_labels],
+                           outputs=block.output_labels, name=f"{block.name}_alone")
 
 
 def _shades(values: Mapping[str, float]) -> Shades:

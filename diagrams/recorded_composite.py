@@ -1,12 +1,21 @@
 """Fig. 2 with a recorded robot and the composite update law (40)."""
 
+from collections.abc import Sequence
+
 import control as ct
 from numpy.typing import ArrayLike
 
 from clie_blocks.diagrams.clie_composite import IDENTIFIER
-from clie_blocks.diagrams.recorded_loop import model_half
-from clie_blocks.filters import lowpass, lowpass_with_rate, velocity_filter
+from clie_blocks.diagrams.figure_script import draw_script
+from clie_blocks.diagrams.recorded_loop import NAMES, model_half
+from clie_blocks.filters import (
+    difference_filter,
+    lowpass,
+    lowpass_with_rate,
+    velocity_filter,
+)
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
+from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect
 
 
@@ -66,3 +75,17 @@ def recorded_composite(kp: ArrayLike, kd: ArrayLike, gamma: ArrayLike, alpha: fl
         outputs={**half["outputs"], "theta_hat": "update.theta_hat",
                  "e_f": "identification_error.e_f"},
         name=name)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw the diagram for one joint."""
+    draw_script(
+        lambda: recorded_composite(40.0, 5.0, 20.0, 1e-3,
+                                   difference_filter(1, 1e-3, name="velocity")),
+        "recorded_composite",
+        "Draw Fig. 2 with a recorded robot and the composite law (40).", argv,
+        names=NAMES)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -8,18 +8,17 @@ three times the signal itself.)
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from clie_blocks.controllers import pd_controller
-from clie_blocks.diagrams.picture import draw
+from clie_blocks.diagrams.figure_script import draw_script
 from clie_blocks.filters import difference_filter
 from clie_blocks.identification import gradient_update, regressor
 from clie_blocks.joints import estimated_model
-from clie_blocks.output import run_main, save_figure
+from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect, summing
 
 if TYPE_CHECKING:
@@ -95,15 +94,10 @@ def model_half(kp: ArrayLike, kd: ArrayLike, velocity: ct.StateSpace) -> dict[st
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Draw the diagram for one joint; ``clie identify`` runs it on a log."""
-    parser = argparse.ArgumentParser(
-        prog="recorded_loop.py", formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-        description="Draw Fig. 2 with a recorded robot in place of plant and PD.",
-        epilog="'clie identify LOG' runs it on the log of a real machine.")
-    parser.add_argument("-o", "--output", default="out/recorded_loop", metavar="DIR",
-                        help="folder for the picture")
-    folder = parser.parse_args(argv).output
-    loop = recorded_loop(40.0, 5.0, 20.0, difference_filter(1, 1e-3, name="velocity"))
-    print(*save_figure(draw(loop, names=NAMES), folder, "recorded_loop"), sep="\n")
+    draw_script(
+        lambda: recorded_loop(40.0, 5.0, 20.0, difference_filter(1, 1e-3, name="velocity")),
+        "recorded_loop", "Draw Fig. 2 with a recorded robot in place of plant and PD.", argv,
+        names=NAMES, epilog="'clie identify LOG' runs it on the log of a real machine.")
 
 
 if __name__ == "__main__":

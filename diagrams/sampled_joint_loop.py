@@ -1,11 +1,16 @@
 """Fig. 1 as a robot runs it: continuous joints, a PD law and a velocity filter in a computer."""
 
+from collections.abc import Sequence
+
 import control as ct
 from numpy.typing import ArrayLike
 
+from clie_blocks import paper
 from clie_blocks.compiled import SampledProgram, sampled
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.figure_script import draw_script
 from clie_blocks.filters import velocity_filter
+from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect
 
 
@@ -69,3 +74,16 @@ def sampled_joint_loop(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike
     """
     return sampled(plant, sampled_controller(kp, kd, period), name=name, wires=[
         (f"{plant.name}.u", "controller.u"), ("controller.q", f"{plant.name}.q")])
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw the sampled controller, the part that is a diagram of its own."""
+    draw_script(
+        lambda: sampled_controller(paper.KP, paper.KD, paper.STEP),
+        "sampled_joint_loop",
+        "Draw the sampled controller of Fig. 1: PD law and velocity filter.", argv,
+        names={"pd": "PD law"})
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -13,6 +13,7 @@ from clie_blocks.errors import ClieError
 from clie_blocks.output import command_parser, run_main, to_json, write
 
 ALL = "answers.json"  # all answers by name, in the folder of the results
+OVERVIEW = "answers.html"  # the same as a page that leads to the reports
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -38,6 +39,7 @@ def main(argv: list[str] | None = None) -> int:
     content = to_json(answers if len(tasks) > 1 else next(iter(answers.values())))
     if args.output and len(tasks) > 1:
         write(Path(args.output) / ALL, content)
+        _write_overview(answers, Path(args.output))
     if args.json:
         print(content)
     failed = [answer for answer in answers.values() if "error" in answer]
@@ -79,6 +81,14 @@ def _compare(args: argparse.Namespace) -> int:
         write(Path(args.output) / "load.json", to_json(answer.to_dict()))
     print(to_json(answer.to_dict()) if args.json else answer)
     return 0
+
+
+def _write_overview(answers: dict[str, dict[str, Any]], folder: Path) -> None:
+    from clie_blocks.analysis.gap.report.overview import overview
+    from clie_blocks.analysis.report.render import html
+
+    page = write(folder / OVERVIEW, html(overview(answers), {}))
+    print(f"all robots: {page}", file=sys.stderr)
 
 
 def _names(text: str | None) -> tuple[str, ...]:

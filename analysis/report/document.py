@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from clie_blocks.errors import visible
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -13,14 +15,41 @@ GOOD, BAD, UNSURE = "good", "bad", "unsure"
 
 
 @dataclass(frozen=True)
+class Link:
+    """A cell that leads to another page of the same folder.
+
+    Parameters
+    ----------
+    text : str
+        What is read.
+    page : str
+        File name of the page.
+
+    """
+
+    text: str
+    page: str
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __html__(self) -> str:
+        """The link, with its text as text, for the templates."""
+        from html import escape
+        from urllib.parse import quote
+
+        return f'<a href="{quote(self.page)}">{escape(visible(self.text))}</a>'
+
+
+@dataclass(frozen=True)
 class Table:
-    """A table of text cells.
+    """A table of cells: texts, and links to other pages.
 
     Parameters
     ----------
     head : sequence of str
         Column heads.
-    rows : sequence of sequence of str
+    rows : sequence of sequence of str or Link
         Cells.
     caption : str
         One line above it.
@@ -30,11 +59,11 @@ class Table:
     """
 
     head: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    rows: Sequence[Sequence[str | Link]]
     caption: str = ""
     marks: Sequence[str] = ()
 
-    def marked_rows(self) -> list[tuple[str, Sequence[str]]]:
+    def marked_rows(self) -> list[tuple[str, Sequence[str | Link]]]:
         """Mark and cells of each row, for the templates."""
         marks = self.marks or ("",) * len(self.rows)
         return list(zip(marks, self.rows))
@@ -105,6 +134,8 @@ class Document:
         The body.
     facts : sequence of (str, str)
         Name and value of the few results that a reader wants first.
+    answers : sequence of (str, str)
+        The questions that a reader asks first, with their answers.
 
     """
 
@@ -113,6 +144,7 @@ class Document:
     mood: str
     sections: Sequence[Section]
     facts: Sequence[tuple[str, str]] = ()
+    answers: Sequence[tuple[str, str]] = ()
 
     def pictures(self) -> list[Picture]:
         """All pictures in order."""

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+EXACT = 10  # items, up to which every order is compared
+WORTH = 0.01  # cost that another order must save; listed orders differ by less
+
 
 def cheapest_order(cost: ArrayLike) -> list[int]:
     """Order items so that the sum of ``cost[a][b]`` over all a before b is small.
@@ -17,10 +20,41 @@ def cheapest_order(cost: ArrayLike) -> list[int]:
     Returns
     -------
     list of int
-        An order that no move of a single item improves, found from the order as given.
+        The cheapest order of few items; of more than `EXACT` an order that no move of a single
+        item improves, found from the order as given, which also decides between equals.
 
     """
     cost = np.asarray(cost, float)
+    order = _without_better_moves(cost)
+    if len(cost) > EXACT:
+        return order
+    best = _cheapest(cost)
+    return best if _total(cost, best) < _total(cost, order) - WORTH else order
+
+
+def _total(cost: np.ndarray, order: Sequence[int]) -> float:
+    return float(np.triu(cost[np.ix_(order, order)], 1).sum())
+
+
+def _cheapest(cost: np.ndarray) -> list[int]:
+    """Cheapest order by dynamic programming over the sets of items that stand first."""
+    n, price = len(cost), cost.tolist()
+    least, last = [0.0] * 2**n, [-1] * 2**n
+    for chosen in range(1, 2**n):
+        inside = [k for k in range(n) if chosen >> k & 1]
+        totals = [least[chosen ^ 1 << k] + sum(price[a][k] for a in inside if a != k)
+                  for k in inside]
+        best = int(np.argmin(totals))
+        least[chosen], last[chosen] = totals[best], inside[best]
+    order, chosen = [], 2**n - 1
+    while chosen:
+        order.append(last[chosen])
+        chosen ^= 1 << last[chosen]
+    return order[::-1]
+
+
+def _without_better_moves(cost: np.ndarray) -> list[int]:
+    """Order that no move of a single item improves, found from the order as given."""
     order = list(range(len(cost)))
     improved = True
     while improved:

@@ -1,6 +1,7 @@
 """The study that is published in docs/blind, if this checkout holds one."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -76,13 +77,16 @@ def test_the_published_page_shows_the_published_figures(board):
     assert (BOARD.parent / "scoreboard.md").read_text() == markdown(document(board))
 
 
-def test_the_readme_shows_the_published_targets(board):
-    readme = (BOARD.parents[2] / "README.md").read_text()
+def test_the_page_shows_the_published_targets_and_the_readme_some_of_them(board):
+    readme, told = ((BOARD.parents[2] / name).read_text() for name in (
+        "docs/how_often_right.md", "README.md"))
     page = (BOARD.parent / "scoreboard.md").read_text()
     rows = [line.strip() for line in page.splitlines()
             if any(line.startswith(f"| {row['words']} ") for row in board["targets"])]
     assert len(rows) >= len(board["targets"])
     assert all(row in readme for row in rows[:len(board["targets"])])
+    shown = [line for line in told.splitlines() if re.match(r"\| .* \| (yes|no) \|$", line)]
+    assert len(shown) >= 5 and set(shown) <= set(rows)
 
 
 @pytest.fixture
@@ -108,8 +112,8 @@ def test_the_published_page_of_imperfect_logs_shows_its_figures(imperfect_board)
     assert IMPERFECT.with_suffix(".md").read_text() == page
 
 
-def test_the_readme_shows_the_targets_of_imperfect_logs(imperfect_board):
-    board, readme = imperfect_board, (IMPERFECT.parents[2] / "README.md").read_text()
+def test_the_page_shows_the_targets_of_imperfect_logs(imperfect_board):
+    board, readme = imperfect_board, (IMPERFECT.parent.parent / "how_often_right.md").read_text()
     rows = [line.strip() for line in IMPERFECT.with_suffix(".md").read_text().splitlines()
             if any(line.startswith(f"| {row['words']} |") for row in board["targets"])]
     assert all(row in readme for row in rows[:len(board["targets"])])

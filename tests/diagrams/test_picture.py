@@ -1,5 +1,7 @@
 """Pictures of diagrams: what is drawn, read from the plan, not from pixels."""
 
+import importlib
+import itertools
 import time
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import pytest
 
 from clie_blocks.controllers import pd_controller
 from clie_blocks.diagrams.drawing.graph import read_graph
+from clie_blocks.diagrams.drawing.layers import columns
 from clie_blocks.diagrams.drawing.layout import layout
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.diagrams.picture import draw
@@ -189,11 +192,6 @@ def test_an_unknown_block_is_named_with_the_nearest(joints, keyword):
         draw(joints, **{keyword: value})
 
 
-def test_a_single_block_is_refused():
-    with pytest.raises(DiagramError, match="single"):
-        draw(pd_controller([1.0], [1.0]))
-
-
 def test_the_cost_of_a_picture_grows_slower_than_the_cube_of_its_blocks(textbook):
     from clie_blocks.diagrams.clie_composite import clie_composite
 
@@ -213,3 +211,37 @@ def processor_time(function, diagram):
         return time.process_time() - start
 
     return min(once() for _ in range(3))
+
+
+def test_a_single_block_and_the_algebra_of_python_control_are_drawn(tmp_path):
+    gain, plant = static(lambda u: 2 * u, "gain"), siso([1], [1, 1], "plant")
+    for number, system in enumerate((pd_controller([1, 2], [1, 2]), plant, ct.ss(plant),
+                                     ct.feedback(gain, ct.ss(plant)),
+                                     ct.series(gain, ct.ss(plant)))):
+        (path,) = save_figure(draw(system), tmp_path, f"figure_{number}", ("svg",))
+        assert "</svg>" in Path(path).read_text()
+    with pytest.raises(DiagramError, match="no block of python-control"):
+        draw(3.0)
+
+
+@pytest.mark.parametrize("name", ["joint_loop", "feedback_linearization", "sampled_joint_loop",
+                                  "recorded_loop", "recorded_composite"])
+def test_a_script_draws_its_diagram(name, tmp_path, capsys):
+    script = importlib.import_module(f"clie_blocks.diagrams.{name}")
+    script.main(["-o", str(tmp_path)])
+    assert (tmp_path / f"{name}.svg").is_file() and f"{name}.png" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        script.main(["--help"])
+    assert f"usage: {name}.py" in capsys.readouterr().out
+
+
+def test_a_control_signal_is_no_feedback_in_any_order_of_the_blocks(textbook):
+    chain = ["error", "gain", "integrator", "limit", "plant"]
+    for blocks in itertools.permutations(textbook.syslist):
+        diagram = interconnect(
+            list(blocks), name="textbook", inputs={"r": "error.r"}, outputs={"y": "plant.y"},
+            connections=[("gain.u", "error.e"), ("integrator.u", "gain.y"),
+                         ("limit.u", "integrator.y"), ("plant.u", "limit.y"),
+                         ("error.y", "plant.y")])
+        column = columns(read_graph(diagram))
+        assert sorted(chain, key=lambda key: column[key]) == chain

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report import checks, localisation
 from clie_blocks.analysis.gap.report.causes import alternatives_section, causes_section
+from clie_blocks.analysis.gap.report.in_short import in_short
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
 from clie_blocks.analysis.gap.report.plots import motions
 from clie_blocks.analysis.gap.report.signal_paths import signal_paths_section
@@ -14,8 +17,6 @@ from clie_blocks.analysis.gap.report.wording import (
     Answer,
     Row,
     Units,
-    effect_title,
-    join_words,
     number,
     units_of,
     with_prefix,
@@ -43,22 +44,24 @@ def document(result: Result, answer: Answer, name: str) -> Document:
 
     """
     units = units_of(result.problem.records)
-    sections = (
-        localisation.block_section(answer["where"]["block"]),
+    read = (
         reduction_section(result, answer, units),
+        localisation.block_section(answer["where"]["block"]),
         causes_section(result, answer, units),
-        localisation.map_section(answer["where"], result.problem.joints, units),
         alternatives_section(answer),
+        simulator_section(result, answer))
+    looked_up = (
+        localisation.map_section(answer["where"], result.problem.joints, units),
         signal_paths_section(result, units),
         parameters_section(answer),
-        simulator_section(result, answer),
         torque_map_section(result, units),
         checks.not_shown_section(answer),
         checks.checks_section(result, units),
         checks.assumptions_section(answer),
         checks.thresholds_section(result))
+    folded = (dataclasses.replace(section, collapsed=True) for section in looked_up if section)
     return Document(f"Gap between {name} and its model", headline(answer), mood(answer),
-                    tuple(section for section in sections if section), facts(answer, units))
+                    (*filter(None, read), *folded), answers=in_short(answer))
 
 
 def mood(answer: Answer) -> str:
@@ -66,20 +69,6 @@ def mood(answer: Answer) -> str:
     if answer["verdict"] == "effect" and len(answer["set_90"]) > len(leading_rows(answer)):
         return UNSURE
     return MOODS[answer["verdict"]]
-
-
-def facts(answer: Answer, units: Units) -> tuple[tuple[str, str], ...]:
-    """Return what is read first, as (name, value) pairs."""
-    closed, unit = answer["closed_percent"], units["q"]
-    interval = closed["interval"]
-    return (
-        ("prediction error, nominal model", with_prefix(answer["gap_before"], unit)),
-        ("prediction error, corrected model", with_prefix(answer["gap_after"], unit)),
-        ("floor from sensor noise", with_prefix(answer["gap_floor"], unit)),
-        ("reducible gap removed", "-" if closed["value"] is None else
-         f"{number(closed['value'])} %"
-         + (f" ({number(interval[0])} .. {number(interval[1])})" if interval else "")),
-        ("90 % set", join_words(map(effect_title, answer["set_90"])) or "-"))
 
 
 def reduction_section(result: Result, answer: Answer, units: Units) -> Section:

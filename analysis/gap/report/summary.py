@@ -72,7 +72,7 @@ def _sentences(answer: Answer) -> list[str]:
     corrected = " ".join(f"{row['what']} {row['done']}"
                          for row in answer.get("log", {}).get("corrections", ()))
     return [*([f"Corrected in the logs: {corrected}"] if corrected else []),
-            *_headline(answer), *_torque_map(answer)]
+            *_headline(answer), *torque_map_sentence(answer)]
 
 
 def locked_lines(answer: Answer) -> list[str]:
@@ -96,7 +96,7 @@ def headline(answer: Answer) -> str:
 
 
 def _headline(answer: Answer) -> list[str]:
-    return [*_law(answer), verdict_sentence(answer), *_reduction(answer), *_unfinished(answer)]
+    return [*_law(answer), verdict_sentence(answer), *reductions(answer), *_unfinished(answer)]
 
 
 def _law(answer: Answer) -> list[str]:
@@ -115,11 +115,11 @@ def summary_lines(answer: Answer) -> list[str]:
     """
     return [*log_lines(answer), *_law(answer), verdict_sentence(answer),
             *_or_the_file(answer), *_unfinished(answer), *locked_lines(answer),
-            *_where(answer), _how_far(answer),
+            *gap_places(answer), how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
-            *_torque_map(answer), *_not_shown(answer),
+            *torque_map_sentence(answer), *_not_shown(answer),
             *(f"First: {advice}." for advice in answer.get("advice", ())),
-            *_next_experiment(answer), _assumptions(answer)]
+            *next_run(answer), _assumptions(answer)]
 
 
 def _unfinished(answer: Answer) -> list[str]:
@@ -229,13 +229,13 @@ def leading_rows(answer: Answer) -> list[Row]:
     likely: list[Row] = []
     for row in rows:
         stands_for = {*row.get("alike", ()), row["effect"]}
-        if (_together(row) >= LIKELY
+        if (together(row) >= LIKELY
                 and not stands_for & {leading["effect"] for leading in likely}):
             likely.append(row)
     return likely or rows[:1]
 
 
-def _together(row: Row) -> float:
+def together(row: Row) -> float:
     """Probability of an effect or of one that the logs do not tell from it."""
     return float(row.get("together", row["probability"]))
 
@@ -249,7 +249,7 @@ def _listed(row: Row, answer: Answer) -> str:
     alike = row.get("alike", ())
     if alike:
         return (f"{join_words([_at_joints(row, answer), *map(effect_title, alike)], 'or')} "
-                f"({percent(_together(row))}; these logs do not tell them apart)")
+                f"({percent(together(row))}; these logs do not tell them apart)")
     return (f"{_at_joints(row, answer)} ({percent(row['probability'])}"
             f"{_family_clause(answer, row)})")
 
@@ -335,7 +335,7 @@ def parameter_deviations(answer: Answer) -> list[str]:
         [f"{len(worst) - SHOWN_DEVIATIONS} more"] if len(worst) > SHOWN_DEVIATIONS else [])
 
 
-def _reduction(answer: Answer) -> list[str]:
+def reductions(answer: Answer) -> list[str]:
     """What the corrected model removes, where a cause was added; as a list of one or none."""
     closed = answer["closed_percent"]
     if closed["value"] is None or answer["verdict"] in (NONE, PARAMETRIC):
@@ -357,7 +357,7 @@ def _correction(answer: Answer) -> str:
     return "Adding it" if len(leading_rows(answer)) == 1 else "Adding them"
 
 
-def _where(answer: Answer) -> list[str]:
+def gap_places(answer: Answer) -> list[str]:
     """Shares by block and by joint, largest first; as a list of one or none."""
     where = answer.get("where", {})
     blocks = _shares((row["share"], row["block"]) for row in where.get("block", ()))
@@ -372,7 +372,7 @@ def _shares(pairs: Iterable[tuple[float, str]]) -> str:
     return ", ".join(f"{name} {percent(share)}" for share, name in ranked if share > SMALL_SHARE)
 
 
-def _how_far(answer: Answer) -> str:
+def how_far(answer: Answer) -> str:
     """Prediction error before and after, its floor, and the share that is removed."""
     noise: Sequence[Row] = answer.get("noise", ())
     unit = noise[0]["unit"] if noise else "rad"
@@ -390,7 +390,7 @@ def _how_far(answer: Answer) -> str:
             f"alone; {removed}, {data}.")
 
 
-def _torque_map(answer: Answer) -> list[str]:
+def torque_map_sentence(answer: Answer) -> list[str]:
     """What a torque map removes beyond the causes; as a list of one or none."""
     table = answer.get("repeatable")
     if table is None:
@@ -407,7 +407,8 @@ def _not_shown(answer: Answer) -> list[str]:
             ] if count else []
 
 
-def _next_experiment(answer: Answer) -> list[str]:
+def next_run(answer: Answer) -> list[str]:
+    """The recommended experiment and what it separates; as a list of one or none."""
     experiment = answer.get("next_experiment")
     if not experiment:
         return []

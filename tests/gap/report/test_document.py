@@ -213,7 +213,12 @@ def test_delayed_set_points_come_first_and_only_the_delay_goes_to_a_simulator(
 
 def test_the_thresholds_of_the_method_stand_last_and_collapsed(page, diagnosed):
     last = page.split("<h2>")[-1]
-    assert last.startswith("Thresholds of the method</h2>") and page.count("<details>") == 1
+    assert last.startswith("Thresholds of the method</h2>") and "<details>" in last
+    opened = [part.partition("</h2>")[0] for part in page.split("<h2>")[1:]
+              if "<details>" not in part]
+    assert opened == ["How far the gap shrinks", "Where in the loop", "Which effect causes it",
+                      "Alternative causes", "Parameters for your simulator"]
+    assert page.index("What to do next") < page.index("<h2>")
     shown = re.findall(r"<tr><td>([a-z_.0-9]+)</td>", last)
     assert shown == [one.name for one in diagnosed.method.thresholds()] and len(shown) > 20
 

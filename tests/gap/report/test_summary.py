@@ -3,6 +3,8 @@
 import pytest
 
 from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
+from clie_blocks.analysis.gap.report.in_short import in_short
+from clie_blocks.analysis.gap.report.overview import overview
 from clie_blocks.analysis.gap.report.summary import (
     headline,
     summary_line,
@@ -11,6 +13,7 @@ from clie_blocks.analysis.gap.report.summary import (
 )
 from clie_blocks.analysis.gap.report.wording import CONFOUNDERS
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
+from clie_blocks.analysis.report.render import html
 
 
 def row(name, probability, joint=(1,), **more):
@@ -253,3 +256,29 @@ def test_a_terminal_shows_the_verdict_first_within_its_width():
     assert len(lines) > 1 and max(map(len, lines)) <= 100
     assert lines[0].startswith("a robot of a long name: The model is missing")
     assert all(line.startswith("  ") for line in lines[1:])
+
+
+def test_a_set_of_robots_is_sorted_by_cause_and_leads_to_its_reports():
+    stuck = answer_of("effect", row("coulomb", 0.5, [1], alike=["asymmetric_coulomb"]),
+                      row("asymmetric_coulomb", 0.49, [1], alike=["coulomb"]))
+    answers = {"b": stuck, "lost": {"error": "no <log>", "exit_code": 3},
+               "healthy": answer_of("none"), "a & b": stuck}
+    page = overview(answers)
+    (table,) = page.sections[0].tables
+    assert [str(cells[0]) for cells in table.rows] == ["a & b", "b", "healthy", "lost"]
+    assert table.rows[0][1:4] == ("coulomb or asymmetric coulomb", "joint 1", "99 %")
+    shown = html(page, {})
+    assert '<a href="a%20%26%20b.html">a &amp; b</a>' in shown and "no &lt;log&gt;" in shown
+
+
+def test_a_report_says_what_one_tells_a_colleague():
+    gap = {"gap_before": 2e-3, "gap_after": 1e-4, "gap_floor": 9e-5}
+    found = answer_of("effect", row("coulomb", 0.95, [1]), joints=("hip", "knee"), **gap)
+    found["set_90"] = ["coulomb"]
+    found["closed_percent"]["judged_on"] = "held-out logs"
+    told = dict(in_short(found))
+    assert list(told) == ["Where", "How sure", "What it buys", "What to do next"]
+    assert "hip 50 %" in told["Where"] and "coulomb 95 %" in told["How sure"]
+    assert "2 mrad before" in told["What it buys"] and "simulator" in told["What to do next"]
+    healthy = dict(in_short({**found, "verdict": "none"}))
+    assert "Where" not in healthy and "as it is" in healthy["What to do next"]

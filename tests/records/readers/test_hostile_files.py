@@ -132,5 +132,5 @@ def test_robot_files_that_a_parser_chokes_on(text, words, tmp_path):
 def test_the_line_of_a_fault_in_a_robot_file(tmp_path):
     (tmp_path / "robot.toml").write_text(
         'joints = 1\n\n[experiment."log-1"]\nscale = 1\n[motor]\n"inertia_kgm2" = -1\n')
-    with pytest.raises(RecordError, match=r"robot.toml:6: \[motor\] inertia_kgm2 must be at least"):
+    with pytest.raises(RecordError, match=r"toml:6: \[motor\] inertia_kgm2 must be at least"):
         read_robot(tmp_path / "robot.toml")

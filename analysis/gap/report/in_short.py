@@ -1,0 +1,57 @@
+"""What one tells a colleague beside the verdict: where, how sure, what it buys, what next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from clie_blocks.analysis.gap.report.summary import (
+    gap_places,
+    how_far,
+    next_run,
+    torque_map_sentence,
+)
+from clie_blocks.analysis.gap.report.wording import Answer, effect_title, join_words, percent
+
+
+def in_short(answer: Answer) -> tuple[tuple[str, str], ...]:
+    """Return the questions of a reader with their answers, in the order of asking.
+
+    Parameters
+    ----------
+    answer : dict
+        The JSON answer.
+
+    """
+    buys = " ".join([how_far(answer), *torque_map_sentence(answer)])
+    sentences = (("Where", _where(answer)), ("How sure", _how_sure(answer)),
+                 ("What it buys", buys), ("What to do next", " ".join(_what_next(answer))))
+    return tuple((question, text) for question, text in sentences if text)
+
+
+def _where(answer: Answer) -> str:
+    if answer["verdict"] == "none":
+        return ""
+    return " ".join(gap_places(answer)).removeprefix("Where the gap lies: ").capitalize()
+
+
+def _how_sure(answer: Answer) -> str:
+    """Probability of each name in the 90 % set."""
+    found = {row["effect"]: row["probability"] for row in answer["effects"]}
+    listed = [f"{effect_title(name)} {percent(found[name])}" for name in answer["set_90"]
+              if name in found]
+    if len(listed) < 2:
+        return f"{join_words(listed)}; nothing else is needed for 90 %." if listed else ""
+    return f"{join_words(listed)}: together they hold 90 % of the probability."
+
+
+def _what_next(answer: Answer) -> Iterator[str]:
+    yield from (f"First: {advice}." for advice in answer.get("advice", ()))
+    yield from next_run(answer)
+    verdict = answer["verdict"]
+    if verdict == "none":
+        yield "Nothing: the model may be used as it is."
+    elif verdict == "parametric":
+        yield "Correct the numbers of the robot file and of the simulator."
+    elif verdict == "effect":
+        yield ("Put the parameters below into your simulator, and run a motion there that was "
+               "not used here.")
