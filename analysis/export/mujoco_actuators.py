@@ -137,8 +137,9 @@ class Actuators:
             gear = joint.gear
         elif abs(wanted / (gear * gain) - 1.0) > 1e-9:
             attributes["gear"] = gear = wanted / gain
-        bias = _bias(piece, gear)
-        if bias and np.any(self.compiled.actuator_biasprm[place, 1:3]):
+        own = self.compiled.actuator_biasprm[place]
+        bias = _bias(piece, gear, bool(own[0]))
+        if bias and np.any(own[1:3]):
             raise ClieError(f"{self.source}: the bias of the actuator {label} depends on position "
                             "or velocity, which is a control law within the model, and the logs "
                             "hold the command of another one; leave that to your controller, "
@@ -172,8 +173,8 @@ def _changes_drive(piece: Split) -> bool:
                 or any(one.effect.port == "drive" for one in (*piece.native, *piece.block)))
 
 
-def _bias(piece: Split, gear: float) -> dict[str, str]:
+def _bias(piece: Split, gear: float, is_stated: bool = False) -> dict[str, str]:
     """Constant torque of an actuator with a gear, as attributes."""
-    if not piece.offset:
+    if not (piece.offset or is_stated):
         return {}
     return {"biastype": "affine", "biasprm": f"{piece.offset / gear:.9g} 0 0"}
