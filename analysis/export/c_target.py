@@ -40,9 +40,9 @@ def notes(correction: Correction) -> tuple[str, ...]:
         where = " beside its links" if joint.links_known else ""
         value = joint.beside_links if joint.links_known else joint.inertia
         motor = joint_block(correction, k, correction.period).motor_inertia
-        inside = f", {motor:.6g} of them at the motor, which the block moves" if motor else ""
+        inside = f"; {motor:.6g} {unit} more is the motor's, which the block moves"
         found.append(f"Give {joint.name} an inertia of {value - motor:.6g} {unit}{where}"
-                     f"{inside}.")
+                     f"{inside if motor else ''}.")
         found += [f"Left out at {joint.name}: {one!r}; {why}." for one in correction.at(k)
                   if (why := why_no_block(one, n))]
     found += [f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."

@@ -68,14 +68,15 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("answer", type=Path, metavar="ANSWER.json",
                         help="answer of one robot, as 'clie diagnose -o DIR' writes it")
     parser.add_argument("--to", required=True, metavar="TARGET",
-                        help="mujoco, c or fmu")
+                        help="mujoco, c, fmu, python-control, drake or simulink")
     parser.add_argument("--model", type=Path, metavar="FILE",
                         help="your own model of the robot, to be patched; else a stub is written")
     parser.add_argument("--joint", action="append", default=[], metavar="LOG=MODEL",
                         help="name of a joint in the logs, and in the model; repeat it")
     parser.add_argument("--step", type=float, metavar="S",
-                        help="step of your simulator [s], of c and fmu; else 0.125 ms or the "
-                             "largest fraction of the controller's period below")
+                        help="step of your simulator [s], which for mujoco stands in the model; "
+                             "else 0.125 ms or the largest fraction of the controller's period "
+                             "below")
     parser.add_argument("--samples", type=int, metavar="N",
                         help="draw N corrections within what the logs leave uncertain: "
                              "samples.json, with ranges and correlations, and for mujoco a model "

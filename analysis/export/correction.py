@@ -177,7 +177,7 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
     plain = answer.get(KEY)
     if plain is None:
         raise RecordError(f"{source} was written before answers held a correction; diagnose the "
-                          "logs again with this version")
+                          "logs again, with -o of a new folder")
     if plain["not_exported"]:
         raise RecordError(f"{source}: torques of this diagnosis are per unit of u, and a "
                           f"simulator needs N m: {plain['not_exported']}")

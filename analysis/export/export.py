@@ -10,12 +10,16 @@ from clie_blocks.analysis.export.correction import Correction, check_joint_names
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.fmu import export_fmu
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.analysis.export.source_targets import SOURCE_TARGETS, export_source
 from clie_blocks.errors import ClieError, nearest
 
 TARGETS: dict[str, str] = {
     "mujoco": "your MJCF, patched, and a Python module for what it has no words for",
     "c": "one self-contained C99 function per joint",
     "fmu": "one FMI 3.0 co-simulation unit per joint",
+    "python-control": "one sampled block per joint, as a Python module",
+    "drake": "one LeafSystem per joint, as a Python module",
+    "simulink": "one level-2 S-function in C per joint",
 }
 DEFAULT_STEP = 1.25e-4  # s, of the blocks in C; a whole fraction of the period of the controller
 
@@ -35,7 +39,7 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
     renamed : dict of str to str, optional
         Name in the model by name in the logs.
     step : float, optional
-        Step of the simulator, for ``c`` and ``fmu`` [s].
+        Step of the simulator [s]; that of MuJoCo stands in the model.
 
     Raises
     ------
@@ -54,6 +58,8 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
     if model is not None:
         raise ClieError(f"the target {target!r} patches no model; leave out --model, and call the "
                         "block from your simulator")
+    if target in SOURCE_TARGETS:
+        return export_source(correction, _step(correction, step), target)
     blocks: dict[str, Callable[[Correction, float], Exported]] = {
         "c": export_c, "fmu": export_fmu}
     return blocks[target](correction, _step(correction, step))

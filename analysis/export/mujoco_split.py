@@ -20,7 +20,6 @@ IN_BODIES = ("payload",)
 # First version of MuJoCo with the words.
 NEEDS = {"time_delay": (3, 5), "quadratic_drag": (3, 7), "spring": (3, 7)}
 FRICTION_STEPS = 4  # of the simulator, in which dry friction is held: soft, but without creep
-TINY = 1e-9  # kg, kg m^2: the engine refuses bodies without mass
 
 
 @dataclasses.dataclass(frozen=True)

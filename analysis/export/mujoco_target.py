@@ -53,7 +53,11 @@ def export_mujoco(correction: Correction, model: str | PathLike[str] | None = No
         files |= {f"{path.stem}.original.xml": text, f"{path.stem}.diff": diff}
     if found.needs_module:
         files[f"{MODULE}.py"] = module(correction, found, name)
-    return Exported("mujoco", files, found.notes, diff,
+    notes = found.notes
+    if model is None and any(joint.links_known for joint in correction.joints):
+        notes = ("The stub holds joints without links: give your MJCF with --model for an arm "
+                 "that moves as a whole.", *notes)
+    return Exported("mujoco", files, notes, diff,
                     "MuJoCo loads the corrected model; clie replay runs it against a log.")
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import check_joint_names
-from clie_blocks.analysis.export.mujoco_model import load
+from clie_blocks.analysis.export.mujoco_engine import load
 from clie_blocks.analysis.export.mujoco_target import DRIVEN
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
 from clie_blocks.analysis.gap.problem.law import StatedLaw

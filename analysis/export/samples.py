@@ -143,7 +143,8 @@ def _with(correction: Correction, numbers: Sequence[str], row: np.ndarray) -> Co
         kind, rest = key.split(".", 1)
         if kind == "joint":
             name, field = rest.rsplit(".", 1)
-            joints[name] = dataclasses.replace(joints[name], **{field: float(value)})
+            changed: dict[str, Any] = {field: float(value)}
+            joints[name] = dataclasses.replace(joints[name], **changed)
         else:
             place, parameter, k = rest.split(".")
             values[int(place)][parameter].reshape(-1)[int(k)] = value

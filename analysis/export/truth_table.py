@@ -15,7 +15,8 @@ NATIVE, EXTRA_BODY, MODULE, ONE_JOINT, BODIES, CONTROLLER, NOT = (
     "native", "extra bodies", "plugin", "plugin, one joint", "your bodies", "controller",
     "impossible")
 MEANING = {
-    NATIVE: "elements of the simulator's own, which move as the effect does",
+    NATIVE: "elements of MuJoCo's own which move as the effect does; of code, the function of the "
+            "joint",
     EXTRA_BODY: "a body of its own beside the joint's, with native elements between them",
     MODULE: "a block that runs beside the model, step by step",
     ONE_JOINT: "such a block, for a robot of one joint; it would have to see the other joints",
@@ -23,7 +24,7 @@ MEANING = {
     CONTROLLER: "an effect of the control law or of the recorder: it belongs there",
     NOT: "neither words nor a block",
 }
-TARGETS = ("mujoco", "c", "fmu")
+TARGETS = ("mujoco", "code")  # code: c, fmu and every other target around the C or Python core
 IN_THE_MODEL = ("inertia", "viscous", "offset", "torque_gain", "coupling")
 FIRST = {"spring": "3.7 where it hardens", "quadratic_drag": "3.7", "time_delay": "3.5"}
 

@@ -153,7 +153,7 @@ class Diagnosis(Result):
         Parameters
         ----------
         target : str
-            ``mujoco``, ``c`` or ``fmu``, see `clie_blocks.analysis.export.export.TARGETS`.
+            One of `clie_blocks.analysis.export.export.TARGETS`, such as ``mujoco``.
         folder : path-like
             Folder to write to.
         model : path-like, optional

@@ -22,7 +22,8 @@ VALUES = {  # of a joint of this size, where the typical one is of another
     "joint_elasticity": {"compliance": 1e-3, "damping": 0.5, **MOTOR},
     "stiffening_elasticity": {"compliance": 2e-3, "stiffening": 1.0, "knee": 0.3,
                               "damping": 0.5, **MOTOR},
-    "torsional_hysteresis": {"damping": 0.5, **MOTOR},
+    "torsional_hysteresis": {"level": 0.1, "reach": 0.1, "stiffness": 50.0, "damping": 0.1,
+                             **MOTOR},
     "backlash": {"half_gap": 0.01, "stiffness": 300.0, "damping": 2.0, **MOTOR}}
 
 

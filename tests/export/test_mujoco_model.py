@@ -132,6 +132,15 @@ def test_a_control_law_within_the_model_is_refused():
         patched(text)
 
 
+def test_a_constant_bias_gives_way_to_the_identified_offset():
+    text = OWN.replace("<motor ", '<general biastype="affine" biasprm="0.3 0 0" ')
+    bias = element(patched(text).text, ".//general").get("biasprm")
+    assert [float(one) for one in bias.split()] == pytest.approx([-robots.LOAD, 0.0, 0.0])
+    in_block = patched(text, robots.setting("backlash"))
+    assert element(in_block.text, ".//general").get("biasprm") == "0 0 0"
+    assert element(in_block.text, ".//worldbody//joint").get("damping") == "0"
+
+
 def test_another_robot_is_refused_with_the_nearest_name():
     with pytest.raises(ClieError, match=r"no joint 'j9'.*did you mean 'j1'.*--joint"):
         patched(OWN, name="j9")

@@ -61,7 +61,7 @@ def _moved(fit: Fit, place: int, step: float) -> Fit:
 
 
 def _reported(fit: Fit) -> np.ndarray:
-    """Covariance with the standard deviations that are reported, and the correlations of the fit."""
+    """Covariance with the reported standard deviations and the correlations of the fit."""
     spread = np.where(np.isfinite(fit.spread), fit.spread, 0.0)
     own = np.sqrt(np.clip(np.diag(fit.covariance), 0.0, None))
     scale = np.divide(spread, own, out=np.zeros_like(spread), where=own > 0.0)

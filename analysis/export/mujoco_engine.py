@@ -1,0 +1,48 @@
+"""MuJoCo as an export uses it: a model compiled from text, and its mass matrix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clie_blocks.errors import ClieError, MissingExtraError
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+def load(text: str, source: str, folder: Path | None = None) -> mujoco.MjModel:
+    """Return a compiled model from the text of an MJCF.
+
+    Raises
+    ------
+    MissingExtraError
+        If MuJoCo is not installed.
+    ClieError
+        If MuJoCo refuses the model; says why.
+
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise MissingExtraError("a MuJoCo model", "mujoco", "mujoco") from None
+    try:
+        spec = mujoco.MjSpec.from_string(text)
+        if folder is not None:
+            spec.modelfiledir = str(folder.resolve())
+        return spec.compile()
+    except ValueError as error:
+        raise ClieError(f"MuJoCo {mujoco.__version__} refuses {source}: {error}") from None
+
+
+def mass_matrix(compiled: mujoco.MjModel) -> np.ndarray:
+    """Return the mass matrix in the pose in which the model begins."""
+    import mujoco
+
+    data, full = mujoco.MjData(compiled), np.zeros((compiled.nv, compiled.nv))
+    mujoco.mj_forward(compiled, data)
+    for k in range(compiled.nv):  # column by column: this call has one form in every version
+        mujoco.mj_mulM(compiled, data, full[k], np.eye(compiled.nv)[k])
+    return full
