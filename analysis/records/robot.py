@@ -484,15 +484,15 @@ class Robot:
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
 
     def _fitted(self, section: Part) -> Part:
-        changes = {field.name: per_joint(getattr(section, field.name), self.n,
+        changes: dict[str, object] = {field.name: per_joint(getattr(section, field.name), self.n,
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
         changes |= {field.name: self._fitted_table(getattr(section, field.name), field.name)
                     for field in dataclasses.fields(section) if field.metadata["kind"] == "table"}
-        return dataclasses.replace(section, **changes)
+        return dataclasses.replace(section, **changes)  # type: ignore[arg-type]
 
     def _fitted_table(self, table: Mapping[str, np.ndarray] | None,
-                      where: str) -> Mapping[str, np.ndarray] | None:
+                      where: str) -> Mapping[str, np.ndarray | None] | None:
         return None if table is None else {
             name: per_joint(value, self.n, f"{where}.{name}") for name, value in table.items()}
 

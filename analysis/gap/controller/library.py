@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,7 @@ class Variant:
 def as_base(controller: Controller, problem: Problem) -> Controller:
     """Controller with an integral gain to be found, and with the limit that the commands show."""
     zero = np.zeros(problem.n)
-    changes: dict[str, object] = {}
+    changes: dict[str, Any] = {}
     if controller.law in ("pd", "pid"):
         changes = {"law": "pid", "ki": zero if controller.ki is None else controller.ki}
     if controller.law == "cascade" and controller.ki is None:
@@ -163,7 +164,7 @@ def _between_limits(log: Log, problem: Problem, k: int, limit: float) -> Iterato
 
 
 def _fed_forward(base: Controller, rate: str, *more: str) -> Controller:
-    n = np.size(base.kp)
+    n = joints_of(base)
     given = {key: np.zeros(n) for key in ("velocity", "acceleration", *more)}
     if "coulomb" in more:
         given["width_rad_s"] = np.full(n, WIDTH)
@@ -228,7 +229,7 @@ def _dead_band_of(problem: Problem, k: int) -> tuple[float, float, float] | None
 
 
 def _filters(base: Controller, period: float) -> Iterator[Variant]:
-    n = np.size(base.kp)
+    n = joints_of(base)
     fed = [base, _fed_forward(base, "trajectory"), _fed_forward(base, "difference")]
     for corner in CORNERS:
         table = {"lowpass_rad_s": np.full(n, corner / period)}
@@ -297,8 +298,8 @@ def held_numbers(controller: Controller, keys: Collection[str]) -> set[str]:
 
 def with_numbers(controller: Controller, values: dict[str, np.ndarray]) -> Controller:
     """Controller with the values (n,) of parameters of its block."""
-    changes: dict[str, object] = {}
-    tables: dict[str, dict[str, np.ndarray]] = {}
+    changes: dict[str, Any] = {}
+    tables: dict[str, Any] = {}
     for key, value in values.items():
         field, entry = FIELDS.get(key, (None, None))
         if field is None:
@@ -323,6 +324,11 @@ def statement(controller: Controller, stated: Controller) -> tuple[str, ...]:
     return tuple(lines)
 
 
+def joints_of(controller: Controller) -> int:
+    """Number of joints of a controller with gains."""
+    return 0 if controller.kp is None else controller.kp.size
+
+
 def _same(one: object, other: object) -> bool:
     if other is None:
         return False
@@ -334,7 +340,7 @@ def _same(one: object, other: object) -> bool:
     return bool(np.array_equal(np.asarray(one), np.asarray(other)))
 
 
-def _is_idle(field: str, value: object) -> bool:
+def _is_idle(field: str, value: Any) -> bool:
     """Whether a value changes nothing, as a gain of zero."""
     if isinstance(value, dict):
         return all(not np.any(x) for key, x in value.items() if key != "width_rad_s")

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import control as ct
 import numpy as np
 import pytest
 
@@ -13,6 +14,8 @@ from clie_blocks.analysis.cli import main as clie  # noqa: E402
 from clie_blocks.analysis.gap.batch import read  # noqa: E402
 from clie_blocks.analysis.gap.controller.check import check_controller  # noqa: E402
 from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
+from clie_blocks.labels import DiagramError  # noqa: E402
+from clie_blocks.robot_loop.sampled_law import sampled_law  # noqa: E402
 
 
 def checked(robot, folder, effect="", seconds=4.0):
@@ -107,3 +110,18 @@ def test_the_check_of_a_log_names_the_law_that_a_diagnosis_names(tmp_path, capsy
     said = capsys.readouterr().out
     assert "[law.other] joint1: The law that ran is PD with a low-pass of the command" in said
     assert "[law.gain]" not in said and "another law than stated" in said
+
+
+def test_gains_in_degrees_are_told_by_the_factor(tmp_path):
+    robot = ROBOTS["pid"]
+    text = robot.controller.replace("Kp = 30.0", "Kp = 0.5236").replace(
+        "Kd = 1.6", "Kd = 0.027925").replace("Ki = 60.0", "Ki = 1.0472")
+    _, check = checked(dataclasses.replace(robot, controller=text), tmp_path)
+    assert not check.unexplained and any("per degree" in one for one in check.differences)
+
+
+def test_a_law_that_needs_samples_to_come_is_refused_with_the_remedy():
+    ahead = ct.tf([[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]], [[[1.0, 0.5], [1.0, 0.5]]], 0.002,
+                  inputs=["q_d[0]", "q[0]"], outputs=["u[0]"])
+    with pytest.raises(DiagramError, match="samples that are still to come"):
+        sampled_law(ahead, 0.002)
