@@ -15,7 +15,6 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.robot import Controller
-from clie_blocks.controllers import dead_band, feedforward, limits, signal_filters
 
 FLAT = 20  # samples in a row at the largest command, from which it is a limit
 AT_LIMIT = 1.0 - 1e-6  # of that command
@@ -25,11 +24,6 @@ CORNERS = (0.03, 0.3)  # rad per sample, from which a low-pass is looked for
 NOTCHES = (0.05, 0.15, 0.4, 1.0)  # rad per sample, likewise a notch
 WIDTH = 0.02  # rad/s, over which a friction that is fed forward changes its sign
 NEUTRAL: dict[str, float] = {"model_mass": 1.0, "model_rotor": 1.0, "model_friction": 1.0}
-UNITS: dict[str, str] = {
-    "kp": "N m/rad", "ki": "N m/(rad s)", "kd": "N m s/rad", "kv": "N m s/rad",
-    "highpass": "rad/s", "lowpass": "rad/s", "compensation": "1", **dict.fromkeys(NEUTRAL, "1"),
-    **{key: unit for part in (dead_band, feedforward, limits, signal_filters)
-       for key, (unit, _) in part.BOUNDS.items()}}
 OF_ACCELERATION = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "feedforward_velocity": "1/s"}
 # Parameter of a block -> field of the controller, and key in it where it is a table.
 FIELDS: dict[str, tuple[str, str | None]] = {
@@ -294,6 +288,20 @@ def held_numbers(controller: Controller, keys: Collection[str]) -> set[str]:
         if field is not None and (value is None or (entry is not None and entry not in value)):
             held.add(key)
     return held
+
+
+def units_of(controller: Controller) -> dict[str, str]:
+    """Unit of each parameter that the block of a controller may have."""
+    from clie_blocks.controllers import dead_band, feedforward, limits, signal_filters
+
+    return {
+        "kp": "N m/rad", "ki": "N m/(rad s)", "kd": "N m s/rad", "kv": "N m s/rad",
+        "highpass": "rad/s", "lowpass": "rad/s", "compensation": "1",
+        **dict.fromkeys(NEUTRAL, "1"),
+        **{key: unit for part in (dead_band, feedforward, limits, signal_filters)
+           for key, (unit, _) in part.BOUNDS.items()},
+        **({"kp": "1/s"} if controller.law == "cascade" else {}),
+        **(OF_ACCELERATION if controller.compensation == "computed_torque" else {})}
 
 
 def with_numbers(controller: Controller, values: dict[str, np.ndarray]) -> Controller:

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
-from law_robots import KD, KP, RIGHT, ROBOTS, rightly  # noqa: E402
+from law_robots import KD, KP, ROBOTS, rightly  # noqa: E402
 
 from clie_blocks.analysis.cli import main as clie  # noqa: E402
 from clie_blocks.analysis.gap.batch import read  # noqa: E402
@@ -31,15 +31,14 @@ def values(law):
 @pytest.mark.parametrize("name", ["friction feedforward", "command low-pass", "PID that winds up",
                                   "hobby servo with dead band and punch"])
 def test_a_law_that_is_stated_gives_the_commands(name, tmp_path):
-    _, check = checked(dataclasses.replace(rightly(name)), tmp_path, seconds=2.0)
+    _, check = checked(rightly(name), tmp_path, seconds=2.0)
     assert check.as_stated and not check.differences
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(
-    set(RIGHT) - {"friction feedforward", "command low-pass", "PID that winds up",
-                  "hobby servo with dead band and punch", "computed torque 15 % off"}))
-def test_every_law_that_is_stated_gives_the_commands(name, tmp_path):
+@pytest.mark.parametrize("name", ["acceleration feedforward", "PID at its limit",
+                                  "cascade with a slower outer loop"])
+def test_another_law_that_is_stated_gives_the_commands(name, tmp_path):
     _, check = checked(rightly(name), tmp_path, seconds=2.0)
     assert check.as_stated and not check.differences
 
@@ -59,10 +58,8 @@ def test_a_feedforward_that_no_one_stated_is_found_with_what_to_state(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "words", "numbers"), [
     ("PID at its limit", "PID with a limit of 1.6 N m", {"ki": 60.0}),
-    ("PID that winds up", "winds up", {"ki": 60.0}),
     ("cascade with a slower outer loop", "each 4 samples", {"kp": 18.0, "kv": 1.7}),
     ("command low-pass", "low-pass of the command", {"command_lowpass": 180.0}),
-    ("friction feedforward", "friction", {"feedforward_coulomb": 0.2}),
     ("hobby servo with dead band and punch", "dead band", {"dead_band": 0.01, "punch": 0.144})])
 def test_a_law_that_is_described_wrong_is_named_with_its_numbers(name, words, numbers, tmp_path):
     _, check = checked(ROBOTS[name], tmp_path, seconds=6.0)
