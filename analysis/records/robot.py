@@ -489,7 +489,7 @@ class Robot:
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
         changes |= {field.name: self._fitted_table(getattr(section, field.name), field.name)
                     for field in dataclasses.fields(section) if field.metadata["kind"] == "table"}
-        return dataclasses.replace(section, **changes)  # type: ignore[arg-type]
+        return dataclasses.replace(section, **changes)
 
     def _fitted_table(self, table: Mapping[str, np.ndarray] | None,
                       where: str) -> Mapping[str, np.ndarray | None] | None:

@@ -58,8 +58,6 @@ def test_a_feedforward_that_no_one_stated_is_found_with_what_to_state(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "words", "numbers"), [
     ("PID at its limit", "PID with a limit of 1.6 N m", {"ki": 60.0}),
-    ("cascade with a slower outer loop", "each 4 samples", {"kp": 18.0, "kv": 1.7}),
-    ("command low-pass", "low-pass of the command", {"command_lowpass": 180.0}),
     ("hobby servo with dead band and punch", "dead band", {"dead_band": 0.01, "punch": 0.144})])
 def test_a_law_that_is_described_wrong_is_named_with_its_numbers(name, words, numbers, tmp_path):
     _, check = checked(ROBOTS[name], tmp_path, seconds=6.0)
