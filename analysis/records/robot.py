@@ -550,7 +550,7 @@ class Robot:
                 f"{self.controller.law}; links {links})")
 
     def _fitted(self, section: Part) -> Part:
-        changes = {field.name: per_joint(getattr(section, field.name), self.n,
+        changes: dict[str, object] = {field.name: per_joint(getattr(section, field.name), self.n,
                                          f"{type(section).__name__}.{field.name}")
                    for field in dataclasses.fields(section) if field.metadata["kind"] == "joints"}
         changes |= {field.name: self._fitted_table(getattr(section, field.name), field.name)
@@ -558,7 +558,7 @@ class Robot:
         return dataclasses.replace(section, **changes)
 
     def _fitted_table(self, table: Mapping[str, np.ndarray] | None,
-                      where: str) -> Mapping[str, np.ndarray] | None:
+                      where: str) -> Mapping[str, np.ndarray | None] | None:
         return None if table is None else {
             name: per_joint(value, self.n, f"{where}.{name}") for name, value in table.items()}
 

@@ -13,7 +13,7 @@ from clie_blocks.errors import nearest
 from clie_blocks.labels import DiagramError, ports, signals
 
 if TYPE_CHECKING:
-    from control import InputOutputSystem, NonlinearIOSystem
+    from control import InputOutputSystem, NonlinearIOSystem, StateSpace, TransferFunction
 
     from clie_blocks.compiled.ir.parameters import Parameters
 
@@ -145,8 +145,7 @@ def sampled_law(block: InputOutputSystem, period: float,
     from clie_blocks.compiled.frontend.step_function import step_function
 
     if isinstance(block, ct.TransferFunction):
-        block = ct.ss(block, inputs=block.input_labels, outputs=block.output_labels,
-                      name=block.name)
+        block = _realised(block)
     if not isinstance(block, (ct.NonlinearIOSystem, ct.StateSpace)):
         raise DiagramError(f"a control law is a python-control system, not "
                            f"{type(block).__name__}; build it with nlsys, ss or interconnect")
@@ -164,6 +163,18 @@ def sampled_law(block: InputOutputSystem, period: float,
                           1.0 if scale is None else np.asarray(scale, float), n).tolist()),
                       _names(function.parameters), tuple(function.parameters.defaults.tolist()),
                       function, any("count[" in label for label in block.state_labels))
+
+
+def _realised(block: TransferFunction) -> StateSpace:
+    """Transfer function as a block with states, refused where it needs samples to come."""
+    import control as ct
+
+    orders = zip(np.ravel(block.num_array), np.ravel(block.den_array))
+    if any(len(np.trim_zeros(num, "f")) > len(np.trim_zeros(den, "f")) for num, den in orders):
+        raise DiagramError(
+            f"{block.name}: a numerator has a higher order than its denominator, so that the law "
+            "would need samples that are still to come; divide it by z as often as it is ahead")
+    return ct.ss(block, inputs=block.input_labels, outputs=block.output_labels, name=block.name)
 
 
 def _names(parameters: Parameters) -> tuple[tuple[str, int], ...]:

@@ -22,13 +22,12 @@ from clie_blocks.analysis.gap.controller.block_refit import (
 from clie_blocks.analysis.gap.controller.found_law import FoundLaw
 from clie_blocks.analysis.gap.controller.library import (
     NEUTRAL,
-    OF_ACCELERATION,
-    UNITS,
     Variant,
     as_base,
     held_numbers,
     statement,
     tiers,
+    units_of,
     with_numbers,
 )
 from clie_blocks.analysis.gap.controller.refit import with_law_states
@@ -260,8 +259,7 @@ def _found(ranked: Sequence[tuple[Trial, float]], k: int, stated: Controller) ->
 def _numbers(trial: Trial, k: int) -> dict[str, tuple[float, float, str]]:
     """Numbers of the law at a joint that matter: gains, and what is not neutral."""
     half = {(one.name, one.joint): one.half for one in trial.parameters}
-    units = {**UNITS, **(OF_ACCELERATION if trial.controller.compensation == "computed_torque"
-                         else {})}
+    units = units_of(trial.controller)
     return {key: (float(value), half.get((key, k), 0.0), units.get(key, "1"))
             for (key, place), value in zip(trial.law.block.parameters, trial.law.parameters)
             if place == k and _matters(trial, key, k, float(value))}

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.robot import Controller
-from clie_blocks.controllers import dead_band, feedforward, limits, signal_filters
 
 FLAT = 20  # samples in a row at the largest command, from which it is a limit
 AT_LIMIT = 1.0 - 1e-6  # of that command
@@ -24,11 +24,6 @@ CORNERS = (0.03, 0.3)  # rad per sample, from which a low-pass is looked for
 NOTCHES = (0.05, 0.15, 0.4, 1.0)  # rad per sample, likewise a notch
 WIDTH = 0.02  # rad/s, over which a friction that is fed forward changes its sign
 NEUTRAL: dict[str, float] = {"model_mass": 1.0, "model_rotor": 1.0, "model_friction": 1.0}
-UNITS: dict[str, str] = {
-    "kp": "N m/rad", "ki": "N m/(rad s)", "kd": "N m s/rad", "kv": "N m s/rad",
-    "highpass": "rad/s", "lowpass": "rad/s", "compensation": "1", **dict.fromkeys(NEUTRAL, "1"),
-    **{key: unit for part in (dead_band, feedforward, limits, signal_filters)
-       for key, (unit, _) in part.BOUNDS.items()}}
 OF_ACCELERATION = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "feedforward_velocity": "1/s"}
 # Parameter of a block -> field of the controller, and key in it where it is a table.
 FIELDS: dict[str, tuple[str, str | None]] = {
@@ -78,7 +73,7 @@ class Variant:
 def as_base(controller: Controller, problem: Problem) -> Controller:
     """Controller with an integral gain to be found, and with the limit that the commands show."""
     zero = np.zeros(problem.n)
-    changes: dict[str, object] = {}
+    changes: dict[str, Any] = {}
     if controller.law in ("pd", "pid"):
         changes = {"law": "pid", "ki": zero if controller.ki is None else controller.ki}
     if controller.law == "cascade" and controller.ki is None:
@@ -163,7 +158,7 @@ def _between_limits(log: Log, problem: Problem, k: int, limit: float) -> Iterato
 
 
 def _fed_forward(base: Controller, rate: str, *more: str) -> Controller:
-    n = np.size(base.kp)
+    n = joints_of(base)
     given = {key: np.zeros(n) for key in ("velocity", "acceleration", *more)}
     if "coulomb" in more:
         given["width_rad_s"] = np.full(n, WIDTH)
@@ -228,7 +223,7 @@ def _dead_band_of(problem: Problem, k: int) -> tuple[float, float, float] | None
 
 
 def _filters(base: Controller, period: float) -> Iterator[Variant]:
-    n = np.size(base.kp)
+    n = joints_of(base)
     fed = [base, _fed_forward(base, "trajectory"), _fed_forward(base, "difference")]
     for corner in CORNERS:
         table = {"lowpass_rad_s": np.full(n, corner / period)}
@@ -295,10 +290,24 @@ def held_numbers(controller: Controller, keys: Collection[str]) -> set[str]:
     return held
 
 
+def units_of(controller: Controller) -> dict[str, str]:
+    """Unit of each parameter that the block of a controller may have."""
+    from clie_blocks.controllers import dead_band, feedforward, limits, signal_filters
+
+    return {
+        "kp": "N m/rad", "ki": "N m/(rad s)", "kd": "N m s/rad", "kv": "N m s/rad",
+        "highpass": "rad/s", "lowpass": "rad/s", "compensation": "1",
+        **dict.fromkeys(NEUTRAL, "1"),
+        **{key: unit for part in (dead_band, feedforward, limits, signal_filters)
+           for key, (unit, _) in part.BOUNDS.items()},
+        **({"kp": "1/s"} if controller.law == "cascade" else {}),
+        **(OF_ACCELERATION if controller.compensation == "computed_torque" else {})}
+
+
 def with_numbers(controller: Controller, values: dict[str, np.ndarray]) -> Controller:
     """Controller with the values (n,) of parameters of its block."""
-    changes: dict[str, object] = {}
-    tables: dict[str, dict[str, np.ndarray]] = {}
+    changes: dict[str, Any] = {}
+    tables: dict[str, Any] = {}
     for key, value in values.items():
         field, entry = FIELDS.get(key, (None, None))
         if field is None:
@@ -323,6 +332,11 @@ def statement(controller: Controller, stated: Controller) -> tuple[str, ...]:
     return tuple(lines)
 
 
+def joints_of(controller: Controller) -> int:
+    """Number of joints of a controller with gains."""
+    return 0 if controller.kp is None else controller.kp.size
+
+
 def _same(one: object, other: object) -> bool:
     if other is None:
         return False
@@ -334,7 +348,7 @@ def _same(one: object, other: object) -> bool:
     return bool(np.array_equal(np.asarray(one), np.asarray(other)))
 
 
-def _is_idle(field: str, value: object) -> bool:
+def _is_idle(field: str, value: Any) -> bool:
     """Whether a value changes nothing, as a gain of zero."""
     if isinstance(value, dict):
         return all(not np.any(x) for key, x in value.items() if key != "width_rad_s")

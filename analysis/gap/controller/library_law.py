@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.competition import Competition, compete
+from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.problem.law import StatedLaw
@@ -14,6 +15,8 @@ from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.robot import Controller
+
+LIMITED = 1e-3  # of the samples, from which a command counts as limited
 
 
 def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerCheck:
@@ -36,13 +39,28 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
     said = tuple(one.describe(problem.joints[one.joint]) for one in found.found)
     vain = {one.describe(problem.joints[one.joint]) for one in check.terms
             if one.joint in explained}
-    return dataclasses.replace(
+    named = dataclasses.replace(
         check, law=found.law, replay_error=found.error, limit=found.limit, laws=found.found,
         terms=terms, recorded=bool(terms),
         unexplained=tuple(k for k in check.unexplained if k not in explained),
         differences=(*check.differences, *said),
         decisions=(*(one for one in check.decisions if one not in vain), *said,
                    *_nearest(found, problem)))
+    followed = tuple(k for k in sorted(explained) if _is_limited(found, problem, k))
+    return named if not followed else dataclasses.replace(
+        named, law=check.law, recorded=True, followed=tuple(sorted(explained)))
+
+
+def _is_limited(found: Competition, problem: Problem, k: int) -> bool:
+    """Whether a joint's command meets the limit of the law that ran.
+
+    There the loop is open: a model under that law leaves the robot, however right it is, while
+    models that follow the recorded command under a law without the limit do not.
+    """
+    if found.law is None or not np.isfinite(found.law.saturation[k]):
+        return False
+    return any(np.mean(np.abs(log.u[:, k]) >= AT_LIMIT * found.law.saturation[k]) > LIMITED
+               for log in problem.logs)
 
 
 def learned_law(problem: Problem) -> ControllerCheck | None:
@@ -60,6 +78,8 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
     base = _first_guess(closed, robot.controller)
     found = compete(closed, base, limit, range(problem.n), Controller(law="unknown"))
     if found.law is None or len(found.found) < problem.n:
+        return None
+    if any(_is_limited(found, problem, k) for k in range(problem.n)):
         return None
     said = tuple(one.describe(problem.joints[one.joint], learned=True) for one in found.found)
     zero = np.zeros(problem.n)

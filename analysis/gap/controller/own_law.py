@@ -4,6 +4,8 @@ Where it does not, its parameters may be others than stated: those that give the
 from all logs together, and of them as few are changed as the commands need.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from clie_blocks.analysis.gap.controller.block_refit import (
@@ -22,8 +24,11 @@ from clie_blocks.analysis.gap.controller.replay import (
 from clie_blocks.analysis.gap.controller.terms import find_weights
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.records.checks.law import shared_ratio
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.linear_filters import CORNERS
+
+GAINS = ("kp", "ki", "kd", "kv")  # parameters that all are in one unit
 
 
 def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
@@ -50,7 +55,7 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
     terms = find_weights(problem, law, limit, unexplained, float(carries))
     known = {one.joint for one in terms}
     said = (*(describe_filter(problem.joints[k], *corners[:, k]) for k in filtered),
-            *describe_parameters(changed, problem.joints))
+            *describe_parameters(changed, problem.joints), *_shared_factors(changed, problem))
     return ControllerCheck(
         error, limit, filtered, corners, coarse, step, law,
         (*said, *(one.describe(problem.joints[one.joint]) for one in terms)), said, terms=terms,
@@ -73,6 +78,18 @@ def _without_vain_changes(problem: Problem, stated: BlockLaw, ran: BlockLaw, vai
     law = stated.with_parameters(parameters)
     kept = tuple(one for one in named if one.joint is None or not vain[one.joint])
     return law, error_of(problem, law), kept
+
+
+def _shared_factors(changed: Sequence[LawParameter], problem: Problem) -> tuple[str, ...]:
+    """What a factor that all gains of a joint share says of their unit, side or sign."""
+    sentences = []
+    for k in range(problem.n):
+        ratios = [one.value / one.stated for one in changed
+                  if one.joint == k and one.name in GAINS and one.stated]
+        if len(ratios) > 1 and problem.robot is not None:
+            hint = shared_ratio(problem.robot, k, ratios)[1]
+            sentences += [f"{problem.joints[k]}: {hint[0].lower()}{hint[1:-1]}"] if hint else []
+    return tuple(sentences)
 
 
 def _corners(problem: Problem, law: BlockLaw) -> np.ndarray:

@@ -125,6 +125,8 @@ class ControllerCheck:
         Laws of the library that ran, at joints where the stated one did not.
     learned : bool
         The file states no law, and these laws are what the logs show.
+    followed : tuple of int
+        Joints under such a law of which models follow the recorded commands all the same.
 
     """
 
@@ -150,6 +152,7 @@ class ControllerCheck:
     parameters: tuple[LawParameter, ...] = ()
     laws: tuple[FoundLaw, ...] = ()
     learned: bool = False
+    followed: tuple[int, ...] = ()
 
     @property
     def as_stated(self) -> bool:
@@ -194,7 +197,7 @@ class ControllerCheck:
     @property
     def left_joints(self) -> tuple[int, ...]:
         """Joints whose commands contain more than the law gives."""
-        return (*(one.joint for one in self.terms), *self.unexplained)
+        return (*(one.joint for one in self.terms), *self.unexplained, *self.followed)
 
 
 def replay_controller(problem: Problem) -> ControllerCheck:

@@ -231,16 +231,17 @@ def _gain(record: Record, robot: Robot, k: int, fit: LawFit, tolerance: float) -
     differences = ", ".join(f"{name} = {value:.4g} +- {interval:.2g}, stated is {stated:.4g}"
                             for name, value, interval, stated in wrong)
     ratios = [value / stated if stated else np.inf for _, value, _, stated in wrong]
-    check, hint = _ratio(robot, k, ratios)
+    check, hint = shared_ratio(robot, k, ratios)
     return Finding("error", check, f"The log shows {differences}.", "With wrong gains the model's "
                    f"loop is not the robot's, and every estimate is wrong. {hint}".strip(),
                    "Correct [controller] in robot.toml.", joint=record.joints[k])
 
 
-def _ratio(robot: Robot, k: int, ratios: Sequence[float]) -> tuple[str, str]:
+def shared_ratio(robot: Robot, k: int, ratios: Sequence[float]) -> tuple[str, str]:
     """Check and hint that a common ratio of all wrong gains points at."""
     gear = robot.motor.gear_ratio
     for factor, check, hint in (
+            (-1.0, "law.sign", "The factor is -1: a sign is wrong."),
             (DEGREE, "law.per_degree", "The factor is 57.3: the stated gains are per degree."),
             (1 / DEGREE, "law.per_degree", "The factor is 1/57.3: q is in degrees, or the stated "
              "gains are meant per degree."),
