@@ -37,6 +37,9 @@ class VerdictMethod:
     seen_in_motion: float = threshold(
         0.5, "share of what waves over the pose explain",
         "while the joint moves: at rest they are a free torque at every pose")
+    long_rests: float = threshold(
+        0.3, "share of a log",
+        "that a joint rests, from which on its rests may be what waves explain")
     resting: float = threshold(
         0.02, "share of the top speed", "below which a joint rests between two motions")
     acting_share: float = threshold(

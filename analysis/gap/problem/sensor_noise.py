@@ -23,7 +23,9 @@ def sensor_noise(problem: Problem, k: int) -> float:
     log, that is found beside the reference, which holds the same motion without the noise.
     """
     whole_band = noise_of_logs(problem, k, [log.law_q for log in problem.logs])
-    if any(log.stride > 1 for log in problem.logs) and problem.law.holds_joints:
+    slow = any(log.stride > 1 for log in problem.logs) and problem.law.holds_joints
+    is_led = any(np.array_equal(log.q_d, log.q) for log in problem.logs)  # by an observer
+    if slow and not is_led:
         beside = noise_of_logs(problem, k, [log.law_q - log.q_d for log in problem.logs])
         whole_band = beside if beside < TOO_FAST * whole_band else whole_band
     quantum = problem.resolution[k] / np.sqrt(12)

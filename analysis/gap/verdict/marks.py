@@ -27,6 +27,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
+_REST_ROWS = 200  # into which a log is cut to see whether a joint rests
 WAVES = (TORQUE_RIPPLE, COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE)
 
 
@@ -62,6 +63,9 @@ def _is_seen_in_motion(hypothesis: Hypothesis, waves: Member, residuals: Residua
     Where a joint rests, short waves are a torque of their own for each pose, whatever it is.
     """
     method = residuals.method.verdict
+    if not any(_rests(log.q[:, k], method) for log in hypothesis.problem.logs
+               for k in waves.joints):
+        return True
     without = hypothesis.with_values(_neutral(hypothesis, waves))
     gained = np.zeros(2)  # while the joint rests, and while it moves
     for j, log in enumerate(hypothesis.problem.logs):
@@ -72,6 +76,12 @@ def _is_seen_in_motion(hypothesis: Hypothesis, waves: Member, residuals: Residua
             gain = all_of_it[k] ** 2 - left[k] ** 2
             gained += gain[~moving].sum(), gain[moving].sum()
     return bool(gained[1] >= method.seen_in_motion * gained.sum())
+
+
+def _rests(q: np.ndarray, method: VerdictMethod) -> bool:
+    """Whether a joint rests for long in a log."""
+    rows = min(len(q) - 1, _REST_ROWS)
+    return bool(rows > 0 and np.mean(_moving(q, rows, method)) < 1.0 - method.long_rests)
 
 
 def _moving(q: np.ndarray, rows: int, method: VerdictMethod) -> np.ndarray:

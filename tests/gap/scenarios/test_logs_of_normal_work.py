@@ -28,7 +28,8 @@ def answered(law, *signals, seconds=12.0, rest=2.0, step=0.0, seed=1, **joint):
     robot = dataclasses.replace(robot, nominal=Nominal(gravity=True),
                                 encoder=Encoder(resolution=[step]) if step else Encoder())
     rows = run(pick_and_place(seconds, seed, rest=rest), 30.0, 2.0, step=step, seed=seed, **joint)
-    return diagnose(Problem.from_logs(robot, [record_of(rows, robot, *signals)])).to_dict()
+    return diagnose(Problem.from_logs(robot, [record_of(rows, robot, *signals)]),
+                    seconds=30.0).to_dict()
 
 
 def wrong_names(answer, *truth):
