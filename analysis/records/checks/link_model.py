@@ -45,14 +45,15 @@ WHY = "A model in another pose than the robot makes its weight look like a fault
 class _Reading:
     """How joints of the log are those of the model, and what is changed in the statement, where.
 
-    Joint k of the model stands at ``sign[k] * scale * q[order[k]] + zero[k]``.
+    Joint k of the model stands at ``sign[k] * scale * q[order[k]] + zero[k]``; torques of the log
+    are those of its joints over ``ratio ** gear``.
     """
 
     order: tuple[int, ...]
     sign: np.ndarray
     zero: np.ndarray
     scale: float = 1.0
-    geared: bool = True
+    gear: int = 1
     gravity: np.ndarray | None = None
     changes: tuple[str, ...] = ()
     at: tuple[str, ...] = ()
@@ -94,8 +95,9 @@ class _Reading:
             yield from self._on_other_bases(tree.gravity)
         if self.scale == 1.0:
             yield self._changed("q is in degrees", scale=DEGREE)
-        if self.geared:
-            yield self._changed("u is on the joint side of the gear", geared=False)
+        if self.gear == 1:
+            yield self._changed("u is on the joint side of the gear", gear=0)
+            yield self._changed("gear_ratio is the inverse", gear=-1)
 
     def _on_other_bases(self, stated: np.ndarray) -> Iterator["_Reading"]:
         """Readings of an arm that hangs, or stands on a wall."""
@@ -220,7 +222,7 @@ class _Comparison:
     def left(self, reading: _Reading) -> np.ndarray:
         """Share of the torque beyond its own motion that the links leave at each joint, (n,)."""
         links = reading.torque(self.tree, self.motion, self.coupling)
-        links = links / self.ratio if reading.geared else links
+        links = links / self.ratio**float(reading.gear)
         floor = np.finfo(float).eps * self.command.var(axis=0)
         return (self._beyond(self.command - links) + floor) / (self._beyond(self.command) + floor)
 
@@ -248,9 +250,12 @@ def _remedy(reading: _Reading, robot: Robot, joints: Sequence[str]) -> str:
         lines.append('q = "deg" in [units]')
     if reading.gravity is not None:
         lines.append(f"gravity_m_s2 = {_listed(reading.gravity)} in [links]")
-    if not reading.geared:
+    if reading.gear == 0:
         lines.append("gear_ratio = 1 with inertia and friction on the joint side, or the command "
                      "divided by the gear ratio")
+    if reading.gear < 0 and robot.motor.gear_ratio is not None:
+        lines.append(f"gear_ratio = {_listed(1.0 / robot.motor.gear_ratio)}, motor turns per "
+                     "joint turn, in [motor]")
     return "; ".join(lines)
 
 

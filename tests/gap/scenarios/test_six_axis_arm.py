@@ -15,12 +15,14 @@ from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import read_trial  # noqa: E402
+from clie_blocks.analysis.records.robot import Controller, Links  # noqa: E402
 from clie_blocks.errors import ClieError  # noqa: E402
 
 FILE = Path(__file__).parents[3] / "docs" / "arms" / "six_axis_robot.py"
 pytestmark = pytest.mark.slow
 SECONDS = 400.0  # of a budget that no machine of the tests reaches
 ELBOW = 2
+SUSPECTS = ("coulomb", "torque_gain_error", "payload")
 
 
 def arm_of_the_page():
@@ -70,6 +72,53 @@ def test_a_joint_that_counts_otherwise_stops_the_diagnosis(tmp_path, lines, mess
     with pytest.raises(ClieError, match=message):
         Problem.from_logs(robot, records)
     assert Problem.from_logs(robot, records, trust_logs=True).links.known
+
+
+def written_with(folder, signals, factor):
+    """Logs of a sound arm of which some signals were written in another unit."""
+    robot, records = read(folder, seconds=4.0)
+    return robot, [record.replace(**{name: factor * record.signal(name) for name in signals})
+                   for record in records]
+
+
+@pytest.mark.parametrize("signals, factor, message", [
+    (("q", "qd"), 180 / np.pi, "are in degrees"),
+    (("u",), 100.0, "on the joint side of the gear")])
+def test_units_and_sides_are_corrected_where_the_law_proves_them(tmp_path, signals, factor,
+                                                                 message):
+    problem = Problem.from_logs(*written_with(tmp_path, signals, factor))
+    assert any(message in str(one) for one in problem.corrections)
+    assert build_hypothesis(problem, ()).error(0).std(axis=0).max() < 1.3 * ARM.NOISE
+
+
+@pytest.mark.parametrize("signals, factor, line", [
+    (("q", "qd"), 180 / np.pi, r'State q = "deg" in \[units\]'),
+    (("u",), 100.0, "State gear_ratio = 1 .*or the command divided by the gear ratio")])
+def test_where_no_law_is_known_the_links_name_units_and_sides(tmp_path, signals, factor, line):
+    robot, records = written_with(tmp_path, signals, factor)
+    unknown = dataclasses.replace(robot, controller=Controller())
+    with pytest.raises(ClieError, match=line):
+        Problem.from_logs(unknown, [record.replace(robot=unknown) for record in records])
+
+
+OFF = (1.25, 0.8, 1.3, 0.75, 1.25, 0.8)  # true masses over those stated, within 5 % by the file
+CENTRES = {1: (0.04, 0.0, 0.0), 2: (-0.05, 0.0, 0.02), 3: (0.0, 0.02, 0.01)}  # m beside
+
+
+@pytest.mark.parametrize("faults, links", [
+    ({"masses": OFF, "centres": CENTRES, "coulomb": {ELBOW: 6.0}},
+     "mass_tolerance = 0.05\ncom_tolerance_m = 0.005"),
+    ({"coulomb": {ELBOW: 6.0}}, None)])
+def test_links_that_are_wrong_or_not_stated_accuse_nothing_else(tmp_path, faults, links):
+    robot, records = read(tmp_path, 4.0, links or "", **faults)
+    if links is None:
+        robot = dataclasses.replace(robot, links=Links(), tree=None)
+        records = [record.replace(robot=robot) for record in records]
+    answer = diagnose(Problem.from_logs(robot, records), effects=SUSPECTS, seconds=60.0).to_dict()
+    accused = [row for row in answer["effects"] if row["probability"] >= 0.5
+               and row["effect"] not in ("none", "unknown", "parametric")]
+    assert all((row["effect"], row["joint"]) == ("coulomb", [ELBOW + 1]) for row in accused)
+    assert not accused or "coulomb" in faults
 
 
 def test_a_sound_arm_has_no_gap(tmp_path):

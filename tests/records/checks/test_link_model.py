@@ -119,6 +119,24 @@ def test_torques_of_the_joint_side_are_named(stated):
     assert "u is on the joint side of the gear" in finding.what
 
 
+def test_positions_in_degrees_are_named_with_the_line_that_mends_it(stated):
+    robot = stated()
+    record = logged(robot.tree, robot)
+    finding = only(check_link_model(record.replace(q=np.degrees(record.q)), robot))
+    assert "q is in degrees" in finding.what and 'q = "deg" in [units]' in finding.fix
+
+
+def test_gear_ratios_upside_down_are_named_with_the_line_that_mends_it(stated):
+    robot = stated()
+    record, motor = logged(robot.tree, robot), robot.motor
+    wrong = dataclasses.replace(robot, motor=dataclasses.replace(
+        motor, gear_ratio=1.0 / motor.gear_ratio))
+    finding = only(check_link_model(record, wrong))
+    assert "gear_ratio is the inverse" in finding.what
+    line = ", ".join([f"{RATIO:g}"] * 6)
+    assert f"gear_ratio = [{line}], motor turns per joint turn" in finding.fix
+
+
 def test_links_that_no_small_change_mends_are_a_warning(stated):
     robot = stated()
     heavy = stated("payload_kg = 8.0")
