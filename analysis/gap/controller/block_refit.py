@@ -22,6 +22,7 @@ DECIMALS, WHOLE, FIRST_ROWS = range(2, 11), 1e-4, 5000  # of references that are
 ROWS = 4000  # of each log, evenly apart, by which parameters are found
 EVALUATIONS = 30  # in which they are found; a law that is linear in them takes two
 TINY = np.finfo(float).tiny
+HUGE = 1e60  # N m: the command of a law that diverges
 HALVINGS = 6  # of a step that does not help, at most
 ENOUGH = 1e-9  # of what a step removes of the squares that are left: the last one
 STEP = 1e-5  # of a parameter, in the differences by which it is found
@@ -192,7 +193,7 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
     def changes(states: list[np.ndarray], of: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """What the first run leaves, and by how much the others differ from it."""
         runs = law.run(log.law_q, log.q_d, log.pe, states, of, every)
-        if not np.isfinite(runs).all():
+        if not np.abs(runs).max(initial=0.0) < HUGE:  # or NaN
             return np.full(runs[0].size, DIVERGED), np.zeros((runs[0].size, len(runs) - 1))
         left = ((log.u[::every] - runs[0]) * weight).ravel()
         return left, ((runs[1:] - runs[0]) * weight).reshape(len(runs) - 1, runs[0].size).T

@@ -7,6 +7,7 @@ rounding of the commands.  Of those that do, one with fewer numbers is likelier.
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,6 +40,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem, pose_of
 from clie_blocks.analysis.records.robot import Controller, Robot
 from clie_blocks.errors import ClieError
 
+LONGEST = 40.0  # s, after which no further law is tried
 PIECE = 1500  # samples of a log, which refute most laws
 LAX = 3.0  # times what rounding leaves, above which a piece refutes a law
 SAMPLES = 200.0  # that count as independent where two laws leave rounding only
@@ -129,11 +131,13 @@ def compete(problem: Problem, stated: Controller, limit: np.ndarray,
     """
     base, left = as_base(stated, problem), set(joints)
     trials: list[Trial] = []
-    piece = _piece(problem)
+    piece, end = _piece(problem), time.monotonic() + LONGEST
     for tier in tiers(base, problem):
         if not left:
             break
         for variant in tier:
+            if time.monotonic() > end:
+                break
             trial = _tried(variant, problem, piece, limit, joints)
             if trial is not None:
                 trials.append(trial)
