@@ -165,13 +165,22 @@ def _resampled(record: Record) -> Record:
 
 def at_one_rate(records: Sequence[Record]) -> list[Record]:
     """Records on a common clock, where their own differ by little."""
-    from clie_blocks.analysis.records import resample
-
     steps = np.array([record.sample_time for record in records])
     common = float(steps.max())
     apart = 1.0 - steps / common
-    return [on_ticks(resample(record, common, float(record.time[0])), common)
+    return [on_ticks(_with_step(record, common), common)
             if UNEVEN_RATE < off < OTHER_RATE else record for record, off in zip(records, apart)]
+
+
+def _with_step(record: Record, step: float) -> Record:
+    """Record with a slightly longer step [s]; torques between its samples follow a line."""
+    from clie_blocks.analysis.records import resample
+
+    origin = float(record.time[0])
+    resampled = resample(record, step, origin)
+    if record.u is None:
+        return resampled
+    return resampled.replace(u=resample(record.replace(u=None, tau=record.u), step, origin).tau)
 
 
 def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record]]:

@@ -14,7 +14,7 @@ from tests.gap.scenarios.mujoco_joint import chirp, pick_and_place, record_of, r
 pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
 
-LATE = {"time_delay", "encoder_delay", "actuator_lag", "setpoint_delay", "in_loop_delay"}
+LATE = {"time_delay", "velocity_estimate_lag", "actuator_lag", "setpoint_delay", "in_loop_delay"}
 GO2 = {"kp": 20.0, "kd": 1.5}  # Kd over Kp is 75 ms
 STATED = Controller(law="pd", kp=[20.0], kd=[1.5], velocity_filter="difference", sample_time=1e-3)
 
