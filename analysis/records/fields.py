@@ -122,7 +122,7 @@ def _table(value: Any, choices: Sequence[str], where: str) -> FixedDict:
     unknown = next((name for name in value if name not in choices), None)
     if unknown is not None:
         raise RecordError(f"{where} has no {unknown!r}; {nearest(unknown, choices)}")
-    rules = {"kind": "joints", "above": None, "least": None}
+    rules = {"kind": "joints", "above": None, "least": None, "nonzero": False}
     return FixedDict({name: _numbers(one, rules, f"{where}: {name}")
                       for name, one in value.items()})
 

@@ -111,7 +111,7 @@ def _first_guess(problem: Problem, stated: Controller) -> Controller:
         kp[k], kd[k] = max(gains[0], 1e-6), max(gains[1], 0.0)
     return Controller(law="pid", kp=kp, ki=np.zeros(problem.n), kd=kd,
                       velocity_filter="difference", sample_time=stated.sample_time,
-                      command_resolution=stated.command_resolution, u=stated.u,
+                      command_resolution=stated.command_resolution, u_is=stated.u_is,
                       saturation=stated.saturation)
 
 

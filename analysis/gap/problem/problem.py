@@ -382,8 +382,10 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
 def _held_out_of_free(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
                       ) -> Sequence[int] | None:
     """Hold-out logs counted among those whose output was free; None for the last of these."""
+    if not held_out:
+        return held_out
     free = [k for k, record in enumerate(records) if not is_locked(record, robot)]
-    return None if held_out is None else [free.index(k) for k in held_out if k in free] or None
+    return [free.index(k) for k in held_out if k in free] or None
 
 
 def _held_out(records: Sequence[Record], held_out: Sequence[int] | None) -> tuple[int, ...]:

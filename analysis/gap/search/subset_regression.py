@@ -132,7 +132,7 @@ def _best_at_bounds(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, uppe
     """Best coefficients inside bounds, some of which must be active."""
     best, theta = np.zeros(len(right)), np.zeros(right.shape)
     for choice in itertools.product((_FREE, _AT_LOWER, _AT_UPPER), repeat=right.shape[1]):
-        kind = np.array(choice)
+        kind: np.ndarray = np.array(choice)
         held = np.where(kind == _AT_LOWER, lower, np.where(kind == _AT_UPPER, upper, 0.0))
         bounded = np.isfinite(held).all(axis=1)
         if not bounded.any():

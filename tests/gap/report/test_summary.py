@@ -259,8 +259,9 @@ def test_a_terminal_shows_the_verdict_first_within_its_width():
 
 
 def test_a_set_of_robots_is_sorted_by_cause_and_leads_to_its_reports():
-    stuck = answer_of("effect", row("coulomb", 0.5, [1], alike=["asymmetric_coulomb"]),
-                      row("asymmetric_coulomb", 0.49, [1], alike=["coulomb"]))
+    stuck = answer_of("effect", row("coulomb", 0.5, [1], alike=["asymmetric_coulomb"],
+                                    together=0.99),
+                      row("asymmetric_coulomb", 0.49, [1], alike=["coulomb"], together=0.99))
     answers = {"b": stuck, "lost": {"error": "no <log>", "exit_code": 3},
                "healthy": answer_of("none"), "a & b": stuck}
     page = overview(answers)
