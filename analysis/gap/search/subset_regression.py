@@ -132,9 +132,9 @@ def _best_at_bounds(gram: np.ndarray, right: np.ndarray, lower: np.ndarray, uppe
     """Best coefficients inside bounds, some of which must be active."""
     best, theta = np.zeros(len(right)), np.zeros(right.shape)
     for choice in itertools.product((_FREE, _AT_LOWER, _AT_UPPER), repeat=right.shape[1]):
-        kind: np.ndarray = np.array(choice)
+        kind = np.array(choice)
         held = np.where(kind == _AT_LOWER, lower, np.where(kind == _AT_UPPER, upper, 0.0))
-        bounded = np.isfinite(held).all(axis=1)
+        bounded = np.all(np.isfinite(held), axis=1)
         if not bounded.any():
             continue
         tried, free = np.where(bounded[:, None], held, 0.0), kind == _FREE
