@@ -36,7 +36,7 @@ def test_the_arm_to_try_has_friction_and_its_law_is_found(tmp_path):
         run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
         assert run.returncode == 0, run.stderr
         said = run.stdout
-    (wanted,) = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
+    (wanted,) = re.findall(r"```text\n(pid_arm.*?)```", PAGE, re.DOTALL)
     name, number = r"missing coulomb at joint1", r"removes (\d+) %"
     assert re.search(name, wanted) and re.search(name, said)
     gained = [int(re.search(number, text)[1]) for text in (wanted, said)]
