@@ -55,7 +55,7 @@ def test_a_law_that_carries_the_links_unasked_is_named_and_accuses_no_joint(arm,
                                                                             masses):
     arm(masses=masses, stated=False)
     assert main([str(tmp_path), "-o", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())  # lines are wrapped
     assert "agrees with the robot down to the sensor noise" in said
     assert f"it contains {masses[0]:g} times the weight of the links at" in said
     assert REMEDY in said
