@@ -30,6 +30,7 @@ LEAST_SIZE = 1e-3  # of a parameter that is stated as zero
 RANK = 1e-10  # of the largest singular value: below it, states do not show in the commands
 STATE_ROUNDS = 2  # steps in which the first state is found; a linear law takes one
 DIVERGED = 1e6  # limits that a law counts to leave under parameters with which it diverges
+MOST_LEVELS = 100  # values of a reference that does not follow a course
 CERTAIN = 5.0  # half widths by which a parameter that ran differs from the stated one
 
 
@@ -41,9 +42,11 @@ def error_of(problem: Problem, law: BlockLaw) -> np.ndarray:
 def with_rounded_reference(problem: Problem, law: BlockLaw, limit: np.ndarray) -> np.ndarray:
     """Largest RMS that rounding explains, with that of the logged references, shape (n,) [N m].
 
-    A law with the acceleration of its reference makes much of the last digit.
+    A law with the acceleration of its reference makes much of the last digit.  A reference that
+    rests, or steps between a few values, has few digits because it was set so.
     """
-    step = max(decimal_step(log.q_d) for log in problem.logs)
+    step = max((decimal_step(q_d) for log in problem.logs for q_d in log.q_d.T
+                if len(np.unique(q_d)) > MOST_LEVELS), default=0.0)
     if not step:
         return limit
     size = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))

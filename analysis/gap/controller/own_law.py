@@ -36,8 +36,9 @@ def replay_own_law(problem: Problem, law: BlockLaw) -> ControllerCheck:
     limit = rounding_limit(np.concatenate([log.u for log in problem.logs]), law.resolution,
                            problem.resolution * law.position_gain())
     error, changed = replay_error(problem, law), tuple[LawParameter, ...]()
-    if np.any(error > limit):
-        limit = with_rounded_reference(problem, law, limit)
+    if np.any(error > limit):  # what the stated law leaves may be the digits of the reference
+        rounded = with_rounded_reference(problem, law, limit)
+        limit = np.where(error <= rounded, rounded, limit)
     wrong = error > limit
     if wrong.any() and len(law.parameters):
         ran, named = with_parameters_that_ran(problem, law, limit)
