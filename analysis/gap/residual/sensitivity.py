@@ -13,25 +13,11 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.residual.noise import Rows
-from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.links import mass_rows
 
-MANY_TICKS = 8  # of the controller in a row, within which the loop moves little
 _LENGTH = 4000  # samples of an impulse response
 _POSE_SPACING = 50  # samples of a log between two poses
-
-
-def rows_moved_by(torque: np.ndarray, sensitivity: tuple[np.ndarray, np.ndarray], rows: Rows,
-                  ) -> np.ndarray:
-    """Change of the rows of a position by torques (N, ...) at every tick, through S_tau.
-
-    In a row of many ticks the torque's mean decides.
-    """
-    if rows.ticks < MANY_TICKS:
-        return rows.of_samples(lfilter(*sensitivity, torque))
-    return lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), rows.of_ticks(torque))
 
 
 def noise_responses(problem: Problem, k: int, inertia: np.ndarray, damping: np.ndarray,

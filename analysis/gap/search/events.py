@@ -16,7 +16,6 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, whiten
-from clie_blocks.analysis.gap.residual.sensitivity import rows_moved_by
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
@@ -46,12 +45,11 @@ def whitened_errors(residuals: ResidualModel, fit: Fit) -> list[list[np.ndarray]
 def torque_columns(residuals: ResidualModel, fit: Fit, j: int, k: int, torque: np.ndarray,
                    ) -> np.ndarray:
     """Whitened response of joint k in log j to courses of torque that oppose, (N, m)."""
-    values, rows = fit.hypothesis.values, residuals.rows(j)
-    sensitivity = residuals.problem.law.torque_sensitivity(k, values["inertia"][k],
-                                                           values["damping"][k])
-    moved = rows_moved_by(torque, sensitivity, rows)
-    return residuals.without_initial_response(
-        -whiten(moved, residuals.noise(j, k).whitener), j, k)
+    values = fit.hypothesis.values
+    b, a = residuals.problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
+    moved = whiten(residuals.rows(j).of_samples(-lfilter(b, a, torque)),
+                   residuals.noise(j, k).whitener)
+    return residuals.without_initial_response(moved, j, k)
 
 
 def sinusoid_columns(residuals: ResidualModel, fit: Fit, j: int, k: int, phase: np.ndarray,

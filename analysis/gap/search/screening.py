@@ -25,13 +25,13 @@ from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Rows, block_means, rows_of, whiten
-from clie_blocks.analysis.gap.residual.sensitivity import MANY_TICKS
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.dynamics import State
 
+_MANY_TICKS = 8  # of the controller in a row, of which every other one is enough
 _TORQUE_PORTS = frozenset(("load", "friction", "drive"))
 
 
@@ -272,7 +272,7 @@ def _moved_by_torques(hypothesis: Hypothesis, state: State, rows: Rows, cause: C
     law, values = hypothesis.problem.law, hypothesis.values
     filters = [law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
                for k in range(state.q.shape[1])]
-    if rows.ticks < MANY_TICKS or rows.ticks % 2:
+    if rows.ticks < _MANY_TICKS or rows.ticks % 2:
         torque = _torque(state, cause, p)
         return rows.of_samples(np.stack(
             [lfilter(*each, of_joint) for each, of_joint in zip(filters, torque.T)], axis=1))
