@@ -36,8 +36,8 @@ what they mean and mark what is wrong.
 """
 GALLERY = """## Known robots
 
-`clie robot NAME` writes the file of one of these, with its URDF where it has one. Each number names
-the paper, manual or datasheet that it comes from; what is not published, mostly rotors and
+`clie robot NAME` writes the file of one of these, with its URDF where it has one. Each number
+names the paper, manual or datasheet that it comes from; what is not published, mostly rotors and
 friction, is a line for you to fill, with what it buys. The URDFs are written by
 `docs/robot_gallery.py` from published frames, masses and centres of mass.
 
