@@ -100,6 +100,30 @@ print("error left after 100 s:", {gamma: round(float(e), 4) for gamma, e in left
 assert left_over[70.0] < 0.02 * left_over[20.0] and left_over[70.0] < 0.02 * left_over[200.0]
 
 # %% [markdown]
+# **Try it.** Which gain makes the end of the right curve steepest? And what do the estimates do on the way
+# when the gain is far too large?
+
+# %%
+def adapt(gamma=70.0):
+    """Run Fig. 2 with an adaptation gain; draw estimates of joint 1 over the truth, and the error."""
+    run = program.run(100, step=1e-3, inputs=drive, every=20, params={"update.gamma": gamma})
+    fig, (left, right) = plt.subplots(1, 2, layout="constrained")
+    for k, name in zip((0, 2, 4), "ABD"):
+        left.plot(run.time, signal(run, "theta_hat")[k], color=f"C{k}", lw=1, label=rf"$\hat {name}_1$")
+        left.axhline(paper.THETA[k], color=f"C{k}", ls="--", lw=0.8)
+    right.semilogy(run.time, parameter_error(run), lw=1)
+    left.set(xlabel="time [s]", ylabel="estimates of joint 1 [1/s, 1/(kg m²), rad/s²]", ylim=(-1, 3))
+    right.set(xlabel="time [s]", ylabel=r"$\Vert\hat\Theta - \Theta\Vert$ [mixed units]", ylim=(1e-4, 10))
+    left.legend()
+    plt.show()
+
+
+explore(adapt, gamma=(5.0, 400.0))
+
+# %% [markdown]
+# **Answer.** The steepest is near 70, the gain of the picture. Above it the estimates ring: $\hat A$ and $\hat B$
+# swing against each other, since a joint with more damping and a stronger motor moves nearly the same.
+#
 # **Question.** Could we have known without a simulation?
 #
 # Near the truth the loop is linear with coefficients that repeat every 2 s, the period of the
