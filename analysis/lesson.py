@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import control as ct
-import matplotlib.pyplot as plt
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -18,8 +18,9 @@ _DECADES = 20.0  # a slider over a larger ratio counts in powers of ten
 
 def set_style() -> None:
     """Set size, resolution and grid of all pictures that follow."""
-    plt.rcParams.update({"figure.figsize": (8.5, 3.2), "figure.dpi": 110, "savefig.dpi": 110,
-                         "axes.grid": True, "grid.alpha": 0.3})
+    matplotlib.rcParams.update({
+        "figure.figsize": (8.5, 3.2), "figure.dpi": 110, "savefig.dpi": 110, "axes.grid": True,
+        "grid.alpha": 0.3})
 
 
 def picture(diagram: ct.InputOutputSystem, **options: Any) -> Figure:

@@ -121,8 +121,9 @@ def adapt(gamma=70.0):
 explore(adapt, gamma=(5.0, 400.0))
 
 # %% [markdown]
-# **Answer.** The steepest is near 70, the gain of the picture. Above it the estimates ring: $\hat A$ and $\hat B$
-# swing against each other, since a joint with more damping and a stronger motor moves nearly the same.
+# **Answer.** The steepest is near 70, the gain of the picture. Below it the estimates creep up to the truth, above
+# it they overshoot and swing about it. $\hat B$ and $\hat D$ jump about at first, and $\hat A$ is the last to arrive:
+# damping shows only where there is speed, and there is little.
 #
 # **Question.** Could we have known without a simulation?
 #
