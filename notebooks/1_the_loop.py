@@ -367,7 +367,7 @@ my_update = ...  # a function of phi, e_u, gamma, kp, kd
 
 # %%
 @exercise
-def exercise_2(update):
+def exercise_1(update):
     block = gradient_update(7.0, [8.0, 3.0], [4.0, 2.0])
     for seed in range(5):
         draw_one = np.random.default_rng(seed)
@@ -378,7 +378,7 @@ def exercise_2(update):
         assert np.allclose(found, wanted), "look at the order Kd / Kp and at the sign"
 
 
-exercise_2(my_update)
+exercise_1(my_update)
 
 # %% [markdown]
 # <details><summary>Solution</summary>
@@ -403,7 +403,7 @@ filtered_loop = ...
 
 # %%
 @exercise
-def exercise_4(diagram):
+def exercise_2(diagram):
     assert {block.name for block in diagram.syslist} == {"pd", "plant", "velocity_filter"}
     assert diagram.noutputs == 2, "show q of both joints, and nothing else"
     poles = np.linalg.eigvals(ct.linearize(diagram, np.zeros(8), np.zeros(4)).A)
@@ -412,7 +412,7 @@ def exercise_4(diagram):
         "the poles differ: does pd.dq come from the filter, and does the filter read plant.q?")
 
 
-exercise_4(filtered_loop)
+exercise_2(filtered_loop)
 
 # %% [markdown]
 # <details><summary>Solution</summary>

@@ -288,7 +288,7 @@ my_excitation = ...  # a function of t [s] that gives a torque [N m]
 
 # %%
 @exercise
-def exercise_3(pe):
+def exercise_1(pe):
     peak = max(abs(pe(instant)) for instant in np.arange(0, 40, 1e-3))
     assert peak <= 0.5 + 1e-12, f"it reaches {peak:.3f} N m"
     loop = clie_loop(decoupled_joints(A, B, D), KP, KD, 20.0)
@@ -298,7 +298,7 @@ def exercise_3(pe):
     assert window.smallest > 0.01, f"beta_1 is {window.smallest:.4f}: try another frequency"
 
 
-exercise_3(my_excitation)
+exercise_1(my_excitation)
 
 # %% [markdown]
 # <details><summary>Solution</summary>
@@ -325,13 +325,13 @@ my_gamma = ...
 
 # %%
 @exercise
-def exercise_5(gamma):
+def exercise_2(gamma):
     loop = PeriodicLoop(ControlledJoints(A, B, D, KP, KD), paper_excitation)
     (rates,) = floquet_rates(loop, [gamma])
     assert rates.time_to(0.01) <= 50, f"with this gain it takes {rates.time_to(0.01):.0f} s"
 
 
-exercise_5(my_gamma)
+exercise_2(my_gamma)
 
 # %% [markdown]
 # <details><summary>Solution</summary>

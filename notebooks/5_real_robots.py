@@ -135,7 +135,7 @@ HOME = np.array([0.0, -1.0, 1.2, -1.5, -1.5, 0.3])  # rad
 GEAR, ROTOR, DRAG = np.full(6, 100.0), np.array(3 * [2e-4] + 3 * [5e-5]), np.array(3 * [4e-3] + 3 * [1e-3])
 for name, weight, inertia in zip(arm_links.names, gravity_torque(arm_links, HOME),
                                  mass_matrix(arm_links, HOME).diagonal()):
-    print(f"{name:14} weight {weight + 0.0:7.2f} N m   inertia {inertia:6.3f} kg m^2")
+    print(f"{name:14} weight {round(weight, 2) + 0.0:7.2f} N m   inertia {inertia:6.3f} kg m^2")
 
 # %% [markdown]
 # **Question.** The tree of six links is one block, with the ports of Fig. 1. How far does the weight bend such an
@@ -236,3 +236,16 @@ assert abs(friction_of_elbow - 6.0) < 0.3
 # are a little off, motors that turn several joints, and what `clie check` sees of a wrong sign are on the page
 # `docs/arms.md`.
 
+# %% [markdown]
+# ---
+# ## 5.3 Your robot
+#
+# 1. **Say what you know.** `clie robot my_arm.urdf -o arm`, or `clie robot logs/ -o arm` if you have no URDF, or a name
+#    of `clie robot --gallery`. Fill the lines that you can; `clie robot --check arm/robot.toml` says what each of the
+#    others would buy.
+# 2. **Put logs beside it.** Two motions that differ, slow reversals among them, and a third that is kept for the
+#    judgement. `clie check arm` says whether they are sound, and what they can show.
+# 3. **Ask.** `clie diagnose arm -o report`. Read the answer as in notebook 4.
+# 4. **Put it in.** `clie export report/arm.json --to mujoco -o better`, and `clie replay` to see the gap shrink.
+#
+# No robot at hand? `clie example` has logs of two arms and a leg.

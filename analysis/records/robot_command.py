@@ -64,16 +64,18 @@ def _list_gallery(as_json: bool) -> None:
 
 def _start(args: argparse.Namespace) -> None:
     """Write a robot file, and beside it the schema by which editors complete and check it."""
-    folder = Path(args.output)
-    texts = _of_gallery(args.source) or {NAME: _text(args.source, folder, args)}
-    for path in (folder / name for name in texts):
-        if path.exists():
-            raise ClieError(f"{path} is there already and is left as it is; name another folder "
-                            f"with -o DIR, or check the file: clie robot --check {folder / NAME}")
+    path = Path(args.output)
+    path = path if path.suffix == ".toml" and not path.is_dir() else path / NAME
+    folder = path.parent
+    texts = _of_gallery(args.source, path.name) or {path.name: _text(args.source, folder, args)}
+    for other in (folder / name for name in texts):
+        if other.exists():
+            raise ClieError(f"{other} is there already and is left as it is; name another folder "
+                            f"with -o DIR, or check the file: clie robot --check {path}")
     for name, text in texts.items():
         write(folder / name, text)
     write(folder / SCHEMA, to_json(robot_schema()) + "\n")
-    path, text = folder / NAME, texts[NAME]
+    text = texts[path.name]
     marks = text.count(f"\n{MARK} ")
     if args.json:
         print(to_json({"file": str(path), "lines_for_you": marks}))
@@ -82,14 +84,14 @@ def _start(args: argparse.Namespace) -> None:
               f"clie robot --check {path}")
 
 
-def _of_gallery(source: Path | None) -> dict[str, str]:
+def _of_gallery(source: Path | None, robot_file: str) -> dict[str, str]:
     """Files of a robot of the gallery; none where the source is a file or folder."""
     if source is None or source.exists() or source.suffix or source.parent != Path():
         return {}
     if source.name not in ROBOTS:
         raise ClieError(f"there is no file or folder {str(source)!r}, and no such robot in the "
                         f"gallery; {nearest(source, ROBOTS)}")
-    return gallery_files(source.name, NAME)
+    return gallery_files(source.name, robot_file)
 
 
 def _text(source: Path | None, folder: Path, args: argparse.Namespace) -> str:
@@ -197,7 +199,7 @@ def _parser() -> argparse.ArgumentParser:
         "clie robot",
         "Start a robot file from a known robot, a URDF or MJCF, from logs or from nothing; or "
         "check one.",
-        output=".", output_help="folder for robot.toml")
+        output=".", output_help="folder for robot.toml, or the file itself")
     parser.add_argument("source", nargs="?", type=Path, metavar="SOURCE",
                         help="URDF or MJCF, a log, a folder of logs, a robot of the gallery, or "
                              "a robot.toml to check; nothing for an empty file")

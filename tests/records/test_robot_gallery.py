@@ -59,6 +59,13 @@ def test_an_unknown_robot_names_the_nearest_and_a_file_of_the_user_stays(tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["panda.urdf"]
 
 
+def test_the_output_may_be_named_as_a_file(tmp_path, capsys):
+    assert main(["robot", "ur5e", "-o", str(tmp_path / "mine.toml")]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "mine.toml", "robot.schema.json", "ur5e.urdf"]
+    assert read_robot(tmp_path / "mine.toml").tree.n == 6
+
+
 def test_the_models_are_those_of_the_script():
     path = Path(__file__).parents[2] / "docs" / "robot_gallery.py"
     spec = importlib.util.spec_from_file_location("robot_gallery", path)
