@@ -27,7 +27,10 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
                      "clie_blocks/effects/__init__.pyi",
                      "clie_blocks/analysis/records/__init__.pyi", "clie_blocks/py.typed",
                      "clie_blocks/analysis/examples/friction-arm/robot.toml",
-                     "clie_blocks/analysis/examples/friction-arm/log-3.csv.gz"):
+                     "clie_blocks/analysis/examples/friction-arm/log-3.csv.gz",
+                     "clie_blocks/analysis/examples/leg-without-torque/go2-leg.urdf",
+                     "clie_blocks/analysis/records/gallery/emps.toml",
+                     "clie_blocks/analysis/records/gallery/ur5e.urdf"):
         assert expected in names
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"clie_blocks"}
     sdist = tarfile.open(next(built.glob("*.tar.gz"))).getnames()
