@@ -91,7 +91,7 @@ left.legend();
 
 # %% [markdown]
 # **Answer.** 70 is faster than 20, but 200 is as slow as 20: the estimates overshoot and then swing
-# slowly about the truth. In the right plot the curves end in straight lines: the error dies out
+# slowly about the truth. In the right plot the curves end in nearly straight lines: the error dies out
 # exponentially, as the theory promises.
 
 # %%
