@@ -8,11 +8,13 @@ to one, or are all zero where nothing exceeds the noise.  Over time each joint c
 its own noise.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.assessment.cause_shares import shares_of
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
@@ -135,7 +137,8 @@ def block_shares(result: Result) -> list[dict[str, Any]]:
     """Share of the gap that each block of the loop is expected to cause.
 
     Each hypothesis gives the share of chi^2 beyond the noise that it removes to the blocks where
-    its causes act, weighted with its probability; what no hypothesis removes has no block.
+    its causes act, each its own (`cause_shares`), weighted with its probability; what no
+    hypothesis removes has no block.
     Parameter errors are attributed to the joint, and where there is no gap nothing is shared out.
     Set-points are delayed before the controller has them.
 
@@ -166,14 +169,16 @@ def _members(ranked: RankedCause) -> tuple[Member, ...]:
 
 def _of_hypotheses(result: Result) -> dict[str, float]:
     """Share of each block by what the hypotheses of the ranking remove."""
-    shares, whole = dict.fromkeys(BLOCKS, 0.0), max(result.nominal.excess, 1e-9)
+    shares = dict.fromkeys(BLOCKS, 0.0)
     for ranked in result.ranking:
         members = _members(ranked)
-        removed = float(np.clip(1.0 - max(ranked.excess, 0.0) / whole, 0.0, 1.0))
+        of_cause = shares_of(result, ranked.names) if members else {}
+        count = Counter(member.cause.name for member in members)
         for member in members:
+            name = member.cause.name
             block = ("joint" if is_number(member.cause)
                      else OF_PORT[member.cause.pieces[0].port])
-            shares[block] += ranked.probability * removed / len(members)
+            shares[block] += ranked.probability * of_cause[name].mean / count[name]
     return shares
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.assessment.cause_shares import Share, shares_of
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
 from clie_blocks.analysis.gap.assessment.not_shown import not_shown
 from clie_blocks.analysis.gap.assessment.result import Result
@@ -206,7 +207,7 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
         for name in ranked.names:
             first.setdefault(name, ranked.fit)
     named = {row["effect"] for row in findings}
-    rows: list[Row] = []
+    rows, shares = [], _shares_of_leading(result)
     for name, probability in marginals(result.ranking).items():
         if name in _contradicted(result):
             probability *= CONTRADICTED
@@ -219,8 +220,18 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
         fit = first[name]
         if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_parameters(name, fit), rival=confounder(fit, result.residuals))
+        if name in shares:
+            row["share"] = dataclasses.asdict(shares[name])
         rows.append(row)
     return rows
+
+
+def _shares_of_leading(result: Result) -> dict[str, Share]:
+    """Share of each cause of the leading hypothesis, where it has several."""
+    leading = next((ranked for ranked in result.ranking if ranked.fit is not None), None)
+    if leading is None or len(leading.names) < 2:
+        return {}
+    return shares_of(result, leading.names)
 
 
 def _alike(name: str, result: Result) -> list[str]:

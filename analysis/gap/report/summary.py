@@ -358,11 +358,14 @@ def _correction(answer: Answer) -> str:
 
 
 def gap_places(answer: Answer) -> list[str]:
-    """Shares by block and by joint, largest first; as a list of one or none."""
+    """Shares by cause, by block and by joint, largest first; as a list of one or none."""
     where = answer.get("where", {})
+    causes = _shares((row["share"]["mean"], effect_title(row["effect"]))
+                     for row in answer["effects"] if row.get("share"))
     blocks = _shares((row["share"], row["block"]) for row in where.get("block", ()))
     joints = _shares((row["share"], row["name"]) for row in where.get("joint", ()))
-    parts = [f"by block {blocks}" if blocks else "", f"by joint {joints}" if joints else ""]
+    parts = [f"by cause {causes}" if causes else "", f"by block {blocks}" if blocks else "",
+             f"by joint {joints}" if joints else ""]
     text = "; ".join(filter(None, parts))
     return [f"Where the gap lies: {text}."] if text else []
 
