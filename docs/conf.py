@@ -11,7 +11,7 @@ project, author = "clie_blocks", "clie_blocks developers"
 release = version = clie_blocks.__version__
 copyright = author  # noqa: A001  the name that Sphinx reads
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "written"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "public"]
 exclude_patterns = ["blind/*.json", "site"]
 root_doc = "index"
 
