@@ -166,9 +166,9 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     add("--duration", type=float, default=paper.DURATION, help="simulated time [s]")
     add("--gamma", type=float, default=paper.GAMMA, help="adaptation gain")
     for name, values, unit in (("--kp", paper.KP, "N m/rad"), ("--kd", paper.KD, "N m s/rad")):
-        add(name, type=float, nargs="+", default=tuple(values), metavar="K",
+        add(name, type=float, nargs="+", default=tuple(values.tolist()), metavar="K",
             help=f"PD gains of both loops [{unit}], one for both joints or one each")
-    add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT), metavar="RAD",
+    add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT.tolist()), metavar="RAD",
         help="constant reference of both joints [rad]")
     add("--noise-variance", type=float, default=paper.NOISE_VARIANCE,
         help="variance of the position noise [rad^2]")

@@ -1,9 +1,12 @@
 """Configuration of the site: ``python -m sphinx -W docs out/site`` builds it, without a network."""
 
+import shutil
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent / "site"))
+HERE = Path(__file__).parent
+NOTEBOOK = "notebooks/clie_and_the_gap.ipynb"
+sys.path.insert(0, str(HERE / "site"))
 
 import clie_blocks  # noqa: E402
 
@@ -37,4 +40,13 @@ autodoc_typehints = "none"  # numpydoc sections state types, shapes and units
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
-nitpicky = False
+suppress_warnings = ["myst.header"]  # a notebook has its own levels
+
+
+def setup(app):  # noqa: D103
+    shutil.copy(HERE.parent / NOTEBOOK, HERE / "notebook.ipynb")  # pages lie in this folder
+    app.connect("source-read", _link_notebook)
+
+
+def _link_notebook(app, page, text):
+    text[0] = text[0].replace(f"../../{NOTEBOOK}", "../notebook.ipynb")

@@ -1,0 +1,110 @@
+"""The site: it builds without a warning, its links lead somewhere, it needs no network."""
+
+import importlib
+import pkgutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LOADING = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}
+PACKAGES = ("clie_blocks", "clie_blocks.analysis", "clie_blocks.analysis.gap",
+            "clie_blocks.analysis.records", "clie_blocks.compiled", "clie_blocks.controllers",
+            "clie_blocks.effects", "clie_blocks.robot_loop")
+
+
+class Page(HTMLParser):
+    """Places of a page, what it links to, and what it loads."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.ids, self.links, self.loaded, self.tags = set(), [], [], set()
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag, attrs):
+        at = dict(attrs)
+        self.tags.add(tag)
+        self.ids |= {at[key] for key in ("id", "name") if at.get(key)}
+        if tag == "a" and at.get("href"):
+            self.links.append(at["href"])
+        if at.get(LOADING.get(tag)):
+            self.loaded.append(at[LOADING[tag]])
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Folder of the built site; every warning is an error."""
+    pytest.importorskip("furo", reason="needs the extra clie-blocks[docs]")
+    folder = tmp_path_factory.mktemp("site")
+    run = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "docs",
+                          str(folder)], cwd=ROOT, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    """Pages by their path."""
+    return {path: Page(path) for path in sorted(site.rglob("*.html"))}
+
+
+@pytest.mark.slow
+def test_no_link_and_no_anchor_is_dead(pages):
+    dead = []
+    for path, page in pages.items():
+        for link in page.links + page.loaded:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            place = unquote(parts.fragment)
+            if not target.exists() or (place and target in pages
+                                       and place not in pages[target].ids):
+                dead.append(f"{path.name}: {link}")
+    assert len(pages) > 40 and not dead
+
+
+@pytest.mark.slow
+def test_nothing_is_loaded_from_elsewhere(site, pages):
+    assert not [url for page in pages.values() for url in page.loaded if urlsplit(url).netloc]
+    for style in site.rglob("*.css"):
+        assert "url(http" not in style.read_text() and "@import" not in style.read_text(), style
+
+
+@pytest.mark.slow
+def test_formulas_are_set_as_formulas(pages):
+    with_formulas = {path.name for path, page in pages.items() if "math" in page.tags}
+    assert {"paper.html", "how_the_diagnosis_works.html", "laws.html",
+            "effects.html"} <= with_formulas
+    assert not [path.name for path in pages if r"\hat\Theta" in path.read_text()]
+
+
+@pytest.mark.slow
+def test_every_public_name_is_in_the_reference(site):
+    from sphinx.util.inventory import InventoryFile
+
+    found = InventoryFile.loads((site / "objects.inv").read_bytes(), uri="")
+    documented = {name for kind in found.data.values() for name in kind}
+    names = {f"{package}.{name}" for package in PACKAGES
+             for name in importlib.import_module(package).__all__}
+    top = set(importlib.import_module("clie_blocks").__all__)
+    missing = {name for name in names - documented
+               if f"clie_blocks.{name.rpartition('.')[2]}" not in documented
+               or name.rpartition(".")[2] not in top}
+    assert len(names) > 80 and not missing
+    import clie_blocks.diagrams as diagrams
+    assert not {f"clie_blocks.diagrams.{module.name}" for module in pkgutil.iter_modules(
+        diagrams.__path__) if not module.ispkg} - documented
+
+
+@pytest.mark.slow
+def test_every_verb_is_in_the_reference(site):
+    from clie_blocks.analysis import cli
+
+    text = (site / "reference" / "command_line.html").read_text()
+    assert not [verb for verb in cli.VERBS if f"clie {verb}</h" not in text.replace("<a ", "</h")]
+    assert "--simulated" in text and "np.float64" not in text
