@@ -14,7 +14,7 @@ project, author = "clie_blocks", "clie_blocks developers"
 release = version = clie_blocks.__version__
 copyright = author  # noqa: A001  the name that Sphinx reads
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "public"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "public", "breaks"]
 exclude_patterns = ["blind/*.json", "site"]
 root_doc = "index"
 
@@ -28,7 +28,8 @@ html_last_updated_fmt = None
 html_theme_options = {"top_of_page_buttons": []}
 html_domain_indices = False
 
-myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_enable_extensions = ["dollarmath"]
+myst_fence_as_directive = {"math"}  # as GitHub has it
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
 nb_execution_mode = "off"  # the notebook is committed with its outputs
