@@ -1,4 +1,4 @@
-"""Configuration of the site: ``python -m sphinx -W docs out/site`` builds it, without a network."""
+"""Configuration of the site, which ``python -m sphinx -W docs out/site`` builds offline."""
 
 import shutil
 import sys

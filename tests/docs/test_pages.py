@@ -36,7 +36,7 @@ def shown(page):
 
 
 def contains(said, wanted):
-    """Whether an output stands in what was said: its words as they are, its numbers within 10 %."""
+    """Whether an output was said: its words as they are, its numbers within 10 %."""
     said, wanted = " ".join(said.split()), " ".join(wanted.split())
     pattern = "".join(
         rf"({NUMBER.pattern})" if NUMBER.fullmatch(part) else re.escape(part)
