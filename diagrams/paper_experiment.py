@@ -153,7 +153,7 @@ def remarks(experiment: Experiment) -> list[str]:
 def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
     options = command_parser(
-        "clie_loop.py",
+        "clie loop",
         "Identify the paper's two-link arm by closed-loop input error (Fig. 2).",
         output="out/clie_loop", output_help="folder for the plots")
     add = options.add_argument

@@ -34,7 +34,10 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
     assert any(name.endswith("/diagrams/clie_loop.py") for name in sdist)
     inside = {name.partition("/")[2] for name in sdist}
     assert {"LICENSE", "CITATION.cff", "CONTRIBUTING.md", "CHANGELOG.md", "docs/robot_file.md",
-            "docs/figures/gap.svg", "notebooks/clie_and_the_gap.ipynb"} <= inside
+            "docs/figures/gap.svg", "notebooks/clie_and_the_gap.ipynb", "docs/conf.py",
+            "docs/index.md", "docs/tutorials/log.md", "docs/reference/command_line.rst",
+            "docs/site/static/site.css"} <= inside
+    assert "docs/notebook.ipynb" not in inside  # a copy that a build of the site makes
     assert not any(name.endswith(".pyc") or "/.venv/" in name for name in sdist)
 
 
