@@ -28,6 +28,8 @@ VERBS = {
                "run the corrected model in MuJoCo against a log"),
     "blind": ("clie_blocks.analysis.blind.command",
               "sealed trials of robots from another engine: make, diagnose, unseal, score"),
+    "real": ("clie_blocks.analysis.real.command",
+             "real machines whose truth is known: diagnose and score"),
     "effects": ("clie_blocks.analysis.catalogue.pages", "the catalogue of unmodelled effects"),
 }
 

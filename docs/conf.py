@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-NOTEBOOK = "notebooks/clie_and_the_gap.ipynb"
 sys.path.insert(0, str(HERE / "site"))
 
 import clie_blocks  # noqa: E402
@@ -41,13 +40,19 @@ autodoc_typehints = "none"  # numpydoc sections state types, shapes and units
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
-suppress_warnings = ["myst.header"]  # a notebook has its own levels
+# a notebook has its own levels, and lines that are no Python
+suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 
 
 def setup(app):  # noqa: D103
-    shutil.copy(HERE.parent / NOTEBOOK, HERE / "notebook.ipynb")  # pages lie in this folder
-    app.connect("source-read", _link_notebook)
+    course = HERE / "course"  # pages lie below this folder
+    shutil.rmtree(course, ignore_errors=True)
+    shutil.copytree(HERE.parent / "notebooks", course, ignore=shutil.ignore_patterns("*.py", ".*"))
+    app.connect("source-read", _link_course)
 
 
-def _link_notebook(app, page, text):
-    text[0] = text[0].replace(f"../../{NOTEBOOK}", "../notebook.ipynb")
+def _link_course(app, page, text):
+    if page.startswith("course/"):
+        text[0] = text[0].replace("../docs/", "../")
+    else:
+        text[0] = text[0].replace("../../notebooks/", "../course/")

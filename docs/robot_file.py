@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from clie_blocks.analysis.records.gallery import ROBOTS
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, SIGNALS
 from clie_blocks.analysis.records.robot import Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
@@ -22,6 +23,8 @@ and all that are wrong are named at once.
 ```sh
 clie robot arm.urdf -o arm       # start a file from a URDF or MJCF,
 clie robot logs/ -o logs         # from logs: joints, rate, units, encoder steps, control law,
+clie robot --gallery             # list known robots,
+clie robot ur5e -o ur5e          # start from one of them,
 clie robot --joints 3            # or from nothing
 clie robot --check robot.toml    # what is wrong, and what each missing line would buy
 clie robot --schema              # this page as JSON Schema
@@ -30,6 +33,16 @@ clie robot --schema              # this page as JSON Schema
 A file that `clie robot` writes begins with `#:schema ./robot.schema.json`, and has the schema
 beside it: editors with a TOML language server (Taplo, "Even Better TOML") then complete keys, show
 what they mean and mark what is wrong.
+"""
+GALLERY = """## Known robots
+
+`clie robot NAME` writes the file of one of these, with its URDF where it has one. Each number
+names the paper, manual or datasheet that it comes from; what is not published, mostly rotors and
+friction, is a line for you to fill, with what it buys. The URDFs are written by
+`docs/robot_gallery.py` from published frames, masses and centres of mass.
+
+| name | robot |
+|---|---|
 """
 LAWS = """The laws, with v the velocity estimate of `velocity_filter`:
 
@@ -60,6 +73,7 @@ def page() -> str:
             "| key | signal | unit, where none is stated |", "|---|---|---|",
             *(f"| `{signal}` | {SIGNALS.get(signal, 'clock')} | {unit} |"
               for signal, unit in DEFAULT_UNITS.items())]) + "\n")
+    parts.append(GALLERY + "".join(f"| `{name}` | {what} |\n" for name, what in ROBOTS.items()))
     return "\n".join(parts)
 
 

@@ -27,17 +27,20 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
                      "clie_blocks/effects/__init__.pyi",
                      "clie_blocks/analysis/records/__init__.pyi", "clie_blocks/py.typed",
                      "clie_blocks/analysis/examples/friction-arm/robot.toml",
-                     "clie_blocks/analysis/examples/friction-arm/log-3.csv.gz"):
+                     "clie_blocks/analysis/examples/friction-arm/log-3.csv.gz",
+                     "clie_blocks/analysis/examples/leg-without-torque/go2-leg.urdf",
+                     "clie_blocks/analysis/records/gallery/emps.toml",
+                     "clie_blocks/analysis/records/gallery/ur5e.urdf"):
         assert expected in names
     assert {name.split("/")[0] for name in names if ".dist-info" not in name} == {"clie_blocks"}
     sdist = tarfile.open(next(built.glob("*.tar.gz"))).getnames()
     assert any(name.endswith("/diagrams/clie_loop.py") for name in sdist)
     inside = {name.partition("/")[2] for name in sdist}
     assert {"LICENSE", "CITATION.cff", "CONTRIBUTING.md", "CHANGELOG.md", "docs/robot_file.md",
-            "docs/figures/gap.svg", "notebooks/clie_and_the_gap.ipynb", "docs/conf.py",
+            "docs/figures/gap.svg", "notebooks/1_the_loop.ipynb", "docs/conf.py",
             "docs/index.md", "docs/tutorials/log.md", "docs/reference/command_line.rst",
             "docs/site/static/site.css"} <= inside
-    assert "docs/notebook.ipynb" not in inside  # a copy that a build of the site makes
+    assert not any("docs/course/" in name for name in inside)  # copies that a build makes
     assert not any(name.endswith(".pyc") or "/.venv/" in name for name in sdist)
 
 

@@ -5,4 +5,5 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 EXAMPLES = {
     "friction-arm": "an arm of two joints, one of which has a friction that its model has not",
-    "healthy-arm": "the same arm without that friction: its model is right"}
+    "healthy-arm": "the same arm without that friction: its model is right",
+    "leg-without-torque": "a leg in space whose logs hold positions only; one of its joints rubs"}

@@ -251,14 +251,14 @@ def _ordered(q: Group, joints: Sequence[str], source: str) -> list[str]:
         return list(joints)
     if all(token.isdigit() for token in tokens):
         tokens.sort(key=int)
-    elif joints and not _are_default(joints):
+    elif joints and not _are_default(joints) and tokens != [""]:  # one column names no joint
         unknown = [token for token in tokens if token not in joints] or tokens
         raise RecordError(f"{source}: joint {unknown[0]!r} of the log is not one of the robot; "
                           f"{nearest(unknown[0], joints)}")
     if joints and len(tokens) != len(joints):
-        raise RecordError(f"{source}: the log has {len(tokens)} joints ({', '.join(tokens)}), the "
-                          f"robot has {len(joints)}; check that this robot.toml belongs to the "
-                          "log")
+        listed = ", ".join(tokens) or "a column without a number"
+        raise RecordError(f"{source}: the log has {len(tokens)} joints ({listed}), the robot has "
+                          f"{len(joints)}; check that this robot.toml belongs to the log")
     return tokens
 
 

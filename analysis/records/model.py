@@ -195,12 +195,16 @@ class Record:
             unknown = sorted(set(self.joints) - set(robot.joints)) or self.joints
             self._fail(f"has a joint {unknown[0]!r} that its robot does not have; "
                        f"{nearest(unknown[0], robot.joints)}")
-        order = [self.joints.index(name) for name in robot.joints]
+        return self.of_joints(robot.joints).replace(robot=robot)
+
+    def of_joints(self, names: Sequence[str]) -> "Record":
+        """Return the record of some joints, in the order of their names, without a robot."""
+        order = [self.joint(name) for name in names]
         changes = {name: getattr(self, name)[:, order] for name in self.signals}
         units = {name: tuple(self.units[name][k] for k in order) for name in SIGNALS}
         extra = {name: value[:, order] if value.shape[1:] == (self.n,) else value
                  for name, value in self.extra.items()}
-        return self.replace(joints=robot.joints, robot=robot, units=units, extra=extra, **changes)
+        return self.replace(joints=tuple(names), robot=None, units=units, extra=extra, **changes)
 
     def _put(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

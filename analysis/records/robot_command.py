@@ -1,4 +1,4 @@
-"""``clie robot``: start a robot file from a URDF, an MJCF, logs or nothing, and check one."""
+"""``clie robot``: start a robot file from a gallery, a model, logs or nothing, and check one."""
 
 import argparse
 from collections.abc import Iterator
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.records.gallery import ROBOTS, gallery_files
 from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.robot_file import read_robot
 from clie_blocks.analysis.records.robot_keys import SCHEMA, robot_schema
@@ -16,7 +17,7 @@ from clie_blocks.analysis.records.robot_template import (
     robot_text_of_logs,
     robot_text_of_model,
 )
-from clie_blocks.errors import ClieError
+from clie_blocks.errors import ClieError, nearest
 from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, write
 from clie_blocks.rigid_body.dynamics import gravity_torque, mass_matrix
 from clie_blocks.rigid_body.model_file import MODEL_FILES
@@ -24,6 +25,7 @@ from clie_blocks.rigid_body.model_file import MODEL_FILES
 NAME = "robot.toml"
 _POSES = 200  # at random within the limits, of which the largest torque is shown
 _WHOLE_TURN = np.pi
+_ROUNDING = 1e-9  # N m or kg m^2: what is less comes from the arithmetic
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -31,6 +33,8 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if args.schema:
         print(to_json(robot_schema()))
+    elif args.gallery:
+        _list_gallery(args.json)
     elif args.check is not None or (args.source is not None and args.source.suffix == ".toml"):
         _check(args.check or args.source, args.json)
     else:
@@ -48,21 +52,46 @@ def _check(path: Path, as_json: bool) -> None:
         _show(robot, facts)
 
 
+def _list_gallery(as_json: bool) -> None:
+    """List the robots of the gallery, one line each."""
+    if as_json:
+        print(to_json({"robots": ROBOTS}))
+        return
+    print_table(("robot", "what it is"), list(ROBOTS.items()), "<<")
+    print("Each states where its numbers come from, and leaves open what is not published.\n"
+          f"Next: clie robot {next(iter(ROBOTS))} -o DIR")
+
+
 def _start(args: argparse.Namespace) -> None:
     """Write a robot file, and beside it the schema by which editors complete and check it."""
-    path = Path(args.output) / NAME
-    if path.exists():
-        raise ClieError(f"{path} is there already and is left as it is; name another folder with "
-                        "-o DIR, or check the file: clie robot --check " + str(path))
-    text = _text(args.source, path.parent, args)
-    write(path, text)
-    write(path.parent / SCHEMA, to_json(robot_schema()) + "\n")
+    path = Path(args.output)
+    path = path if path.suffix == ".toml" and not path.is_dir() else path / NAME
+    folder = path.parent
+    texts = _of_gallery(args.source, path.name) or {path.name: _text(args.source, folder, args)}
+    for other in (folder / name for name in texts):
+        if other.exists():
+            raise ClieError(f"{other} is there already and is left as it is; name another folder "
+                            f"with -o DIR, or check the file: clie robot --check {path}")
+    for name, text in texts.items():
+        write(folder / name, text)
+    write(folder / SCHEMA, to_json(robot_schema()) + "\n")
+    text = texts[path.name]
     marks = text.count(f"\n{MARK} ")
     if args.json:
         print(to_json({"file": str(path), "lines_for_you": marks}))
     else:
         print(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you; then: "
               f"clie robot --check {path}")
+
+
+def _of_gallery(source: Path | None, robot_file: str) -> dict[str, str]:
+    """Files of a robot of the gallery; none where the source is a file or folder."""
+    if source is None or source.exists() or source.suffix or source.parent != Path():
+        return {}
+    if source.name not in ROBOTS:
+        raise ClieError(f"there is no file or folder {str(source)!r}, and no such robot in the "
+                        f"gallery; {nearest(source, ROBOTS)}")
+    return gallery_files(source.name, robot_file)
 
 
 def _text(source: Path | None, folder: Path, args: argparse.Namespace) -> str:
@@ -142,7 +171,7 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
     if robot.tree is not None:
         print(f"links of {robot.links.model}: {facts['mass']:.4g} kg")
         print_table(("joint", "largest weight [N m]", "largest inertia [kg m^2]"),
-                    [(name, f"{weight:.3g}", f"{inertia:.3g}") for name, weight, inertia in
+                    [(name, _shown(weight), _shown(inertia)) for name, weight, inertia in
                      zip(robot.joints, facts["largest_weight"], facts["largest_inertia"])],
                     "<>>")
     for line in _coupled(robot):
@@ -150,6 +179,10 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
     for line in facts["open"]:
         print(f"not stated: {line}")
     print("Next: clie check FOLDER, with the logs beside this file")
+
+
+def _shown(value: float) -> str:
+    return f"{0.0 if value < _ROUNDING else value:.3g}"
 
 
 def _coupled(robot: Robot) -> list[str]:
@@ -164,11 +197,14 @@ def _coupled(robot: Robot) -> list[str]:
 def _parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "clie robot",
-        "Start a robot file from a URDF or MJCF, from logs or from nothing; or check one.",
-        output=".", output_help="folder for robot.toml")
+        "Start a robot file from a known robot, a URDF or MJCF, from logs or from nothing; or "
+        "check one.",
+        output=".", output_help="folder for robot.toml, or the file itself")
     parser.add_argument("source", nargs="?", type=Path, metavar="SOURCE",
-                        help="URDF or MJCF, a log, a folder of logs, or a robot.toml to check; "
-                             "nothing for an empty file")
+                        help="URDF or MJCF, a log, a folder of logs, a robot of the gallery, or "
+                             "a robot.toml to check; nothing for an empty file")
+    parser.add_argument("--gallery", action="store_true",
+                        help="list the known robots, with numbers from papers and datasheets")
     parser.add_argument("--check", type=Path, metavar="FILE",
                         help="say what is wrong in a robot file, line by line, and what each "
                              "missing line would buy")

@@ -10,6 +10,7 @@ from effect_runs import (
     run_loop,
     run_plant,
 )
+from scipy.integrate import solve_ivp
 
 from clie_blocks.effects import LIBRARY
 
@@ -104,8 +105,20 @@ def test_commutation_ripple_grows_with_the_torque():
 def test_a_motor_fades_as_it_warms_up():
     setting = LIBRARY["motor_heating"](heating=5.0, time_constant=20.0, fade=2e-3)
     t, y = block_response(setting, {"u": 3.0}, 60.0, 0.01)
-    rise = 5.0 * 9.0 * (1 - np.exp(-t / 20.0))
-    np.testing.assert_allclose(y[0], 3.0 * (1 - 2e-3 * rise), rtol=1e-9)
+
+    def warm_up(_: float, rise: np.ndarray) -> np.ndarray:  # a winding behind a voltage
+        return (5.0 * 3.0 * 3.0 / (1 + 2e-3 * rise) - rise) / 20.0
+
+    rise = solve_ivp(warm_up, (0.0, 60.0), [0.0], t_eval=t, rtol=1e-10, atol=1e-12).y[0]
+    np.testing.assert_allclose(y[0], 3.0 / (1 + 2e-3 * rise), rtol=1e-7)
+
+
+def test_a_hot_motor_rests_where_its_loss_balances_its_cooling():
+    heating, fade, torque = 5.0, 2e-3, 30.0
+    setting = LIBRARY["motor_heating"](heating=heating, time_constant=1.0, fade=fade)
+    _, y = block_response(setting, {"u": torque}, 60.0, 0.01)
+    rise = (np.sqrt(1 + 4 * fade * heating * torque**2) - 1) / (2 * fade)
+    assert y[0, -1] == pytest.approx(torque / (1 + fade * rise), rel=1e-9)
 
 
 def test_back_emf_is_viscous_damping_of_a_powered_joint():

@@ -125,3 +125,12 @@ def test_factors_to_si():
         to_si("degs", "q", "here")
     with pytest.raises(RecordError, match="q cannot be in 'Nm'"):
         to_si("Nm", "q", "here")
+
+
+def test_one_column_is_the_joint_whatever_its_name():
+    found = layout("stamp,pos,goal,cur", user_map={"time": "stamp", "q": "pos", "u": "cur"},
+                   joints=("calf",))
+    assert found.joints == ("calf",) and found.columns == {"q": [1], "u": [3]}
+    with pytest.raises(RecordError, match="1 joints .a column without a number., the robot has 2"):
+        layout("stamp,pos,cur", user_map={"time": "stamp", "q": "pos", "u": "cur"},
+               joints=("hip", "calf"))

@@ -1,13 +1,16 @@
 """An installed package has logs to try, right ones, and never writes them over a user's files."""
 
+import importlib.util
 import json
 
 import numpy as np
 import pytest
 
+from clie_blocks import diagnose
 from clie_blocks.analysis import cli
 from clie_blocks.analysis.examples import EXAMPLES, FOLDER
 
+RUBS = 0.4  # N m, dry friction of the thigh
 LEVEL = 0.004  # N m, dry friction of the elbow on the motor side
 
 
@@ -41,16 +44,20 @@ def test_an_unknown_example_names_the_nearest(capsys):
     assert "did you mean 'friction-arm'" in capsys.readouterr().err
 
 
+def script_of(name):
+    """Script of the documentation as a module."""
+    path = FOLDER.parents[1] / "docs" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    return script
+
+
 def test_the_example_is_the_robot_of_the_script(tmp_path):
     """The shipped logs are those of the other engine, with the friction that the script states."""
     pytest.importorskip("mujoco")
-    import importlib.util
-
-    path = FOLDER.parents[1] / "docs" / "examples.py"
-    spec = importlib.util.spec_from_file_location("examples_script", path)
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    assert script.EXAMPLES.keys() == EXAMPLES.keys()
+    script = script_of("examples")
+    assert {*script.EXAMPLES, script_of("example_leg").NAME} == set(EXAMPLES)
     assert script.EXAMPLES["friction-arm"] == {"level": [0.0, LEVEL]}
     script.make("friction-arm", tmp_path)
     assert (tmp_path / "robot.toml").read_text() == (
@@ -61,9 +68,34 @@ def test_the_example_is_the_robot_of_the_script(tmp_path):
         assert np.abs(made[name] - shipped[name]).max() < 1e-3
 
 
+def test_the_leg_is_that_of_its_script(tmp_path):
+    pytest.importorskip("mujoco")
+    script, shipped = script_of("example_leg"), FOLDER / "leg-without-torque"
+    assert script.FRICTION.tolist() == [0.0, RUBS, 0.0]
+    script.make(tmp_path)
+    for name in ("robot.toml", "go2-leg.urdf"):
+        assert (tmp_path / name).read_text() == (shipped / name).read_text()
+    made, logged = (np.genfromtxt(folder / "log-3.csv.gz", delimiter=",", names=True)
+                    for folder in (tmp_path, shipped))
+    assert logged.dtype.names == ("time", "q_hip", "q_thigh", "q_calf",
+                                  "qd_hip", "qd_thigh", "qd_calf")
+    for name in logged.dtype.names:
+        assert np.abs(made[name] - logged[name]).max() < 1e-3
+
+
+@pytest.mark.slow
+def test_the_thigh_of_the_leg_rubs_though_no_torque_is_logged(tmp_path):
+    assert cli.main(["example", "leg-without-torque", str(tmp_path / "leg")]) == 0
+    found = diagnose(str(tmp_path / "leg")).to_dict()
+    first = found["effects"][0]
+    assert first["effect"] == "coulomb" and first["joint"] == [2]
+    assert first["parameters"]["level"]["value"] == pytest.approx([RUBS], rel=0.1)
+    assert found["closed_percent"]["value"] > 90
+
+
 @pytest.mark.slow
 def test_one_command_diagnoses_both_arms(tmp_path, capsys):
-    for name in EXAMPLES:
+    for name in ("healthy-arm", "friction-arm"):
         assert cli.main(["example", name, str(tmp_path / "arms" / name)]) == 0
     assert cli.main(["diagnose", str(tmp_path / "arms"), "-o", str(tmp_path / "out")]) == 0
     answers = json.loads((tmp_path / "out" / "answers.json").read_text())

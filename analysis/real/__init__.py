@@ -1,0 +1,1 @@
+"""Real machines whose truth is known independently: `clie real` scores the diagnosis on them."""
