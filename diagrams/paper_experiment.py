@@ -153,7 +153,7 @@ def remarks(experiment: Experiment) -> list[str]:
 def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
     options = command_parser(
-        "clie_loop.py",
+        "clie loop",
         "Identify the paper's two-link arm by closed-loop input error (Fig. 2).",
         output="out/clie_loop", output_help="folder for the plots")
     add = options.add_argument
@@ -166,9 +166,9 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
     add("--duration", type=float, default=paper.DURATION, help="simulated time [s]")
     add("--gamma", type=float, default=paper.GAMMA, help="adaptation gain")
     for name, values, unit in (("--kp", paper.KP, "N m/rad"), ("--kd", paper.KD, "N m s/rad")):
-        add(name, type=float, nargs="+", default=tuple(values), metavar="K",
+        add(name, type=float, nargs="+", default=tuple(values.tolist()), metavar="K",
             help=f"PD gains of both loops [{unit}], one for both joints or one each")
-    add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT), metavar="RAD",
+    add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT.tolist()), metavar="RAD",
         help="constant reference of both joints [rad]")
     add("--noise-variance", type=float, default=paper.NOISE_VARIANCE,
         help="variance of the position noise [rad^2]")

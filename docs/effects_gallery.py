@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib
 
 from clie_blocks.analysis.catalogue.figure import effect_figure
+from clie_blocks.analysis.catalogue.formula import as_latex
 from clie_blocks.analysis.gap.causes.vocabulary import describe_answer
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import FAMILIES
@@ -34,8 +35,8 @@ Each effect stands at its typical parameters.  Left: its characteristic, or its 
 Middle: the loop of Fig. 1 (A = 2, 2.4; B = 0.5, 0.6; Kp = 10, Kd = 5) with and without it under
 one excitation for all, the joint that changes most.  Right: the difference of the two.  For
 effects of the log the signal is the recorded command, for all others the position.
-How the stiff ones converge with the step: [effects_numerics.md](effects_numerics.md); how they
-compare with another engine: [effects_mujoco.md](effects_mujoco.md).
+How the stiff ones converge with the step: [numerics](effects_numerics.md); how they compare with
+another engine: [MuJoCo](effects_mujoco.md); what their words mean: [glossary](glossary.md).
 
 """
 
@@ -57,7 +58,8 @@ def _entry(name: str) -> str:
                         for p in effect.parameters)
     confused = "\n".join(f"  - `{other}`: {experiment}"
                          for other, experiment in effect.confused_with.items())
-    return (f"### {name}\n\n    {effect.equation}\n\n![{name}]({PICTURES}/{name}.svg)\n\n"
+    return (f"### {name}\n\n```math\n{as_latex(effect.equation)}\n```\n\n"
+            f"![{name}]({PICTURES}/{name}.svg)\n\n"
             f"- Looks like: {effect.signature}\n"
             f"- In a diagnosis: {describe_answer(name)}\n- Typical: {typical}\n"
             f"- Confused with\n{confused}\n- Wrong where: {effect.wrong}\n"

@@ -10,7 +10,7 @@ from clie_blocks.analysis import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 GLOSSARY = (ROOT / "docs" / "glossary.md").read_text()
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SPEAKING = ["analysis/gap/report", "analysis/gap/command.py", "analysis/gap/batch.py",
             "analysis/report"]  # what stands in their strings reaches a user
 COMMANDS = ("diagnose", "check", "identify", "effects", "blind", "bounds", "reproduce", "loop")

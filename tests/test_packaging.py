@@ -37,7 +37,10 @@ def test_wheel_and_sdist_hold_the_three_folders(built):
     assert any(name.endswith("/diagrams/clie_loop.py") for name in sdist)
     inside = {name.partition("/")[2] for name in sdist}
     assert {"LICENSE", "CITATION.cff", "CONTRIBUTING.md", "CHANGELOG.md", "docs/robot_file.md",
-            "docs/figures/gap.svg", "notebooks/1_the_loop.ipynb"} <= inside
+            "docs/figures/gap.svg", "notebooks/1_the_loop.ipynb", "docs/conf.py",
+            "docs/index.md", "docs/tutorials/log.md", "docs/reference/command_line.rst",
+            "docs/site/static/site.css"} <= inside
+    assert not any("docs/course/" in name for name in inside)  # copies that a build makes
     assert not any(name.endswith(".pyc") or "/.venv/" in name for name in sdist)
 
 

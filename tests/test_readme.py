@@ -1,22 +1,12 @@
-"""The README is true: its Python runs, its links lead somewhere, its commands exist."""
+"""The README is true: its links lead somewhere, its commands exist."""
 
 import re
 from pathlib import Path
-
-import pytest
 
 from clie_blocks.analysis import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "README.md").read_text()
-
-
-@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", TEXT, re.S))
-def test_python_of_the_readme_runs(code):
-    names = {}
-    exec(compile(code, "README.md", "exec"), names)
-    assert names["response"].time[-1] == pytest.approx(100.0)
-    assert names["flat"].nstates == names["loop"].nstates and "#include" in names["text"]
 
 
 def test_links_lead_to_files():

@@ -53,7 +53,7 @@ def test_the_file_as_it_is_written_reproduces_the_predicted_gap(case, tmp_path, 
 
 
 def test_an_arm_of_another_engine_moves_as_its_file_says(shared, tmp_path):
-    """The arm of docs/from_a_log_to_a_better_simulator.md, whose page states these figures."""
+    """A trial of the practice set: the file reaches what the diagnosis predicts."""
     pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
     found = diagnose(read(shared / "blind" / "practice" / "trial-007"), effects=("coulomb",))
     stated = gap(build_hypothesis(found.problem, ()))

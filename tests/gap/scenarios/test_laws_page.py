@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "laws.md").read_text()
+PAGE = (ROOT / "docs" / "howto" / "own_law.md").read_text()
 LAW = (ROOT / "docs" / "laws" / "my_law.py").read_text()
 
 
