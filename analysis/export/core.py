@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 import textwrap
 from functools import cached_property
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.export.joint_block import OUTPUTS, JointBlock
+from clie_blocks.analysis.export.correction import before
+from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, JointBlock
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.program import Program
@@ -51,6 +53,32 @@ class Core:
                 for value in np.ravel(values)]
 
     @property
+    def values(self) -> list[float]:
+        """Values of the parameters."""
+        return [value for _, value in self.parameters]
+
+    @property
+    def upper(self) -> str:
+        """Its name as the constants of C have it."""
+        return self.name.upper()
+
+    @property
+    def class_name(self) -> str:
+        """Its name as a class has it."""
+        return "".join(word[:1].upper() + word[1:] for word in self.name.split("_"))
+
+    @property
+    def quoted(self) -> str:
+        """Name of the joint as a string of C, Python or YAML."""
+        return json.dumps(self.block.joint.name, ensure_ascii=False)
+
+    @property
+    def command_per_force(self) -> float:
+        """Logged command per torque that a model by the datasheet puts on the joint."""
+        joint = self.block.joint
+        return 1.0 / (before(joint, "gear") * before(joint, "gain"))
+
+    @property
     def states(self) -> list[str]:
         """Name of every state."""
         return [label for _, label in self.program.states]
@@ -82,7 +110,7 @@ class Core:
         return {name: slots[f"{name}[0]"] for name in OUTPUTS}
 
     def _filled(self, template: str) -> str:
-        return fill(template, core=self, upper=self.name.upper(), outputs=OUTPUTS)
+        return fill(template, core=self)
 
 
 def core(block: JointBlock, name: str | None = None) -> Core:
@@ -104,4 +132,4 @@ def fill(template: str, **values: Any) -> str:
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     environment.filters["text"] = lambda text: re.sub(r"\s+", " ", str(text)).replace("*/", "* /")
-    return environment.get_template(template).render(**values)
+    return environment.get_template(template).render(inputs=INPUTS, outputs=OUTPUTS, **values)

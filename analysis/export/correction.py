@@ -219,6 +219,28 @@ def _settings(rows: Sequence[Mapping[str, Any]], source: str) -> list[Setting]:
     return found
 
 
+def before(joint: Joint, name: str) -> float:
+    """Return what the datasheet said of a joint."""
+    value = joint.before.get(name)
+    return float(getattr(joint, name)) if value is None else float(value)
+
+
+def check_basis(correction: Correction, source: str) -> None:
+    """Refuse to patch a model with what was found beside another simulation.
+
+    Raises
+    ------
+    ClieError
+        If the answer compares with the user's own simulator or loop.
+
+    """
+    if correction.basis != "datasheet":
+        raise ClieError(
+            f"{source} cannot be patched from this answer: it was compared with the logs of your "
+            f"own {correction.basis}, and says what to add to it; the .xml next to the report "
+            "lists the changes. Diagnose without --simulated for a model that can be exported")
+
+
 def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -> None:
     """Refuse a model that lacks a corrected joint.
 

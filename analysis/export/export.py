@@ -9,6 +9,7 @@ from clie_blocks.analysis.export.c_target import export_c
 from clie_blocks.analysis.export.correction import Correction, check_joint_names
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.fmu import export_fmu
+from clie_blocks.analysis.export.gazebo_target import export_gazebo
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.analysis.export.source_targets import SOURCE_TARGETS, export_source
 from clie_blocks.errors import ClieError, nearest
@@ -19,6 +20,7 @@ TARGETS: dict[str, str] = {
     "fmu": "one FMI 3.0 co-simulation unit per joint",
     "python-control": "one sampled block per joint, as a Python module",
     "drake": "one LeafSystem per joint, as a Python module",
+    "gazebo": "your SDF, patched, and one system plugin of Gazebo Sim per joint",
     "simulink": "one level-2 S-function in C per joint",
 }
 DEFAULT_STEP = 1.25e-4  # s, of the blocks in C; a whole fraction of the period of the controller
@@ -55,6 +57,9 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
             raise ClieError("the step of a MuJoCo model stands in the model: set its option "
                             "timestep and leave out --step")
         return export_mujoco(correction, model, renamed)
+    if target == "gazebo":
+        return export_gazebo(correction, None if step is None else _step(correction, step), model,
+                             renamed)
     if model is not None:
         raise ClieError(f"the target {target!r} patches no model; leave out --model, and call the "
                         "block from your simulator")

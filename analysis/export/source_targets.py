@@ -1,14 +1,15 @@
-"""Targets that are source text around the core of a joint: python-control, Drake, Simulink."""
+"""Targets that are source text around the core of a joint, in the words of a simulator."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 
 from clie_blocks.analysis.export.c_target import notes
 from clie_blocks.analysis.export.core import Core, core, fill
 from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.exported import Exported
-from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, joint_block
+from clie_blocks.analysis.export.joint_block import joint_block
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,32 +18,44 @@ class SourceTarget:
 
     Parameters
     ----------
-    template : str
-        Template of the file of a joint.
-    file : str
-        Its name, with ``{name}`` for the joint.
-    in_c : bool
-        Whether it calls the C file, which is then written beside it.
+    of_joint : dict of str to str
+        Template of each file of a joint, by the name of the file with ``{name}`` for the joint.
     ran : str
         What was checked, and where.
+    in_c : bool
+        Whether it calls the C file, which is then written beside it.
+    of_robot : dict of str to str
+        Template of each file that holds all joints, by its name.
 
     """
 
-    template: str
-    file: str
-    in_c: bool
+    of_joint: Mapping[str, str]
     ran: str
+    in_c: bool = True
+    of_robot: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def files(self, cores: Sequence[Core]) -> dict[str, str | bytes]:
+        """Return the files of some joints."""
+        files: dict[str, str | bytes] = {}
+        for made in cores:
+            files |= {name.format(name=made.name): fill(template, core=made)
+                      for name, template in self.of_joint.items()}
+            if self.in_c:
+                files |= {f"{made.name}.c": made.c_source(), f"{made.name}.h": made.c_header()}
+        return files | {name: fill(template, cores=cores)
+                        for name, template in self.of_robot.items()}
 
 
 SOURCE_TARGETS = {
     "python-control": SourceTarget(
-        "python_control.py.j2", "{name}_control.py", False,
-        "The tests of this package run such blocks in python-control."),
+        {"{name}_control.py": "python_control.py.j2"},
+        "The tests of this package run such blocks in python-control.", in_c=False),
     "drake": SourceTarget(
-        "drake.py.j2", "{name}_drake.py", False,
-        "The tests of this package run such systems in Drake where pydrake is installed."),
+        {"{name}_drake.py": "drake.py.j2"},
+        "The tests of this package run such systems in Drake where pydrake is installed.",
+        in_c=False),
     "simulink": SourceTarget(
-        "s_function.c.j2", "{name}_sfun.c", True,
+        {"{name}_sfun.c": "s_function.c.j2"},
         "The tests of this package compile and run such S-functions against a stand-in for "
         "simstruc.h; they were never run in Simulink."),
 }
@@ -62,17 +75,5 @@ def export_source(correction: Correction, step: float, target: str) -> Exported:
 
     """
     how = SOURCE_TARGETS[target]
-    files: dict[str, str | bytes] = {}
-    for k in range(len(correction.joints)):
-        made = core(joint_block(correction, k, step))
-        files[how.file.format(name=made.name)] = _text(made, how)
-        if how.in_c:
-            files |= {f"{made.name}.c": made.c_source(), f"{made.name}.h": made.c_header()}
-    return Exported(target, files, notes(correction), ran=how.ran)
-
-
-def _text(made: Core, how: SourceTarget) -> str:
-    words = made.name.split("_")
-    return fill(how.template, core=made, inputs=INPUTS, outputs=OUTPUTS,
-                upper=made.name.upper(), numbers=[value for _, value in made.parameters],
-                class_name="".join(word[:1].upper() + word[1:] for word in words))
+    cores = [core(joint_block(correction, k, step)) for k in range(len(correction.joints))]
+    return Exported(target, how.files(cores), notes(correction), ran=how.ran)

@@ -167,6 +167,8 @@ def test_what_is_no_model_is_refused():
         patched("<mujoco>")
     with pytest.raises(ClieError, match="begins with <robot>"):
         patched("<robot/>")
+    with pytest.raises(ClieError, match="an SDF, which --to gazebo patches"):
+        patched("<sdf/>")
 
 
 def test_a_step_that_is_no_fraction_of_the_period_is_said():
