@@ -16,6 +16,7 @@ from clie_blocks.errors import ClieError, nearest
 
 TARGETS: dict[str, str] = {
     "mujoco": "your MJCF, patched, and a Python module for what it has no words for",
+    "ros2-control": "one chainable controller of ROS 2 per joint, as a package",
     "c": "one self-contained C99 function per joint",
     "fmu": "one FMI 3.0 co-simulation unit per joint",
     "python-control": "one sampled block per joint, as a Python module",
@@ -64,6 +65,8 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
         raise ClieError(f"the target {target!r} patches no model; leave out --model, and call the "
                         "block from your simulator")
     if target in SOURCE_TARGETS:
+        if step is None and SOURCE_TARGETS[target].at_controller:
+            step = correction.period
         return export_source(correction, _step(correction, step), target)
     blocks: dict[str, Callable[[Correction, float], Exported]] = {
         "c": export_c, "fmu": export_fmu}

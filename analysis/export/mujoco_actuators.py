@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.export.correction import Joint, before
+from clie_blocks.analysis.export.correction import before
 from clie_blocks.analysis.export.mjcf_elements import actuators_of, tag
 from clie_blocks.analysis.export.mujoco_split import Split
 from clie_blocks.analysis.export.xml_text import Element, XmlText

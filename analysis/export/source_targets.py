@@ -10,6 +10,7 @@ from clie_blocks.analysis.export.core import Core, core, fill
 from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.joint_block import joint_block
+from clie_blocks.errors import ClieError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -26,6 +27,9 @@ class SourceTarget:
         Whether it calls the C file, which is then written beside it.
     of_robot : dict of str to str
         Template of each file that holds all joints, by its name.
+    at_controller : bool
+        Whether its blocks run beside the controller: at its period where no step is given, and
+        at a whole number of Hz.
 
     """
 
@@ -33,6 +37,7 @@ class SourceTarget:
     ran: str
     in_c: bool = True
     of_robot: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    at_controller: bool = False
 
     def files(self, cores: Sequence[Core]) -> dict[str, str | bytes]:
         """Return the files of some joints."""
@@ -58,6 +63,13 @@ SOURCE_TARGETS = {
         {"{name}_sfun.c": "s_function.c.j2"},
         "The tests of this package compile and run such S-functions against a stand-in for "
         "simstruc.h; they were never run in Simulink."),
+    "ros2-control": SourceTarget(
+        {"{name}_controller.cpp": "ros2_controller.cpp.j2"},
+        "The tests of this package compile and run such controllers against a stand-in for the "
+        "headers of ros2_control; they were never run in ROS 2.",
+        of_robot={"CMakeLists.txt": "ros2_cmake.txt.j2", "package.xml": "ros2_package.xml.j2",
+                  "corrected_joints.xml": "ros2_plugins.xml.j2",
+                  "controllers.yaml": "ros2_controllers.yaml.j2"}, at_controller=True),
 }
 
 
@@ -73,7 +85,16 @@ def export_source(correction: Correction, step: float, target: str) -> Exported:
     target : str
         One of `SOURCE_TARGETS`.
 
+    Raises
+    ------
+    ClieError
+        If the target cannot take the step.
+
     """
     how = SOURCE_TARGETS[target]
+    if how.at_controller and abs(1.0 / step - round(1.0 / step)) > 1e-6 / step:
+        raise ClieError(f"the target {target!r} runs at a whole number of Hz, and a step of "
+                        f"{step:g} s is {1.0 / step:g} Hz; give the step of your simulated "
+                        "controllers with --step")
     cores = [core(joint_block(correction, k, step)) for k in range(len(correction.joints))]
     return Exported(target, how.files(cores), notes(correction), ran=how.ran)

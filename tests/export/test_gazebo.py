@@ -1,9 +1,6 @@
 """Gazebo: the system gives the numbers of the block, and the user's SDF is patched."""
 
 import ctypes
-import shutil
-import subprocess
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,11 +11,9 @@ from clie_blocks.analysis.export.export import export
 from clie_blocks.analysis.export.joint_block import joint_block
 from clie_blocks.errors import ClieError, RecordError
 from tests.export import robots
-from tests.export.test_cores import COMPILER, STEP, expected, signals
+from tests.export.stand_ins import compiled, needs_cxx, pointer
+from tests.export.test_cores import STEP, expected, signals
 
-STUBS = Path(__file__).parent / "stubs"
-CXX = next((found for name in ("c++", "g++", "clang++") if (found := shutil.which(name))), None)
-needs_cxx = pytest.mark.skipif(not (COMPILER and CXX), reason="needs a C++ compiler")
 EFFECTS = ("stribeck", "actuator_lag", "torque_ripple")
 OWN = """<?xml version="1.0"?>
 <!-- The bench, by hand. -->
@@ -44,38 +39,12 @@ OWN = """<?xml version="1.0"?>
 """
 
 
-def compiled(folder, name, sources, standard="-std=c++17", **headers):
-    """A library of C++ with its C file, where each header stands for several of an API."""
-    for header, paths in headers.items():
-        for path in paths:
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_text(f'#include "{STUBS / header}.hh"\n')
-    flags = ["-Wall", "-Wextra", "-Werror", "-O1", "-fPIC", "-ffp-contract=off"]
-    subprocess.run([COMPILER, "-std=c99", *flags, "-c", "j1.c"], cwd=folder, check=True)
-    subprocess.run([CXX, standard, *flags, "-I.", "-shared", "-o", name, *map(str, sources),
-                    "j1.o", "-lm"], cwd=folder, check=True)
-    return ctypes.CDLL(str(folder / name))
-
-
-def included(path):
-    """Headers of an API that a source includes."""
-    lines = (line for line in path.read_text().splitlines() if line.startswith("#include <"))
-    return [line.split("<")[1].rstrip(">") for line in lines
-            if line.removesuffix(">").endswith((".hh", ".hpp"))]
-
-
-def pointer(values):
-    """An array as C takes it."""
-    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
 @pytest.fixture(scope="module")
 def system(tmp_path_factory):
     """Exit code, and force after each step, of the system on rows against the stand-in."""
     folder = tmp_path_factory.mktemp("gazebo")
     export(robots.correction(*map(robots.setting, EFFECTS)), "gazebo", step=STEP).save(folder)
-    code = compiled(folder, "gazebo.so", [STUBS / "gazebo_run.cc"],
-                    gazebo=included(folder / "j1_gazebo.cc"))
+    code = compiled(folder, "j1_gazebo.cc", "gazebo_run.cc", "gazebo.hh")
 
     def run(rows, every, joint="elbow", per_force="1"):
         rows, force = np.ascontiguousarray(rows[:, :3]), np.zeros(len(rows))
