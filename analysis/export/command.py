@@ -77,9 +77,9 @@ def _parser() -> argparse.ArgumentParser:
                         help="name of a joint in the logs, and in the model; repeat it")
     parser.add_argument("--step", type=float, metavar="S",
                         help="step of your simulator [s], which for mujoco stands in the model; "
-                             "else that of the world or 1 ms for gazebo, the controller's period "
-                             "for ros2-control, and 0.125 ms or the largest fraction of that "
-                             "period below")
+                             "else for gazebo that of the world or 1 ms, for ros2-control and "
+                             "isaac the controller's period, and 0.125 ms or the largest "
+                             "fraction of that period below")
     parser.add_argument("--samples", type=int, metavar="N",
                         help="draw N corrections within what the logs leave uncertain: "
                              "samples.json, with ranges and correlations, and for mujoco a model "

@@ -98,16 +98,28 @@ class Core:
 
     def python_source(self) -> str:
         """Return a function that makes the block's two functions, as an indented listing."""
-        listing = self.program.source("python")
-        body = listing[listing.index('"""\n', 3) + 4:]
-        return (f"def _{self.name}():\n{textwrap.indent(body.rstrip(), '    ')}\n"
-                f"    return derivative, observe\n")
+        return self._listing("python", "")
+
+    def torch_source(self) -> str:
+        """Return the same for tensors; it takes the function that makes a constant."""
+        return self._listing("torch", "number")
 
     @property
     def rows(self) -> dict[str, int]:
         """Place of each output in what the Python listing observes."""
         slots = self.program.description.slots
         return {name: slots[f"{name}[0]"] for name in OUTPUTS}
+
+    @property
+    def inertia(self) -> float:
+        """Inertia about the joint outside of the block."""
+        return self.block.joint.inertia - self.block.motor_inertia
+
+    def _listing(self, language: str, arguments: str) -> str:
+        listing = self.program.source(language)
+        body = listing[listing.index('"""\n', 3) + 4:]
+        return (f"def _{self.name}({arguments}):\n{textwrap.indent(body.rstrip(), '    ')}\n"
+                f"    return derivative, observe\n")
 
     def _filled(self, template: str) -> str:
         return fill(template, core=self)

@@ -28,8 +28,9 @@ class SourceTarget:
     of_robot : dict of str to str
         Template of each file that holds all joints, by its name.
     at_controller : bool
-        Whether its blocks run beside the controller: at its period where no step is given, and
-        at a whole number of Hz.
+        Whether its blocks step at the period of the controller where no step is given.
+    in_hertz : bool
+        Whether it runs at a whole number of Hz.
 
     """
 
@@ -38,6 +39,7 @@ class SourceTarget:
     in_c: bool = True
     of_robot: Mapping[str, str] = dataclasses.field(default_factory=dict)
     at_controller: bool = False
+    in_hertz: bool = False
 
     def files(self, cores: Sequence[Core]) -> dict[str, str | bytes]:
         """Return the files of some joints."""
@@ -69,7 +71,13 @@ SOURCE_TARGETS = {
         "headers of ros2_control; they were never run in ROS 2.",
         of_robot={"CMakeLists.txt": "ros2_cmake.txt.j2", "package.xml": "ros2_package.xml.j2",
                   "corrected_joints.xml": "ros2_plugins.xml.j2",
-                  "controllers.yaml": "ros2_controllers.yaml.j2"}, at_controller=True),
+                  "controllers.yaml": "ros2_controllers.yaml.j2"},
+        at_controller=True, in_hertz=True),
+    "isaac": SourceTarget(
+        {},
+        "The tests of this package run such actuators against a stand-in for isaaclab, and in "
+        "PyTorch where it is installed; they were never run in Isaac Lab.",
+        in_c=False, of_robot={"corrected_actuators.py": "isaac.py.j2"}, at_controller=True),
 }
 
 
@@ -92,7 +100,7 @@ def export_source(correction: Correction, step: float, target: str) -> Exported:
 
     """
     how = SOURCE_TARGETS[target]
-    if how.at_controller and abs(1.0 / step - round(1.0 / step)) > 1e-6 / step:
+    if how.in_hertz and abs(1.0 / step - round(1.0 / step)) > 1e-6 / step:
         raise ClieError(f"the target {target!r} runs at a whole number of Hz, and a step of "
                         f"{step:g} s is {1.0 / step:g} Hz; give the step of your simulated "
                         "controllers with --step")
