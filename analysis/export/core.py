@@ -96,6 +96,11 @@ class Core:
         """Return the header of the C99 file."""
         return self._filled("joint.h.j2")
 
+    def static_source(self) -> str:
+        """Return header and C99 file as one text, of functions that no other file sees."""
+        text = self.c_source().replace(f'#include "{self.name}.h"\n', self.c_header())
+        return re.sub(r"^(?=(?:void|double) )", "static ", text, flags=re.MULTILINE)
+
     def python_source(self) -> str:
         """Return a function that makes the block's two functions, as an indented listing."""
         return self._listing("python", "")

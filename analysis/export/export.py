@@ -23,6 +23,7 @@ TARGETS: dict[str, str] = {
     "python-control": "one sampled block per joint, as a Python module",
     "drake": "one LeafSystem per joint, as a Python module",
     "gazebo": "your SDF, patched, and one system plugin of Gazebo Sim per joint",
+    "modelica": "one Modelica model per joint, which calls its C function",
     "simulink": "one level-2 S-function in C per joint",
 }
 DEFAULT_STEP = 1.25e-4  # s, of the blocks in C; a whole fraction of the period of the controller

@@ -20,7 +20,8 @@ class SourceTarget:
     Parameters
     ----------
     of_joint : dict of str to str
-        Template of each file of a joint, by the name of the file with ``{name}`` for the joint.
+        Template of each file of a joint, by the name of the file, with ``{name}`` or
+        ``{class_name}`` for the joint.
     ran : str
         What was checked, and where.
     in_c : bool
@@ -45,8 +46,9 @@ class SourceTarget:
         """Return the files of some joints."""
         files: dict[str, str | bytes] = {}
         for made in cores:
-            files |= {name.format(name=made.name): fill(template, core=made)
-                      for name, template in self.of_joint.items()}
+            files |= {
+                name.format(name=made.name, class_name=made.class_name): fill(template, core=made)
+                for name, template in self.of_joint.items()}
             if self.in_c:
                 files |= {f"{made.name}.c": made.c_source(), f"{made.name}.h": made.c_header()}
         return files | {name: fill(template, cores=cores)
@@ -73,6 +75,13 @@ SOURCE_TARGETS = {
                   "corrected_joints.xml": "ros2_plugins.xml.j2",
                   "controllers.yaml": "ros2_controllers.yaml.j2"},
         at_controller=True, in_hertz=True),
+    "modelica": SourceTarget(
+        {"CorrectedJoints/{class_name}.mo": "modelica_joint.mo.j2",
+         "CorrectedJoints/Resources/Include/{name}_modelica.h": "modelica.h.j2"},
+        "The tests of this package compile and run the C that such models call; the models were "
+        "never run in a Modelica tool.",
+        in_c=False, of_robot={"CorrectedJoints/package.mo": "modelica_package.mo.j2",
+                              "CorrectedJoints/Internal.mo": "modelica_internal.mo.j2"}),
     "isaac": SourceTarget(
         {},
         "The tests of this package run such actuators against a stand-in for isaaclab, and in "
