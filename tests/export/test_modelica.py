@@ -15,6 +15,11 @@ from tests.export.test_cores import COMPILER, STEP, expected, needs_compiler, si
 
 EFFECTS = ("stribeck", "actuator_lag", "encoder_eccentricity")
 FOLDER = "CorrectedJoints"
+RESERVED = set("""algorithm and annotation block break class connect connector constant der
+discrete each else elseif elsewhen end enumeration equation expandable extends external false
+final flow for function if import impure in initial inner input loop model not operator or outer
+output package parameter partial protected public pure record redeclare replaceable return stream
+then true type when while within""".split())
 
 
 @needs_compiler
@@ -51,6 +56,9 @@ def test_the_functions_of_a_model_give_the_numbers_of_the_block(tmp_path):
 def blocks(text):
     """Classes of a Modelica text that are opened and closed, in the order of their ends."""
     text = re.sub(r'"(?:[^"\\]|\\.)*"', '""', text)
+    declared = re.findall(r"^ *(?:input|output|constant|discrete)? ?[A-Z][\w.]* (\w+)", text,
+                          re.MULTILINE)
+    assert not RESERVED & set(declared)
     opened, closed = [], []
     for word, name in re.findall(
             r"^ *((?:impure )?(?:package|model|class|function)|end) (\w+)", text, re.MULTILINE):
