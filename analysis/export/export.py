@@ -11,6 +11,7 @@ from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.fmu import export_fmu
 from clie_blocks.analysis.export.gazebo_target import export_gazebo
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.analysis.export.simscape import export_simscape
 from clie_blocks.analysis.export.source_targets import SOURCE_TARGETS, export_source
 from clie_blocks.errors import ClieError, nearest
 
@@ -25,6 +26,7 @@ TARGETS: dict[str, str] = {
     "gazebo": "your SDF, patched, and one system plugin of Gazebo Sim per joint",
     "modelica": "one Modelica model per joint, which calls its C function",
     "simulink": "one level-2 S-function in C per joint",
+    "simscape": "one component in the Simscape language per joint, for effects without memory",
 }
 DEFAULT_STEP = 1.25e-4  # s, of the blocks in C; a whole fraction of the period of the controller
 
@@ -71,7 +73,7 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
             step = correction.period
         return export_source(correction, _step(correction, step), target)
     blocks: dict[str, Callable[[Correction, float], Exported]] = {
-        "c": export_c, "fmu": export_fmu}
+        "c": export_c, "fmu": export_fmu, "simscape": export_simscape}
     return blocks[target](correction, _step(correction, step))
 
 
