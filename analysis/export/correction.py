@@ -125,6 +125,11 @@ class Correction:
         """Place of a joint by its name."""
         return self.names.index(name)
 
+    def renamed(self, names: Mapping[str, str]) -> Correction:
+        """Return it with other names for some joints, by those in the logs."""
+        return dataclasses.replace(self, joints=tuple(
+            dataclasses.replace(one, name=names.get(one.name, one.name)) for one in self.joints))
+
     def at(self, k: int) -> tuple[Setting, ...]:
         """Effects that act on joint k."""
         return tuple(one for one in self.effects if one.joints is None or k in one.joints)

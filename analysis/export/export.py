@@ -42,9 +42,9 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
     target : str
         One of `TARGETS`.
     model : path-like, optional
-        The user's own model, which ``mujoco`` patches.
+        The user's own model, which ``mujoco`` and ``gazebo`` patch.
     renamed : dict of str to str, optional
-        Name in the model by name in the logs.
+        Name in the model by name in the logs; where no model is given, in the files.
     step : float, optional
         Step of the simulator [s]; that of MuJoCo stands in the model.
 
@@ -68,6 +68,7 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
     if model is not None:
         raise ClieError(f"the target {target!r} patches no model; leave out --model, and call the "
                         "block from your simulator")
+    correction = correction.renamed(renamed or {})
     if target in SOURCE_TARGETS:
         if step is None and SOURCE_TARGETS[target].at_controller:
             step = correction.period

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -22,7 +22,7 @@ FILES = SourceTarget(
     {"{name}_gazebo.cc": "gazebo.cc.j2"},
     "The tests of this package compile and run such systems against a stand-in for the headers "
     "of Gazebo Sim; they were never run in Gazebo.",
-    of_robot={"CMakeLists.txt": "gazebo_cmake.txt.j2"})
+    of_robot={"CMakeLists.txt": "gazebo_cmake.txt.j2"}, commanded="<command_per_force>")
 DEFAULT_STEP = 1e-3  # s, of Gazebo Sim where a world states none
 
 
@@ -118,16 +118,6 @@ def _snippet(cores: Sequence[Core], friction: Sequence[float]) -> str:
 
 
 def _notes(correction: Correction, cores: Sequence[Core]) -> tuple[str, ...]:
-    return notes(correction) + tuple(_of_commands(cores)) + (
-        "Each <plugin> must stand behind those of your controller: systems run in the order of "
-        "the file.",)
-
-
-def _of_commands(cores: Sequence[Core]) -> Iterator[str]:
-    for made in cores:
-        if abs(made.command_per_force - 1.0) >= 1e-9:
-            joint = made.block.joint
-            yield (f"{joint.name}: your controller writes the torque of the joint in "
-                   f"{joint.unit_torque}, which is {1.0 / made.command_per_force:.6g} times the "
-                   f"logged command [{joint.unit_u}] by the datasheet; where it writes the "
-                   "logged command, set <command_per_force> to 1.")
+    return (*notes(correction), *FILES.notes(cores),
+            "Each <plugin> must stand behind those of your controller: systems run in the order "
+            "of the file.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from clie_blocks.analysis.export.c_target import notes
 from clie_blocks.analysis.export.core import Core, core, fill
@@ -32,6 +32,8 @@ class SourceTarget:
         Whether its blocks step at the period of the controller where no step is given.
     in_hertz : bool
         Whether it runs at a whole number of Hz.
+    commanded : str
+        What says how much logged command a unit of torque is, where it commands a torque.
 
     """
 
@@ -41,6 +43,7 @@ class SourceTarget:
     of_robot: Mapping[str, str] = dataclasses.field(default_factory=dict)
     at_controller: bool = False
     in_hertz: bool = False
+    commanded: str = ""
 
     def files(self, cores: Sequence[Core]) -> dict[str, str | bytes]:
         """Return the files of some joints."""
@@ -53,6 +56,16 @@ class SourceTarget:
                 files |= {f"{made.name}.c": made.c_source(), f"{made.name}.h": made.c_header()}
         return files | {name: fill(template, cores=cores)
                         for name, template in self.of_robot.items()}
+
+    def notes(self, cores: Sequence[Core]) -> Iterator[str]:
+        """Yield what the user must know of the commands of some joints."""
+        for made in cores:
+            if self.commanded and abs(made.command_per_force - 1.0) >= 1e-9:
+                joint = made.block.joint
+                yield (f"{joint.name}: your controller commands the torque of the joint in "
+                       f"{joint.unit_torque}, which is {1.0 / made.command_per_force:.6g} times "
+                       f"the logged command [{joint.unit_u}] by the datasheet; where it commands "
+                       f"what was logged, set {self.commanded} to 1.")
 
 
 SOURCE_TARGETS = {
@@ -74,7 +87,7 @@ SOURCE_TARGETS = {
         of_robot={"CMakeLists.txt": "ros2_cmake.txt.j2", "package.xml": "ros2_package.xml.j2",
                   "corrected_joints.xml": "ros2_plugins.xml.j2",
                   "controllers.yaml": "ros2_controllers.yaml.j2"},
-        at_controller=True, in_hertz=True),
+        at_controller=True, in_hertz=True, commanded="command_per_effort"),
     "modelica": SourceTarget(
         {"CorrectedJoints/{class_name}.mo": "modelica_joint.mo.j2",
          "CorrectedJoints/Resources/Include/{name}_modelica.h": "modelica.h.j2"},
@@ -86,7 +99,8 @@ SOURCE_TARGETS = {
         {},
         "The tests of this package run such actuators against a stand-in for isaaclab, and in "
         "PyTorch where it is installed; they were never run in Isaac Lab.",
-        in_c=False, of_robot={"corrected_actuators.py": "isaac.py.j2"}, at_controller=True),
+        in_c=False, of_robot={"corrected_actuators.py": "isaac.py.j2"}, at_controller=True,
+        commanded="command_per_effort in JOINTS"),
 }
 
 
@@ -114,4 +128,5 @@ def export_source(correction: Correction, step: float, target: str) -> Exported:
                         f"{step:g} s is {1.0 / step:g} Hz; give the step of your simulated "
                         "controllers with --step")
     cores = [core(joint_block(correction, k, step)) for k in range(len(correction.joints))]
-    return Exported(target, how.files(cores), notes(correction), ran=how.ran)
+    told = (*notes(correction), *how.notes(cores))
+    return Exported(target, how.files(cores), told, ran=how.ran)

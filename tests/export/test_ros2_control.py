@@ -29,15 +29,17 @@ def test_the_controller_gives_the_numbers_of_the_block_at_its_own_rate_alone(tmp
     rows, effort = np.ascontiguousarray(rows[:, :3]), np.zeros(60)
     assert code.run(60, 1000, pointer(rows), pointer(effort)) == 0
     np.testing.assert_allclose(effort, wanted, rtol=1e-12, atol=1e-12)
+    assert any("2 times the logged command" in note and "command_per_effort" in note
+               for note in exported.notes)
     assert code.run(60, 500, pointer(rows), pointer(effort)) == 2
     assert "set update_rate to 1000" in capfd.readouterr().err
 
 
 def test_the_package_is_one_of_all_joints():
     yaml = pytest.importorskip("yaml", reason="needs pyyaml")
-    both = Correction((robots.joint(), robots.joint(name="wrist/roll", gear=2.0)), 1e-3,
+    both = Correction((robots.joint(), robots.joint(name="roll", gear=2.0)), 1e-3,
                       (robots.setting("stribeck"),))
-    files = export(both, "ros2-control").files
+    files = export(both, "ros2-control", renamed={"roll": "wrist/roll"}).files
     plugins = ElementTree.fromstring(files["corrected_joints.xml"])
     assert [one.get("type") for one in plugins] == [
         "corrected_joints::J1Controller", "corrected_joints::WristRollController"]
