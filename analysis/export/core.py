@@ -101,6 +101,23 @@ class Core:
         text = self.c_source().replace(f'#include "{self.name}.h"\n', self.c_header())
         return re.sub(r"^(?=(?:void|double) )", "static ", text, flags=re.MULTILINE)
 
+    def member_source(self) -> str:
+        """Return that text as members of a class in C++ or CUDA, without the preprocessor."""
+        text = re.sub(r"^#.*\n|^static [^{;]*;\n", "", self.static_source(), flags=re.MULTILINE)
+        return text.replace(f"{self.upper}_STEP", repr(self.block.step)).replace(
+            "static ", "static CUDA_CALLABLE ")
+
+    @property
+    def size(self) -> int:
+        """Numbers in the memory of a joint in C: time, states, parameters, outputs."""
+        return 1 + max(len(self.states), 1) + len(self.parameters) + len(OUTPUTS)
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Place of each parameter in that memory."""
+        first = 1 + max(len(self.states), 1)
+        return {key: first + k for k, (key, _) in enumerate(self.parameters)}
+
     def python_source(self) -> str:
         """Return a function that makes the block's two functions, as an indented listing."""
         return self._listing("python", "")

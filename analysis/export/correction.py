@@ -261,3 +261,31 @@ def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -
                 f"{source} has no joint {name!r}, which the answer corrects; "
                 f"{nearest(name, known)}. If it is of the same robot, rename the joints "
                 "in robot.toml ([robot] joints) or give --joint NAME_IN_LOG=NAME_IN_MODEL")
+
+
+def check_kind(joint: Joint, name: str, kind: str, kinds: Sequence[str], source: str) -> None:
+    """Refuse a joint of a model that moves otherwise than that of the answer.
+
+    Parameters
+    ----------
+    joint : Joint
+        That of the answer.
+    name, kind : str
+        Name of the joint in the model, and its type there.
+    kinds : sequence of str
+        Types of the model that move as the joint of the answer does.
+    source : str
+        What to call the model.
+
+    Raises
+    ------
+    ClieError
+        If it moves otherwise.
+
+    """
+    if kind not in kinds:
+        raise ClieError(
+            f"{source}: the joint {name!r} is of type {kind!r}, and {joint.name} of the answer "
+            f"a {joint.kind} in {joint.unit_q}, which is {' or '.join(kinds)}; give the model of "
+            "the robot that was logged, or name its joint with --joint "
+            "NAME_IN_LOG=NAME_IN_MODEL")

@@ -19,6 +19,7 @@ TARGETS: dict[str, str] = {
     "mujoco": "your MJCF, patched, and a Python module for what it has no words for",
     "ros2-control": "one chainable controller of ROS 2 per joint, as a package",
     "isaac": "an actuator class of Isaac Lab for all joints, in PyTorch",
+    "newton": "native functions of Warp for all joints, one thread per world",
     "c": "one self-contained C99 function per joint",
     "fmu": "one FMI 3.0 co-simulation unit per joint",
     "python-control": "one sampled block per joint, as a Python module",

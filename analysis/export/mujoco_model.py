@@ -14,6 +14,7 @@ from clie_blocks.analysis.export.correction import (
     before,
     check_basis,
     check_joint_names,
+    check_kind,
 )
 from clie_blocks.analysis.export.mjcf_elements import (
     TINY,
@@ -25,7 +26,7 @@ from clie_blocks.analysis.export.mjcf_elements import (
     tag,
 )
 from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
-from clie_blocks.analysis.export.mujoco_engine import load, mass_matrix
+from clie_blocks.analysis.export.mujoco_engine import joint_type, load, mass_matrix
 from clie_blocks.analysis.export.mujoco_split import NEEDS, Split, armature, split
 from clie_blocks.analysis.export.xml_text import Element, XmlText
 from clie_blocks.effects.effect import Setting
@@ -111,8 +112,9 @@ def corrected_model(correction: Correction, text: str, source: str,
     Raises
     ------
     ClieError
-        If the model lacks a joint, drives one by a set-point although the drive is corrected, or
-        the installed MuJoCo lacks a word that the correction needs.
+        If the model lacks a joint, has one that moves otherwise, drives one by a set-point
+        although the drive is corrected, or the installed MuJoCo lacks a word that the correction
+        needs.
     RecordError
         If the text is no MJCF.
     MissingExtraError
@@ -130,6 +132,9 @@ def corrected_model(correction: Correction, text: str, source: str,
     check_joint_names(tuple(names.values()), tuple(joints_of(document)),
                       in_words(document, source))
     compiled = load(text, source, folder)
+    for joint in correction.joints:
+        kind = joint_type(compiled, names[joint.name])
+        check_kind(joint, names[joint.name], kind, [joint.kind], source)
     patch = _Patch(correction, document, compiled, names, source)
     patched = patch.apply()
     load(patched.text, f"the corrected {source}", folder)

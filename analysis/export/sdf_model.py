@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from xml.sax.saxutils import escape
 
 from clie_blocks.analysis.export.core import Core
-from clie_blocks.analysis.export.correction import Joint, check_joint_names
+from clie_blocks.analysis.export.correction import check_joint_names, check_kind
 from clie_blocks.analysis.export.xml_text import Element, XmlText
 from clie_blocks.errors import ClieError
 
@@ -80,7 +81,7 @@ def plugin(made: Core, name: str) -> str:
     per_force = ("" if abs(made.command_per_force - 1.0) < 1e-9 else
                  f"\n  <command_per_force>{made.command_per_force:.9g}</command_per_force>")
     return (f'<plugin filename="{made.name}_gazebo" name="corrected::{made.class_name}">\n'
-            f"  <joint_name>{name.rpartition('::')[2]}</joint_name>{per_force}\n</plugin>")
+            f"  <joint_name>{escape(name)}</joint_name>{per_force}\n</plugin>")
 
 
 def _joints(document: XmlText) -> dict[str, list[Element]]:
@@ -95,7 +96,8 @@ def _joints(document: XmlText) -> dict[str, list[Element]]:
 
 def _edit(document: XmlText, source: str, element: Element, made: Core, level: float) -> None:
     name, model = element.attributes["name"], element.parent
-    _check_kind(source, element, made.block.joint)
+    joint = made.block.joint
+    check_kind(joint, name, element.attributes.get("type", ""), KINDS[joint.kind], source)
     if model is None or model.name != "model":
         raise ClieError(f"{source}: the joint {name!r} stands in no <model>, which loads the "
                         "plugin; move it into one")
@@ -117,13 +119,3 @@ def _edit(document: XmlText, source: str, element: Element, made: Core, level: f
             elif value:
                 document.append(dynamics, f"<{key}>{value:.9g}</{key}>")
     document.append(model, plugin(made, name))
-
-
-def _check_kind(source: str, element: Element, joint: Joint) -> None:
-    kind = element.attributes.get("type", "")
-    if kind not in KINDS[joint.kind]:
-        raise ClieError(
-            f"{source}: the joint {element.attributes['name']!r} is of type {kind!r}, and "
-            f"{joint.name} of the answer a {joint.kind} in {joint.unit_q}, which is "
-            f"{' or '.join(KINDS[joint.kind])}; give the model of the robot that was logged, or "
-            "name its joint with --joint NAME_IN_LOG=NAME_IN_MODEL")

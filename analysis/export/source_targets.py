@@ -101,6 +101,12 @@ SOURCE_TARGETS = {
         "PyTorch where it is installed; they were never run in Isaac Lab.",
         in_c=False, of_robot={"corrected_actuators.py": "isaac.py.j2"}, at_controller=True,
         commanded="command_per_effort in JOINTS"),
+    "newton": SourceTarget(
+        {},
+        "The tests of this package compile and run the native functions, and run the kernels in "
+        "Warp where it is installed; they were never run in Newton.",
+        in_c=False, of_robot={"corrected_joints_newton.py": "newton.py.j2"}, at_controller=True,
+        commanded="per_effort"),
 }
 
 
