@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.program import Program
 
 TEMPLATES = Path(__file__).parent
-PHYSICAL = {"q": "position [rad or m]", "dq": "velocity [rad/s or m/s]",
-            "u": "command, as logged", "tau_other": "torque of anything else on the joint"}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -104,8 +102,8 @@ class Core:
     def member_source(self) -> str:
         """Return that text as members of a class in C++ or CUDA, without the preprocessor."""
         text = re.sub(r"^#.*\n|^static [^{;]*;\n", "", self.static_source(), flags=re.MULTILINE)
-        return text.replace(f"{self.upper}_STEP", repr(self.block.step)).replace(
-            "static ", "static CUDA_CALLABLE ")
+        text = text.replace(f"{self.upper}_STEP", repr(self.block.step))
+        return re.sub(r"^static ", "static CUDA_CALLABLE ", text, flags=re.MULTILINE)
 
     @property
     def size(self) -> int:

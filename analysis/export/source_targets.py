@@ -46,9 +46,21 @@ class SourceTarget:
     commanded: str = ""
 
     def files(self, cores: Sequence[Core]) -> dict[str, str | bytes]:
-        """Return the files of some joints."""
+        """Return the files of some joints.
+
+        Raises
+        ------
+        ClieError
+            If two joints have the same name in code.
+
+        """
         files: dict[str, str | bytes] = {}
+        names: dict[str, str] = {}
         for made in cores:
+            name = made.block.joint.name
+            if (other := names.setdefault(made.class_name, name)) != name:
+                raise ClieError(f"the joints {other!r} and {name!r} have the same name in code, "
+                                f"{made.class_name}; give one another with --joint {name}=NAME")
             files |= {
                 name.format(name=made.name, class_name=made.class_name): fill(template, core=made)
                 for name, template in self.of_joint.items()}

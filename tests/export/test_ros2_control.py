@@ -53,3 +53,10 @@ def test_the_package_is_one_of_all_joints():
         "joint": "wrist/roll", "command_per_effort": 1.0}
     with pytest.raises(ClieError, match="1428.57 Hz; give the step"):
         export(robots.correction(), "ros2-control", step=0.0007)
+
+
+def test_joints_that_are_called_alike_in_code_are_refused():
+    both = Correction((robots.joint(name="j_1"), robots.joint(name="j1")), 1e-3, ())
+    with pytest.raises(ClieError, match="'j_1' and 'j1' have the same name in code, J1"):
+        export(both, "ros2-control")
+    assert export(both, "ros2-control", renamed={"j1": "second"}).files
