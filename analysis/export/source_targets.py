@@ -74,10 +74,12 @@ class SourceTarget:
         for made in cores:
             if self.commanded and abs(made.command_per_force - 1.0) >= 1e-9:
                 joint = made.block.joint
-                yield (f"{joint.name}: your controller commands the torque of the joint in "
-                       f"{joint.unit_torque}, which is {1.0 / made.command_per_force:.6g} times "
-                       f"the logged command [{joint.unit_u}] by the datasheet; where it commands "
-                       f"what was logged, set {self.commanded} to 1.")
+                quantity = "force" if joint.slides else "torque"
+                yield (f"{joint.name}: your controller commands the {quantity} of the joint in "
+                       f"{joint.unit_torque}, which by gear and gain is "
+                       f"{1.0 / made.command_per_force:.6g} times the logged command "
+                       f"[{joint.unit_u}]; where it commands what was logged, set "
+                       f"{self.commanded} to 1.")
 
 
 SOURCE_TARGETS = {
