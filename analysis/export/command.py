@@ -68,15 +68,18 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("answer", type=Path, metavar="ANSWER.json",
                         help="answer of one robot, as 'clie diagnose -o DIR' writes it")
     parser.add_argument("--to", required=True, metavar="TARGET",
-                        help="mujoco, c, fmu, python-control, drake or simulink")
+                        help="mujoco, gazebo, ros2-control, isaac, newton, c, fmu, "
+                             "python-control, drake, simulink, simscape or modelica")
     parser.add_argument("--model", type=Path, metavar="FILE",
-                        help="your own model of the robot, to be patched; else a stub is written")
+                        help="your own model of the robot, to be patched: an MJCF for mujoco, an "
+                             "SDF for gazebo; else a stub is written")
     parser.add_argument("--joint", action="append", default=[], metavar="LOG=MODEL",
                         help="name of a joint in the logs, and in the model; repeat it")
     parser.add_argument("--step", type=float, metavar="S",
                         help="step of your simulator [s], which for mujoco stands in the model; "
-                             "else 0.125 ms or the largest fraction of the controller's period "
-                             "below")
+                             "else for gazebo that of the world or 1 ms, for ros2-control, isaac "
+                             "and newton the controller's period, and 0.125 ms or the largest "
+                             "fraction of that period below")
     parser.add_argument("--samples", type=int, metavar="N",
                         help="draw N corrections within what the logs leave uncertain: "
                              "samples.json, with ranges and correlations, and for mujoco a model "

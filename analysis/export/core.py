@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 import textwrap
 from functools import cached_property
@@ -11,14 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clie_blocks.analysis.export.joint_block import OUTPUTS, JointBlock
+from clie_blocks.analysis.export.correction import before
+from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, JointBlock
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.program import Program
 
 TEMPLATES = Path(__file__).parent
-PHYSICAL = {"q": "position [rad or m]", "dq": "velocity [rad/s or m/s]",
-            "u": "command, as logged", "tau_other": "torque of anything else on the joint"}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -51,6 +51,32 @@ class Core:
                 for value in np.ravel(values)]
 
     @property
+    def values(self) -> list[float]:
+        """Values of the parameters."""
+        return [value for _, value in self.parameters]
+
+    @property
+    def upper(self) -> str:
+        """Its name as the constants of C have it."""
+        return self.name.upper()
+
+    @property
+    def class_name(self) -> str:
+        """Its name as a class has it."""
+        return "".join(word[:1].upper() + word[1:] for word in self.name.split("_"))
+
+    @property
+    def quoted(self) -> str:
+        """Name of the joint as a string of C, Python or YAML."""
+        return json.dumps(self.block.joint.name, ensure_ascii=False)
+
+    @property
+    def command_per_force(self) -> float:
+        """Logged command per torque that a model by the datasheet puts on the joint."""
+        joint = self.block.joint
+        return 1.0 / (before(joint, "gear") * before(joint, "gain"))
+
+    @property
     def states(self) -> list[str]:
         """Name of every state."""
         return [label for _, label in self.program.states]
@@ -68,12 +94,35 @@ class Core:
         """Return the header of the C99 file."""
         return self._filled("joint.h.j2")
 
+    def static_source(self) -> str:
+        """Return header and C99 file as one text, of functions that no other file sees."""
+        text = self.c_source().replace(f'#include "{self.name}.h"\n', self.c_header())
+        return re.sub(r"^(?=(?:void|double) )", "static ", text, flags=re.MULTILINE)
+
+    def member_source(self) -> str:
+        """Return that text as members of a class in C++ or CUDA, without the preprocessor."""
+        text = re.sub(r"^#.*\n|^static [^{;]*;\n", "", self.static_source(), flags=re.MULTILINE)
+        text = text.replace(f"{self.upper}_STEP", repr(self.block.step))
+        return re.sub(r"^static ", "static CUDA_CALLABLE ", text, flags=re.MULTILINE)
+
+    @property
+    def size(self) -> int:
+        """Numbers in the memory of a joint in C: time, states, parameters, outputs."""
+        return 1 + max(len(self.states), 1) + len(self.parameters) + len(OUTPUTS)
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Place of each parameter in that memory."""
+        first = 1 + max(len(self.states), 1)
+        return {key: first + k for k, (key, _) in enumerate(self.parameters)}
+
     def python_source(self) -> str:
         """Return a function that makes the block's two functions, as an indented listing."""
-        listing = self.program.source("python")
-        body = listing[listing.index('"""\n', 3) + 4:]
-        return (f"def _{self.name}():\n{textwrap.indent(body.rstrip(), '    ')}\n"
-                f"    return derivative, observe\n")
+        return self._listing("python", "")
+
+    def torch_source(self) -> str:
+        """Return the same for tensors; it takes the function that makes a constant."""
+        return self._listing("torch", "number")
 
     @property
     def rows(self) -> dict[str, int]:
@@ -81,8 +130,19 @@ class Core:
         slots = self.program.description.slots
         return {name: slots[f"{name}[0]"] for name in OUTPUTS}
 
+    @property
+    def inertia(self) -> float:
+        """Inertia about the joint outside of the block."""
+        return self.block.joint.inertia - self.block.motor_inertia
+
+    def _listing(self, language: str, arguments: str) -> str:
+        listing = self.program.source(language)
+        body = listing[listing.index('"""\n', 3) + 4:]
+        return (f"def _{self.name}({arguments}):\n{textwrap.indent(body.rstrip(), '    ')}\n"
+                f"    return derivative, observe\n")
+
     def _filled(self, template: str) -> str:
-        return fill(template, core=self, upper=self.name.upper(), outputs=OUTPUTS)
+        return fill(template, core=self)
 
 
 def core(block: JointBlock, name: str | None = None) -> Core:
@@ -104,4 +164,4 @@ def fill(template: str, **values: Any) -> str:
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     environment.filters["text"] = lambda text: re.sub(r"\s+", " ", str(text)).replace("*/", "* /")
-    return environment.get_template(template).render(**values)
+    return environment.get_template(template).render(inputs=INPUTS, outputs=OUTPUTS, **values)

@@ -125,6 +125,11 @@ class Correction:
         """Place of a joint by its name."""
         return self.names.index(name)
 
+    def renamed(self, names: Mapping[str, str]) -> Correction:
+        """Return it with other names for some joints, by those in the logs."""
+        return dataclasses.replace(self, joints=tuple(
+            dataclasses.replace(one, name=names.get(one.name, one.name)) for one in self.joints))
+
     def at(self, k: int) -> tuple[Setting, ...]:
         """Effects that act on joint k."""
         return tuple(one for one in self.effects if one.joints is None or k in one.joints)
@@ -219,6 +224,28 @@ def _settings(rows: Sequence[Mapping[str, Any]], source: str) -> list[Setting]:
     return found
 
 
+def before(joint: Joint, name: str) -> float:
+    """Return what the datasheet said of a joint."""
+    value = joint.before.get(name)
+    return float(getattr(joint, name)) if value is None else float(value)
+
+
+def check_basis(correction: Correction, source: str) -> None:
+    """Refuse to patch a model with what was found beside another simulation.
+
+    Raises
+    ------
+    ClieError
+        If the answer compares with the user's own simulator or loop.
+
+    """
+    if correction.basis != "datasheet":
+        raise ClieError(
+            f"{source} cannot be patched from this answer: it was compared with the logs of your "
+            f"own {correction.basis}, and says what to add to it; the .xml next to the report "
+            "lists the changes. Diagnose without --simulated for a model that can be exported")
+
+
 def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -> None:
     """Refuse a model that lacks a corrected joint.
 
@@ -234,3 +261,31 @@ def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -
                 f"{source} has no joint {name!r}, which the answer corrects; "
                 f"{nearest(name, known)}. If it is of the same robot, rename the joints "
                 "in robot.toml ([robot] joints) or give --joint NAME_IN_LOG=NAME_IN_MODEL")
+
+
+def check_kind(joint: Joint, name: str, kind: str, kinds: Sequence[str], source: str) -> None:
+    """Refuse a joint of a model that moves otherwise than that of the answer.
+
+    Parameters
+    ----------
+    joint : Joint
+        That of the answer.
+    name, kind : str
+        Name of the joint in the model, and its type there.
+    kinds : sequence of str
+        Types of the model that move as the joint of the answer does.
+    source : str
+        What to call the model.
+
+    Raises
+    ------
+    ClieError
+        If it moves otherwise.
+
+    """
+    if kind not in kinds:
+        raise ClieError(
+            f"{source}: the joint {name!r} is of type {kind!r}, and {joint.name} of the answer "
+            f"a {joint.kind} in {joint.unit_q}, which is {' or '.join(kinds)}; give the model of "
+            "the robot that was logged, or name its joint with --joint "
+            "NAME_IN_LOG=NAME_IN_MODEL")

@@ -9,17 +9,25 @@ from clie_blocks.analysis.export.c_target import export_c
 from clie_blocks.analysis.export.correction import Correction, check_joint_names
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.fmu import export_fmu
+from clie_blocks.analysis.export.gazebo_target import export_gazebo
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.analysis.export.simscape import export_simscape
 from clie_blocks.analysis.export.source_targets import SOURCE_TARGETS, export_source
 from clie_blocks.errors import ClieError, nearest
 
 TARGETS: dict[str, str] = {
     "mujoco": "your MJCF, patched, and a Python module for what it has no words for",
+    "ros2-control": "one chainable controller of ROS 2 per joint, as a package",
+    "isaac": "an actuator class of Isaac Lab for all joints, in PyTorch",
+    "newton": "native functions of Warp for all joints, one thread per world",
     "c": "one self-contained C99 function per joint",
     "fmu": "one FMI 3.0 co-simulation unit per joint",
     "python-control": "one sampled block per joint, as a Python module",
     "drake": "one LeafSystem per joint, as a Python module",
+    "gazebo": "your SDF, patched, and one system plugin of Gazebo Sim per joint",
+    "modelica": "one Modelica model per joint, which calls its C function",
     "simulink": "one level-2 S-function in C per joint",
+    "simscape": "one component in the Simscape language per joint, for effects without memory",
 }
 DEFAULT_STEP = 1.25e-4  # s, of the blocks in C; a whole fraction of the period of the controller
 
@@ -35,9 +43,9 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
     target : str
         One of `TARGETS`.
     model : path-like, optional
-        The user's own model, which ``mujoco`` patches.
+        The user's own model, which ``mujoco`` and ``gazebo`` patch.
     renamed : dict of str to str, optional
-        Name in the model by name in the logs.
+        Name in the model by name in the logs; where no model is given, in the files.
     step : float, optional
         Step of the simulator [s]; that of MuJoCo stands in the model.
 
@@ -55,13 +63,19 @@ def export(correction: Correction, target: str, model: str | PathLike[str] | Non
             raise ClieError("the step of a MuJoCo model stands in the model: set its option "
                             "timestep and leave out --step")
         return export_mujoco(correction, model, renamed)
+    if target == "gazebo":
+        return export_gazebo(correction, None if step is None else _step(correction, step), model,
+                             renamed)
     if model is not None:
         raise ClieError(f"the target {target!r} patches no model; leave out --model, and call the "
                         "block from your simulator")
+    correction = correction.renamed(renamed or {})
     if target in SOURCE_TARGETS:
+        if step is None and SOURCE_TARGETS[target].at_controller:
+            step = correction.period
         return export_source(correction, _step(correction, step), target)
     blocks: dict[str, Callable[[Correction, float], Exported]] = {
-        "c": export_c, "fmu": export_fmu}
+        "c": export_c, "fmu": export_fmu, "simscape": export_simscape}
     return blocks[target](correction, _step(correction, step))
 
 

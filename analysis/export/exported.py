@@ -7,6 +7,7 @@ import difflib
 from os import PathLike
 from pathlib import Path
 
+from clie_blocks.errors import RecordError
 from clie_blocks.output import write
 
 
@@ -44,3 +45,19 @@ def unified_diff(before: str, after: str, name: str, other: str) -> str:
     """Return the change of a file as a unified diff."""
     lines = difflib.unified_diff(before.splitlines(True), after.splitlines(True), name, other)
     return "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
+
+
+def read_model(path: Path, what: str, otherwise: str) -> str:
+    """Return the text of the user's model.
+
+    Raises
+    ------
+    RecordError
+        If it cannot be read; says what to give, and what is written without.
+
+    """
+    try:
+        return path.read_text()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RecordError(f"{path} cannot be read ({error}); give {what}, or leave out --model "
+                          f"for {otherwise}") from None

@@ -62,12 +62,10 @@ def fmu(made: Core, compiler: str | None) -> bytes:
     sources = {f"{made.name}.c": made.c_source(), f"{made.name}.h": made.c_header()}
     token = hashlib.sha256("".join(sources.values()).encode()).hexdigest()[:32]
     variables = _variables(made)
-    sources["fmu.c"] = fill("fmu.c.j2", core=made, upper=made.name.upper(), token=token,
-                            inputs=INPUTS, outputs=OUTPUTS, count=len(variables))
+    sources["fmu.c"] = fill("fmu.c.j2", core=made, token=token)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in sources.items()}
     files["modelDescription.xml"] = fill(
-        "model_description.xml.j2", core=made, token=token, variables=variables,
-        inputs=INPUTS, outputs=OUTPUTS, upper=made.name.upper())
+        "model_description.xml.j2", core=made, token=token, variables=variables)
     files["sources/buildDescription.xml"] = fill("build_description.xml.j2", core=made)
     if compiler is not None:
         files[_binary_name(made.name)] = _compiled(sources, made.name, compiler)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clie_blocks.analysis.export.correction import Joint
+from clie_blocks.analysis.export.correction import before
 from clie_blocks.analysis.export.mjcf_elements import actuators_of, tag
 from clie_blocks.analysis.export.mujoco_split import Split
 from clie_blocks.analysis.export.xml_text import Element, XmlText
@@ -157,12 +157,6 @@ class Actuators:
         name = element.attributes.get("name")
         return int(self.compiled.actuator(name).id) if name else (
             actuators_of(self.document).index(element))
-
-
-def before(joint: Joint, name: str) -> float:
-    """Return what the datasheet said of a joint."""
-    value = joint.before.get(name)
-    return float(getattr(joint, name)) if value is None else float(value)
 
 
 def _changes_drive(piece: Split) -> bool:

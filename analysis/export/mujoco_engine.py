@@ -46,3 +46,11 @@ def mass_matrix(compiled: mujoco.MjModel) -> np.ndarray:
     for k in range(compiled.nv):  # column by column: this call has one form in every version
         mujoco.mj_mulM(compiled, data, full[k], np.eye(compiled.nv)[k])
     return full
+
+
+def joint_type(compiled: mujoco.MjModel, name: str) -> str:
+    """Return the type of a joint as an MJCF names it: ``hinge``, ``slide``, ``ball``, ``free``."""
+    import mujoco
+
+    place = int(compiled.joint(name).id)
+    return mujoco.mjtJoint(int(compiled.jnt_type[place])).name.removeprefix("mjJNT_").lower()

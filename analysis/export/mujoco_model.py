@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
-from clie_blocks.analysis.export.correction import Correction, check_joint_names
+from clie_blocks.analysis.export.correction import (
+    Correction,
+    before,
+    check_basis,
+    check_joint_names,
+    check_kind,
+)
 from clie_blocks.analysis.export.mjcf_elements import (
     TINY,
     in_words,
@@ -19,8 +25,8 @@ from clie_blocks.analysis.export.mjcf_elements import (
     pose_of,
     tag,
 )
-from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven, before
-from clie_blocks.analysis.export.mujoco_engine import load, mass_matrix
+from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
+from clie_blocks.analysis.export.mujoco_engine import joint_type, load, mass_matrix
 from clie_blocks.analysis.export.mujoco_split import NEEDS, Split, armature, split
 from clie_blocks.analysis.export.xml_text import Element, XmlText
 from clie_blocks.effects.effect import Setting
@@ -106,27 +112,29 @@ def corrected_model(correction: Correction, text: str, source: str,
     Raises
     ------
     ClieError
-        If the model lacks a joint, drives one by a set-point although the drive is corrected, or
-        the installed MuJoCo lacks a word that the correction needs.
+        If the model lacks a joint, has one that moves otherwise, drives one by a set-point
+        although the drive is corrected, or the installed MuJoCo lacks a word that the correction
+        needs.
     RecordError
         If the text is no MJCF.
     MissingExtraError
         If MuJoCo is not installed.
 
     """
-    if correction.basis != "datasheet":
-        raise ClieError(
-            f"{source} cannot be patched from this answer: it was compared with the logs of your "
-            f"own {correction.basis}, and says what to add to it; the .xml next to the report "
-            "lists the changes. Diagnose without --simulated for a model that can be exported")
+    check_basis(correction, source)
     document = XmlText(text, source)
     if document.root.name != "mujoco":
         raise ClieError(f"{source} begins with <{document.root.name}>, and an MJCF with <mujoco>; "
-                        "give the MJCF of the robot (MuJoCo converts a URDF)")
+                        + ("it is an SDF, which --to gazebo patches"
+                           if document.root.name == "sdf" else
+                           "give the MJCF of the robot (MuJoCo converts a URDF)"))
     names = {name: (renamed or {}).get(name, name) for name in correction.names}
     check_joint_names(tuple(names.values()), tuple(joints_of(document)),
                       in_words(document, source))
     compiled = load(text, source, folder)
+    for joint in correction.joints:
+        kind = joint_type(compiled, names[joint.name])
+        check_kind(joint, names[joint.name], kind, [joint.kind], source)
     patch = _Patch(correction, document, compiled, names, source)
     patched = patch.apply()
     load(patched.text, f"the corrected {source}", folder)

@@ -62,8 +62,7 @@ class Split:
     @property
     def friction_in_block(self) -> bool:
         """Whether the block writes the dry friction of the joint at every step."""
-        return any(piece.port == "friction" for one in self.block for piece in pieces_of(
-            one.effect, [p.name for p in one.effect.parameters]))
+        return any(map(is_dry_friction, self.block))
 
     def joint_attributes(self, step: float) -> dict[str, float | str]:
         """Attributes of the joint that feels friction and drive, but for its inertia."""
@@ -180,9 +179,14 @@ def split(correction: Correction, k: int) -> Split:
                  tuple(left), values)
 
 
+def is_dry_friction(setting: Setting) -> bool:
+    """Whether an effect is a largest torque against motion."""
+    return any(piece.port == "friction" for piece in pieces_of(
+        setting.effect, [p.name for p in setting.effect.parameters]))
+
+
 def _native_friction(block: list[Setting]) -> list[Setting]:
-    dry = [one for one in block if any(piece.port == "friction" for piece in pieces_of(
-        one.effect, [p.name for p in one.effect.parameters]))]
+    dry = [one for one in block if is_dry_friction(one)]
     names = [one.effect.name for one in dry]
     return dry if set(names) <= set(FRICTION) and len(set(names)) == len(names) else []
 

@@ -9,10 +9,9 @@ from typing import Any
 
 from clie_blocks.analysis.export.core import core, fill
 from clie_blocks.analysis.export.correction import Correction
-from clie_blocks.analysis.export.exported import Exported, unified_diff
+from clie_blocks.analysis.export.exported import Exported, read_model, unified_diff
 from clie_blocks.analysis.export.joint_block import joint_block
 from clie_blocks.analysis.export.mujoco_model import CorrectedModel, corrected_model, stub
-from clie_blocks.errors import RecordError
 from clie_blocks.output import to_json
 
 MODULE = "corrected_joints"
@@ -44,7 +43,8 @@ def export_mujoco(correction: Correction, model: str | PathLike[str] | None = No
         text, path, folder = stub(correction), Path("joints.xml"), None
     else:
         path = Path(model)
-        text, folder = _read(path), path.parent
+        text = read_model(path, "the MJCF of the robot", "a stub")
+        folder = path.parent
     found = corrected_model(correction, text, path.name, folder, renamed)
     name = f"{path.stem}.corrected.xml"
     diff = unified_diff(text, found.text, path.name, name) if model else ""
@@ -69,8 +69,7 @@ def module(correction: Correction, found: CorrectedModel, source: str) -> str:
         made = core(joint_block(correction, k, found.step, piece.block, whole=alone))
         joint = piece.joint
         rows.append({"core": made, "driven": driven, "alone": alone,
-                     "drive": joint.gear * joint.gain, "friction": piece.friction_in_block,
-                     "numbers": [value for _, value in made.parameters]})
+                     "drive": joint.gear * joint.gain, "friction": piece.friction_in_block})
     return fill("mujoco_module.py.j2", joints=rows, step=found.step, source=source, module=MODULE,
                 on_motor=[joint.encoder == "motor" for joint in correction.joints])
 
@@ -86,11 +85,3 @@ def _plain(found: CorrectedModel, name: str) -> dict[str, Any]:
                             [piece.gear] if piece.gear else []))],
                         "module": [one.effect.name for one in piece.block]}
                        for piece, driven in zip(found.splits, found.driven, strict=True)]}
-
-
-def _read(path: Path) -> str:
-    try:
-        return path.read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise RecordError(f"{path} cannot be read ({error}); give the MJCF of the robot, or leave "
-                          "out --model for a stub") from None

@@ -6,25 +6,30 @@ import dataclasses
 from functools import cache
 
 from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.analysis.export.gazebo_target import in_engine
 from clie_blocks.analysis.export.joint_block import why_no_block
-from clie_blocks.analysis.export.mujoco_split import NEEDS, split
+from clie_blocks.analysis.export.mujoco_split import NEEDS, is_dry_friction, split
+from clie_blocks.analysis.export.simscape import in_equations
 from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.insertion import of_law
 
-NATIVE, EXTRA_BODY, MODULE, ONE_JOINT, BODIES, CONTROLLER, NOT = (
-    "native", "extra bodies", "plugin", "plugin, one joint", "your bodies", "controller",
-    "impossible")
+NATIVE, PARTIAL, EXTRA_BODY, MODULE, ONE_JOINT, BODIES, CONTROLLER, NOT = (
+    "native", "native, partial", "extra bodies", "plugin", "plugin, one joint", "your bodies",
+    "controller", "impossible")
 MEANING = {
-    NATIVE: "elements of MuJoCo's own which move as the effect does; of code, the function of the "
-            "joint",
+    NATIVE: "the simulator's own elements, which move as the effect does; of simscape, equations "
+            "of a component; of code, the function of the joint",
+    PARTIAL: "equations but for rest: dry friction is smoothed over a speed, and creeps",
     EXTRA_BODY: "a body of its own beside the joint's, with native elements between them",
     MODULE: "a block that runs beside the model, step by step",
     ONE_JOINT: "such a block, for a robot of one joint; it would have to see the other joints",
     BODIES: "a mass: it belongs into the bodies of the simulator that calls the block",
     CONTROLLER: "an effect of the control law or of the recorder: it belongs there",
-    NOT: "neither words nor a block",
+    NOT: "nothing is written; of simscape, where an effect has memory: simulink holds it",
 }
-TARGETS = ("mujoco", "code")  # code: c, fmu and every other target around the C or Python core
+# code: c, fmu and every other target around the C or Python core
+TARGETS = ("mujoco", "gazebo", "simscape", "code")
 IN_THE_MODEL = ("inertia", "viscous", "offset", "torque_gain", "coupling")
 FIRST = {"spring": "3.7 where it hardens", "quadratic_drag": "3.7", "time_delay": "3.5"}
 
@@ -69,22 +74,39 @@ def support(effect: str, target: str) -> Support:
     setting = entry.typical()
     if entry.port in ("controller", "log") or of_law(setting):
         return Support(effect, target, CONTROLLER)
-    block = MODULE if entry.per_joint else ONE_JOINT
-    if target != "mujoco":
-        if entry.port == "body":
-            return Support(effect, target, BODIES)
-        if why_no_block(setting, 1):
-            return Support(effect, target, NOT)
-        return Support(effect, target, NATIVE if entry.per_joint else ONE_JOINT)
+    alone = Correction((_SAMPLE,), 1e-3, (setting,))
+    if target == "mujoco":
+        return _in_mujoco(alone, setting)
+    if entry.port == "body":
+        return Support(effect, target, BODIES)
+    if why_no_block(setting, 1):
+        return Support(effect, target, NOT)
+    if target == "simscape":
+        return Support(effect, target, _in_simscape(alone, setting))
+    plugin = target == "gazebo" and not in_engine(alone, 0)
+    return Support(effect, target, ONE_JOINT if not entry.per_joint else
+                   MODULE if plugin else NATIVE)
+
+
+def _in_mujoco(alone: Correction, setting: Setting) -> Support:
+    effect, block = setting.effect.name, MODULE if setting.effect.per_joint else ONE_JOINT
     if effect in IN_THE_MODEL:
-        return Support(effect, target, NATIVE)
-    found = split(Correction((_SAMPLE,), 1e-3, (setting,)), 0)
+        return Support(effect, "mujoco", NATIVE)
+    found = split(alone, 0)
     if found.native:
         since = FIRST.get(effect, "") if effect in NEEDS else ""
-        return Support(effect, target, NATIVE, since)
+        return Support(effect, "mujoco", NATIVE, since)
     if found.gear or found.bodies:
-        return Support(effect, target, EXTRA_BODY)
-    return Support(effect, target, block if found.block else NOT)
+        return Support(effect, "mujoco", EXTRA_BODY)
+    return Support(effect, "mujoco", block if found.block else NOT)
+
+
+def _in_simscape(alone: Correction, setting: Setting) -> str:
+    if not in_equations(alone, 0, setting):
+        return NOT
+    if not setting.effect.per_joint:
+        return ONE_JOINT
+    return PARTIAL if is_dry_friction(setting) else NATIVE
 
 
 def table() -> list[tuple[str, ...]]:

@@ -6,7 +6,7 @@ import dataclasses
 import re
 from collections.abc import Iterator, Mapping
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 from clie_blocks.errors import RecordError
 
@@ -22,6 +22,11 @@ class Element:
     head: int = 0
     end: int = 0
     children: list[Element] = dataclasses.field(default_factory=list)
+    text: str = ""
+
+    def child(self, name: str) -> Element | None:
+        """Return the first element right below that has a name."""
+        return next((one for one in self.children if one.name == name), None)
 
     def every(self, *names: str) -> Iterator[Element]:
         """Yield the elements below that have one of some names, in the order of the file."""
@@ -70,8 +75,21 @@ class XmlText:
         body = "".join(f"{line}\n{indent}" for line in text.splitlines())
         self._edits.append((element.start, element.start, body))
 
+    def write(self, element: Element, text: str) -> None:
+        """Give an element another text; it must hold no other element."""
+        if element.end == element.head:
+            self._close(element, escape(text))
+        else:
+            closing = self._data.rindex(b"</", 0, element.end)
+            self._edits.append((element.head, closing, escape(text)))
+
     def append(self, element: Element, text: str) -> None:
-        """Insert lines at the end of an element that is not empty."""
+        """Insert lines at the end of an element."""
+        if element.end == element.head:
+            indent = self._indent(element.start)
+            inside = "".join(f"\n{indent}  {one}" for one in text.splitlines())
+            self._close(element, f"{inside}\n{indent}")
+            return
         closing = self._data.rindex(b"</", 0, element.end)
         line = self._data.rfind(b"\n", 0, closing) + 1
         indent = self._indent(closing)
@@ -79,6 +97,11 @@ class XmlText:
         if self._data[line:closing].strip():
             line, lines = closing, f"\n{lines}{indent}"
         self._edits.append((line, line, lines))
+
+    def _close(self, element: Element, inside: str) -> None:
+        """Open an element without content (``<a/>``), fill it and close it."""
+        tag = self._data[element.start:element.head - 2].decode().rstrip()
+        self._edits.append((element.start, element.end, f"{tag}>{inside}</{element.name}>"))
 
     @property
     def text(self) -> str:
@@ -136,7 +159,11 @@ def _parse(data: bytes, source: str) -> Element:
         empty = data[element.head - 2:element.head] == b"/>"
         element.end = element.head if empty else data.index(b">", at) + 1
 
+    def read(text: str) -> None:
+        stack[-1].text += text
+
     parser.StartElementHandler, parser.EndElementHandler = begin, finish
+    parser.CharacterDataHandler = read
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:

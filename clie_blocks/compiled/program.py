@@ -276,14 +276,18 @@ class Program(Studies):
         Parameters
         ----------
         language : str
-            ``'python'``, a listing with the diagram's names in comments; ``'c'``, a
-            self-contained C99 file; or ``'llvm'``.
+            ``'python'``, a listing with the diagram's names in comments; ``'torch'``, the same
+            for tensors, with constants made by a function ``number``; ``'c'``, a self-contained
+            C99 file; or ``'llvm'``.
         method : str
             The method of the C file's ``step`` and of the LLVM loop.
 
         """
         if language == "python":
             return source(self._layout, self._trace.names(), self._trace.legend(self.name))
+        if language == "torch":
+            return source(self._layout, self._trace.names(), self._trace.legend(self.name),
+                          number="number", library="torch")
         if language == "llvm":
             return self._text(self._layout, self._method(method), SINGLE)
         if language == "c":
@@ -292,7 +296,7 @@ class Program(Studies):
                             [self._trace.signals[name] for name in self.outputs],
                             self._parameters, self._method(method), self._trace.ports())
         raise ClieError(f"no source in {language!r}; "
-                        f"{nearest(language, ['python', 'c', 'llvm'])}")
+                        f"{nearest(language, ['python', 'torch', 'c', 'llvm'])}")
 
     def machine_text(self, entries: Sequence[int], memory: Memory) -> str:
         """Return the LLVM text of a batch that records only these entries of the record."""

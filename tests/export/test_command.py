@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis import cli
+from clie_blocks.analysis.export.export import TARGETS as EXPORTED
 from clie_blocks.analysis.export.replay import replay
 from clie_blocks.analysis.export.truth_table import TARGETS, markdown, support
 from clie_blocks.analysis.gap.calibration.robots import draw_cases
@@ -137,9 +138,18 @@ def test_the_table_of_the_page_is_the_one_of_the_program():
 def test_the_page_of_an_effect_says_how_it_is_exported(capsys):
     cli.main(["effects", "joint_elasticity"])
     page = " ".join(capsys.readouterr().out.split())
-    assert "exported ('clie export') mujoco extra bodies code native" in page
+    assert ("exported ('clie export') mujoco extra bodies gazebo plugin simscape impossible "
+            "code native") in page
     assert {str(support(name, target)) for name in LIBRARY for target in TARGETS} >= {
-        "native", "plugin", "controller", "extra bodies"}
+        "native", "native, partial", "plugin", "controller", "extra bodies", "your bodies",
+        "impossible"}
+
+
+def test_the_help_names_every_target(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["export", "--help"])
+    told = "".join(capsys.readouterr().out.split())  # lines break at hyphens too
+    assert [name for name in EXPORTED if name not in told] == []
 
 
 @pytest.mark.slow

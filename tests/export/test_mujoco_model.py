@@ -148,6 +148,15 @@ def test_another_robot_is_refused_with_the_nearest_name():
     assert found.driven[0].link == "j1"
 
 
+def test_a_joint_that_moves_otherwise_is_refused():
+    for kind in ("slide", "ball"):
+        with pytest.raises(ClieError, match=f"'j1' is of type '{kind}', and j1 .* a hinge in rad"):
+            patched(OWN.replace('axis="0 1 0"', f'axis="0 1 0" type="{kind}"'))
+    by_class = OWN.replace('<joint   damping="9"/>', '<joint damping="9" type="slide"/>')
+    with pytest.raises(ClieError, match="is of type 'slide'"):
+        patched(by_class)
+
+
 def test_an_included_file_is_named(tmp_path):
     (tmp_path / "arm.xml").write_text("<mujoco><worldbody/></mujoco>")
     text = '<mujoco><include file="arm.xml"/><worldbody/></mujoco>'
@@ -167,6 +176,8 @@ def test_what_is_no_model_is_refused():
         patched("<mujoco>")
     with pytest.raises(ClieError, match="begins with <robot>"):
         patched("<robot/>")
+    with pytest.raises(ClieError, match="an SDF, which --to gazebo patches"):
+        patched("<sdf/>")
 
 
 def test_a_step_that_is_no_fraction_of_the_period_is_said():

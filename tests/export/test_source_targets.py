@@ -107,7 +107,8 @@ def test_the_s_function_gives_the_numbers_of_the_block(tmp_path):
     code.end(memory)
 
 
-@pytest.mark.parametrize("target", [name for name in TARGETS if name != "mujoco"])
+@pytest.mark.parametrize("target", [name for name in TARGETS
+                                    if name not in ("mujoco", "simscape")])
 def test_every_target_tells_the_inertia_that_stays_in_the_simulator(target):
     exported = export(robots.correction(robots.setting("backlash")), target)
     assert exported.files and exported.ran

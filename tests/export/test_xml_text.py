@@ -42,6 +42,16 @@ def test_elements_are_renamed_and_inserted_with_the_indentation_of_their_place()
         lambda document, at: document.append(at["c"], "<n>\n  <m/>\n</n>"))
 
 
+def test_an_element_gets_another_text_and_an_empty_one_content():
+    assert "<d>a &lt; b</d>" in edited(lambda document, at: document.write(at["d"], "a < b"))
+    assert "    <d>\n      <n/>\n    </d>\n" in edited(
+        lambda document, at: document.append(at["d"], "<n/>"))
+    document = XmlText("<a>\n <b>1</b> <!-- one -->\n</a>", "a.xml")
+    document.write(document.root.child("b"), "2")
+    assert document.root.child("b").text == "1" and document.root.child("c") is None
+    assert document.text == "<a>\n <b>2</b> <!-- one -->\n</a>"
+
+
 def test_what_is_broken_is_refused():
     with pytest.raises(RecordError, match=r"a.xml is no well-formed XML"):
         XmlText("<a><b></a>", "a.xml")

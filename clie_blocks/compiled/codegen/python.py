@@ -13,23 +13,43 @@ from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
 
 
 def source(layout: Layout, names: Mapping[Expression, str] | None = None, title: str = "",
-           number: str = "") -> str:
-    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``."""
+           number: str = "", library: str = "") -> str:
+    """Return the Python text of ``derivative``, ``observe`` and, if any, ``watch``.
+
+    It computes with single numbers, or with the arrays of a library (``'torch'``), whose
+    constants are then those that the function of the name `number` makes.
+    """
     parts = {"derivative": layout.derivatives, "observe": layout.record}
     if layout.watch:
         parts["watch"] = layout.watch
     roots = [root for part in parts.values() for root in part]
-    used = {node.op for node in topological(roots)} & set(_LIBM)
+    used = {word for node in topological(roots) if (word := _word(node.op, library))}
     header = [title] if title else []
-    imports = ", ".join("power as pow" if name == "pow" else name for name in sorted(used))
-    header += [f"from numpy import {imports}"] * bool(used and not number)
+    imports = ", ".join(_IMPORTED[library].get(word, word) for word in sorted(used))
+    header += [f"from {library or 'numpy'} import {imports}"] * bool(
+        used and (library or not number))
     header += ["one, zero, inf, nan = 1.0, 0.0, float('inf'), float('nan')"] * (not number)
-    functions = [_function(name, part, names or {}, number) for name, part in parts.items()]
+    header += ["inf, nan = number(float('inf')), number(float('nan'))"] * bool(library)
+    functions = [_function(name, part, names or {}, number, library)
+                 for name, part in parts.items()]
     return "\n\n".join(["\n".join(header), *functions]).lstrip() + "\n"
 
 
+def _text(name: str, library: str) -> str:
+    operation = operation_named(name)
+    return operation.of_arrays if library else operation.python
+
+
+def _word(name: str, library: str) -> str:
+    """Function that an operation calls in Python; empty where it is none of a library."""
+    if name not in OPERATIONS:
+        return ""
+    word, bracket, _ = _text(name, library).partition("(")
+    return word if bracket else ""
+
+
 def _function(name: str, roots: Iterable[Expression], names: Mapping[Expression, str],
-              number: str) -> str:
+              number: str, library: str) -> str:
     lines: list[str] = []
     text: dict[Symbol, str] = {}
 
@@ -41,7 +61,7 @@ def _function(name: str, roots: Iterable[Expression], names: Mapping[Expression,
             kind, index = node.args
             text[node] = "t" if kind == "t" else f"{kind}[{index}]"
             continue
-        code = operation_named(node.op).python.format(*map(operand, node.args))
+        code = _text(node.op, library).format(*map(operand, node.args))
         text[node] = f"v{len(lines)}"
         comment = f"  # {names[node]}" if node in names else ""
         lines.append(f"    {text[node]} = {code}{comment}")
@@ -147,6 +167,7 @@ def _power(a: float, b: float) -> float:
     return np.power(np.array([a]), np.array([b]))[0]  # a scalar power 0.5 would be a root
 
 
+_IMPORTED = {"": {"pow": "power as pow"}, "torch": {"rint": "round as rint"}}
 _LIBM = [name for name, operation in OPERATIONS.items()
          if operation.python.startswith(f"{name}(")]
 _MATH = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",

@@ -38,6 +38,8 @@ class Operation:
     tangent : callable, optional
         ``tangent(f, y, operands, tangents)`` for an operation that chooses: the derivative of
         the operand that is taken, whatever the other's is.
+    array : str
+        Text in Python with arrays for operands, where it is another than `python`.
 
     """
 
@@ -50,6 +52,12 @@ class Operation:
     partials: Callable[..., Any]
     boolean: bool = False
     tangent: Callable[..., Any] | None = None
+    array: str = ""
+
+    @property
+    def of_arrays(self) -> str:
+        """Text in Python with arrays for operands, in the words of numpy and PyTorch."""
+        return self.array or self.python
 
 
 def _infix(name: str, sign: str, function: Callable[..., Any], instruction: str,
@@ -96,7 +104,8 @@ def _extremum(name: str, function: Callable[..., Any], sign: str, predicate: str
         lambda ir, a, b: ir.select(
             ir.logic("or", ir.compare(predicate, a, b), ir.compare("uno", a, a)), a, b),
         lambda f, y, a, b: (f.where(f.eq(y, a), 1.0, 0.0), f.where(f.eq(y, a), 0.0, 1.0)),
-        tangent=lambda f, y, operands, tangents: f.where(f.eq(y, operands[0]), *tangents))
+        tangent=lambda f, y, operands, tangents: f.where(f.eq(y, operands[0]), *tangents),
+        array=f"{name}({{0}}, {{1}})")
 
 
 OPERATIONS = {operation.name: operation for operation in (
@@ -115,7 +124,8 @@ OPERATIONS = {operation.name: operation for operation in (
     _intrinsic("rint", np.rint, _flat),
     Operation("sign", 1, np.sign,
               "(one if {0} > 0 else -one if {0} < 0 else zero if {0} == 0 else {0})",
-              "({0} > 0 ? 1.0 : {0} < 0 ? -1.0 : {0} == 0 ? 0.0 : {0})", _sign_llvm, _flat),
+              "({0} > 0 ? 1.0 : {0} < 0 ? -1.0 : {0} == 0 ? 0.0 : {0})", _sign_llvm, _flat,
+              array="sign({0})"),
     Operation("sin", 1, np.sin, "sin({0})", "sin({0})", lambda ir, a: ir.sine(a),
               lambda f, y, a: (f.cos(a),)),
     Operation("cos", 1, np.cos, "cos({0})", "cos({0})", lambda ir, a: ir.cosine(a),
@@ -161,15 +171,18 @@ OPERATIONS = {operation.name: operation for operation in (
     _compare("eq", "==", np.equal, "oeq"),
     _compare("ne", "!=", np.not_equal, "une"),
     Operation("and", 2, np.logical_and, "({0} and {1})", "({0} && {1})",
-              lambda ir, a, b: ir.logic("and", a, b), _flat, boolean=True),
+              lambda ir, a, b: ir.logic("and", a, b), _flat, boolean=True,
+              array="logical_and({0}, {1})"),
     Operation("or", 2, np.logical_or, "({0} or {1})", "({0} || {1})",
-              lambda ir, a, b: ir.logic("or", a, b), _flat, boolean=True),
+              lambda ir, a, b: ir.logic("or", a, b), _flat, boolean=True,
+              array="logical_or({0}, {1})"),
     Operation("not", 1, np.logical_not, "(not {0})", "(!{0})",
-              lambda ir, a: ir.invert(a), _flat, boolean=True),
+              lambda ir, a: ir.invert(a), _flat, boolean=True, array="logical_not({0})"),
     Operation("where", 3, np.where, "({1} if {0} else {2})", "({0} ? {1} : {2})",
               lambda ir, c, a, b: ir.select(c, a, b),
               lambda f, y, c, a, b: (0.0, f.where(c, 1.0, 0.0), f.where(c, 0.0, 1.0)),
-              tangent=lambda f, y, operands, tangents: f.where(operands[0], *tangents[1:])),
+              tangent=lambda f, y, operands, tangents: f.where(operands[0], *tangents[1:]),
+              array="where({0}, {1}, {2})"),
 )}
 
 

@@ -56,6 +56,22 @@ def agree(got, wanted, point):
             assert np.signbit(one) == np.signbit(two), where
 
 
+def test_the_text_of_arrays_equals_numpy():
+    words = {name: operation.numpy for name, operation in OPERATIONS.items()} | {
+        f"logical_{name}": OPERATIONS[name].numpy for name in ("and", "or", "not")}
+    columns = np.array(points()).T
+    operands = dict(zip("abc", columns, strict=True))
+    for name, operation in OPERATIONS.items():
+        given = operands | {"a": columns[0] > 0.0, "b": columns[1] > 0.0} if name in (
+            "and", "or", "not") else operands | {"a": columns[0] > 0.0} if name == "where" else (
+            operands)
+        text = operation.of_arrays.format("a", "b", "c")
+        with np.errstate(all="ignore"):
+            np.testing.assert_array_equal(
+                eval(text, words, given),
+                operation.numpy(*[given[one] for one in "abc"[:operation.arity]]), err_msg=name)
+
+
 @pytest.mark.parametrize("emitter", ENGINES)
 def test_every_operation_equals_numpy(emitter):
     engine = ENGINES[emitter](Layout(roots(), [], {}, 0), METHODS["ode1"])
