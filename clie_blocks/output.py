@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import contextvars
+import html
 import io
 import json
 import os
 import sys
 import tempfile
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +25,8 @@ TRACEBACK = "CLIE_TRACEBACK"  # of the environment: show where an unexpected err
 Main = Callable[[list[str] | None], int | None]
 _SAY: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
     "say", default=None)  # renames the progress that is shown, if one is
+
+_ALT: weakref.WeakKeyDictionary[Figure, tuple[str, str]] = weakref.WeakKeyDictionary()
 
 
 def write(path: str | os.PathLike[str], content: str | bytes) -> Path:
@@ -76,8 +80,32 @@ def save_figure(figure: Figure, folder: str | os.PathLike[str], stem: str,
         stamp = {"Date": None} if ending == "svg" else None
         with matplotlib.rc_context({"svg.hashsalt": stem}):  # same figure, same bytes
             figure.savefig(buffer, format=ending, metadata=stamp)
-        paths.append(str(write(Path(folder) / f"{stem}.{ending}", buffer.getvalue())))
+        content = buffer.getvalue()
+        if ending == "svg" and figure in _ALT:
+            content = _with_alt(content, stem, *_ALT[figure])
+        paths.append(str(write(Path(folder) / f"{stem}.{ending}", content)))
     return paths
+
+
+def describe(figure: Figure, title: str, description: str) -> None:
+    """Give a figure the words that `save_figure` writes into its SVG, for readers of screens."""
+    _ALT[figure] = title, description
+
+
+def description(figure: Figure) -> str:
+    """Words that `describe` gave a figure; empty if none."""
+    return " ".join(_ALT.get(figure, ()))
+
+
+def _with_alt(svg: bytes, stem: str, title: str, text: str) -> bytes:
+    """Mark an SVG as one picture, with its title and its description."""
+    name = html.escape(stem)
+    head = (f'<svg role="img" aria-labelledby="{name}-title {name}-desc" '.encode(),
+            f'<title id="{name}-title">{html.escape(visible(title))}</title>'
+            f'<desc id="{name}-desc">{html.escape(visible(text))}</desc>'.encode())
+    start = svg.index(b"<svg ")
+    end = svg.index(b">", start) + 1
+    return svg[:start] + head[0] + svg[start + len(b"<svg "):end] + b"\n" + head[1] + svg[end:]
 
 
 def to_json(result: object) -> str:
