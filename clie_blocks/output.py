@@ -198,6 +198,8 @@ class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         plain = action.default is None or action.default is False or action.default in ("", [], ())
+        if isinstance(action.default, (list, tuple)) and not plain:
+            return f"{action.help} (default: {' '.join(f'{one:g}' for one in action.default)})"
         return action.help if plain else super()._get_help_string(action)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import weakref
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -13,8 +14,9 @@ from clie_blocks.diagrams.drawing.plan import Layout
 from clie_blocks.diagrams.drawing.single import alone
 from clie_blocks.diagrams.drawing.words import words_of
 from clie_blocks.errors import nearest
-from clie_blocks.output import describe
+from clie_blocks.output import describe, run_main, save_figure
 from clie_blocks.signals import DiagramError
+from clie_blocks.user_files import run_file
 
 if TYPE_CHECKING:
     import control as ct
@@ -126,3 +128,30 @@ def _check_names(keys: Iterable[str], known: Collection[str], what: str) -> None
         if key in seen:
             raise DiagramError(f"draw: {what} has {key!r} twice; a block has one place")
         seen.add(key)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw a diagram that a Python file holds."""
+    parser = argparse.ArgumentParser(
+        prog="picture.py", description="Draw any python-control diagram that a Python file holds. "
+        "The file is run.", epilog="Example: python diagrams/picture.py my_loop.py loop -o out")
+    parser.add_argument("file", metavar="FILE", help="Python file that makes the diagram")
+    parser.add_argument("name", metavar="NAME",
+                        help="the diagram in it, or a function without arguments that returns it")
+    parser.add_argument("--expand", action="store_true", help="open nested diagrams")
+    parser.add_argument("--title", default="", help="heading")
+    parser.add_argument("-o", "--output", default="out/picture", metavar="DIR",
+                        help="folder for the picture (default: out/picture)")
+    args = parser.parse_args(argv)
+    found = run_file(args.file, "file of the diagram")
+    if args.name not in found:
+        raise DiagramError(f"{args.file} defines no {args.name!r}; " + nearest(
+            args.name, [name for name in found if not name.startswith("_")]))
+    diagram = found[args.name]
+    is_function = callable(diagram) and not hasattr(diagram, "input_labels")
+    figure = draw(diagram() if is_function else diagram, expand=args.expand, title=args.title)
+    print(*save_figure(figure, args.output, args.name), sep="\n")
+
+
+if __name__ == "__main__":
+    run_main(main)

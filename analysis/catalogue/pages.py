@@ -92,7 +92,7 @@ def _short(text: str, width: int) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the catalogue or one effect."""
     parser = command_parser(
-        "clie effects", "The catalogue of effects, or the page of one.",
+        "clie effects", "Show the catalogue of effects, or the page of one.",
         output_help="folder for the picture of the effect: characteristic and response")
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect")
     options = parser.parse_args(argv)

@@ -29,9 +29,10 @@ def collect(seeds: Sequence[int],
 def parser() -> argparse.ArgumentParser:
     """Command-line options."""
     options = command_parser(
-        "clie reproduce", "Every number of the paper against ours, with a verdict for each.",
+        "clie reproduce", "Compare every number of the paper with ours, with a verdict for each.",
         output="out/reproduce")
-    options.add_argument("--seeds", type=int, default=3, help="noise seeds per reading")
+    options.add_argument("--seeds", type=int, default=3, metavar="N",
+                         help="noise seeds per reading")
     return options
 
 

@@ -1,6 +1,5 @@
 """Pictures of diagrams: what is drawn, read from the plan, not from pixels."""
 
-import importlib
 import time
 from pathlib import Path
 
@@ -220,14 +219,3 @@ def test_a_single_block_and_the_algebra_of_python_control_are_drawn(tmp_path):
         assert "</svg>" in Path(path).read_text()
     with pytest.raises(DiagramError, match="no block of python-control"):
         draw(3.0)
-
-
-@pytest.mark.parametrize("name", ["joint_loop", "feedback_linearization", "sampled_joint_loop",
-                                  "recorded_loop", "recorded_composite"])
-def test_a_script_draws_its_diagram(name, tmp_path, capsys):
-    script = importlib.import_module(f"clie_blocks.diagrams.{name}")
-    script.main(["-o", str(tmp_path)])
-    assert (tmp_path / f"{name}.svg").is_file() and f"{name}.png" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        script.main(["--help"])
-    assert f"usage: {name}.py" in capsys.readouterr().out
