@@ -11,6 +11,7 @@ import json
 import os
 import sys
 import tempfile
+import textwrap
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -21,6 +22,7 @@ from clie_blocks.errors import ClieError, visible
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WIDTH = 100  # columns of a terminal that a verdict keeps to
 TRACEBACK = "CLIE_TRACEBACK"  # of the environment: show where an unexpected error was raised
 Main = Callable[[list[str] | None], int | None]
 _SAY: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
@@ -201,6 +203,12 @@ class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
         if isinstance(action.default, (list, tuple)) and not plain:
             return f"{action.help} (default: {' '.join(f'{one:g}' for one in action.default)})"
         return action.help if plain else super()._get_help_string(action)
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Return a sentence for a terminal: lines of at most `WIDTH` columns, the rest indented."""
+    return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ",
+                         break_long_words=False, break_on_hyphens=False)
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> None:

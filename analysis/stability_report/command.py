@@ -7,10 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from clie_blocks import paper
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, print_table, progress, run_main, to_json
+from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, wrapped
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
@@ -137,6 +138,7 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices: threads would only wait
 def main(argv: list[str] | None = None) -> int:
     """Write the report and print its summary; 1 if the gains are not safe."""
     options = parser().parse_args(argv)
@@ -156,7 +158,7 @@ def main(argv: list[str] | None = None) -> int:
         print(to_json({**as_dict(study, quantities), "verdict": sentence, "advice": advice,
                        "files": files}))
     else:
-        print("\n".join((sentence, *advice, "")))
+        print("\n".join((*map(wrapped, (sentence, *advice)), "")))
         print_table(("quantity", "value"), report.facts, "<<")
         print(f"\nreport: {files[0]}")
     return 1 if mood == BAD else 0
