@@ -13,7 +13,7 @@ import sys
 import tempfile
 import textwrap
 import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -128,6 +128,23 @@ def json_types(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     return value
+
+
+def short_repr(thing: object, names: Iterable[str], most: int = 100) -> str:
+    """Return the fields of an object that are stated, in a line of at most `most` characters."""
+    said = [f"{name}={_short_value(getattr(thing, name))}" for name in names
+            if getattr(thing, name) is not None]
+    text = ", ".join(said)
+    room = most - len(type(thing).__name__) - 2
+    return f"{type(thing).__name__}({text if len(text) <= room else text[:room - 3] + '...'})"
+
+
+def _short_value(value: Any) -> str:
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_short_value, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)
 
 
 @contextlib.contextmanager

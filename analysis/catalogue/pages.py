@@ -20,7 +20,7 @@ HEADS = ("effect", "family", "port", "equation")
 
 def catalogue() -> list[tuple[str, ...]]:
     """Return one row per effect, by family: name, family, port, equation."""
-    return [(name, family, LIBRARY[name].port, _short(LIBRARY[name].equation, 48))
+    return [(name, family, LIBRARY[name].port, _short(LIBRARY[name].equation, 42))
             for family in FAMILIES for name in LIBRARY if LIBRARY[name].family == family]
 
 

@@ -114,7 +114,8 @@ def identification_section(study: Study, b: Bounds) -> Section:
          f"the proof needs the minimum with alpha = {study.alpha:g}"),
         ("k_4", number(fourth.k_4), number(fourth.k_4), ""),
         (f"mu_2 {NORM_F}", number(fourth.mu_2), number(fourth.mu_2_printed),
-         f"(A.12) for eps_bar = {b.eps_bar[1]:.3g} rad/s^2; the theorem's text has another formula"),
+         f"(A.12) for eps_bar = {b.eps_bar[1]:.3g} rad/s^2; the text of the theorem "
+         "has another formula"),
         ("varrho", number(fourth.varrho), number(fourth.k_3_printed - fourth.threshold),
          "(46) holds" if fourth.holds else "(46) fails with the minimum"))
     run = (("largest modelling error after 5 s [rad/s^2]", number(measured["eps"]), "-"),

@@ -17,7 +17,7 @@ from clie_blocks.diagrams.twin_loop import READINGS
 from clie_blocks.errors import ClieError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
-from clie_blocks.output import command_parser, to_json
+from clie_blocks.output import command_parser, to_json, wrapped
 from clie_blocks.signals import Diagram, signal
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None, prog:
           "errors of d, which is nearly zero, are differences")
     print(table(results))
     for sentence in remarks(experiment):
-        print(f"- {sentence}")
+        print(wrapped(f"- {sentence}"))
     print(f"simulated {experiment.duration:g} s in {seconds:.1f} s, compiling included; "
           f"plots in {folder}")
     return 0

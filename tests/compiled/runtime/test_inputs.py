@@ -125,8 +125,12 @@ def test_impossible_variance_is_refused(variance):
 def test_a_program_is_arranged_once_for_inputs_that_are_alike(loop, monkeypatch):
     """Thousands of runs with one excitation, as `clie bounds` makes, wait for the first only."""
     arranged = []
-    monkeypatch.setattr(program_module, "layout", lambda trace, driven=None: arranged.append(driven)
-                        or layout(trace, driven))
+
+    def counted(trace, driven=None):
+        arranged.append(driven)
+        return layout(trace, driven)
+
+    monkeypatch.setattr(program_module, "layout", counted)
     program = compile_diagram(loop)
     arranged.clear()
 
