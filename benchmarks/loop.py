@@ -8,7 +8,7 @@ import numpy as np
 from clie_blocks import paper
 from clie_blocks.compiled import Program
 from clie_blocks.diagrams.clie_loop import CASES
-from clie_blocks.diagrams.paper_experiment import Experiment
+from clie_blocks.diagrams.scripts.paper_experiment import Experiment
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.signals import Diagram
 

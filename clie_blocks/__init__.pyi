@@ -4,12 +4,15 @@ from . import effects as effects
 from . import excitation as excitation
 from . import paper as paper
 from .analysis import gap as gap
+from .analysis.gap import Diagnosis as Diagnosis
+from .analysis.gap import Method as Method
 from .analysis.gap import Problem as Problem
 from .analysis.gap import diagnose as diagnose
 from .analysis.records import Record as Record
 from .analysis.records import Robot as Robot
 from .analysis.records import read_records as read_records
 from .analysis.records import read_robot as read_robot
+from .compiled import Program as Program
 from .compiled import compile_diagram as compile_diagram
 from .compiled import held_normal as held_normal
 from .controllers import linearizing_controller as linearizing_controller
@@ -21,6 +24,9 @@ from .diagrams.clie_loop import clie_loop as clie_loop
 from .diagrams.feedback_linearization import feedback_linearization as feedback_linearization
 from .diagrams.joint_loop import joint_loop as joint_loop
 from .diagrams.picture import draw as draw
+from .effects import LIBRARY as LIBRARY
+from .effects import Effect as Effect
+from .effects import Setting as Setting
 from .effects import with_effects as with_effects
 from .excitation import source as source
 from .filters import lowpass as lowpass

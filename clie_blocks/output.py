@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 import contextlib
 import contextvars
+import html
 import io
 import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+import textwrap
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +22,13 @@ from clie_blocks.errors import ClieError, visible
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WIDTH = 100  # columns of a terminal that a verdict keeps to
 TRACEBACK = "CLIE_TRACEBACK"  # of the environment: show where an unexpected error was raised
 Main = Callable[[list[str] | None], int | None]
 _SAY: contextvars.ContextVar[Callable[[str], None] | None] = contextvars.ContextVar(
     "say", default=None)  # renames the progress that is shown, if one is
+
+_ALT: weakref.WeakKeyDictionary[Figure, tuple[str, str]] = weakref.WeakKeyDictionary()
 
 
 def write(path: str | os.PathLike[str], content: str | bytes) -> Path:
@@ -76,8 +82,32 @@ def save_figure(figure: Figure, folder: str | os.PathLike[str], stem: str,
         stamp = {"Date": None} if ending == "svg" else None
         with matplotlib.rc_context({"svg.hashsalt": stem}):  # same figure, same bytes
             figure.savefig(buffer, format=ending, metadata=stamp)
-        paths.append(str(write(Path(folder) / f"{stem}.{ending}", buffer.getvalue())))
+        content = buffer.getvalue()
+        if ending == "svg" and figure in _ALT:
+            content = _with_alt(content, stem, *_ALT[figure])
+        paths.append(str(write(Path(folder) / f"{stem}.{ending}", content)))
     return paths
+
+
+def describe(figure: Figure, title: str, description: str) -> None:
+    """Give a figure the words that `save_figure` writes into its SVG, for readers of screens."""
+    _ALT[figure] = title, description
+
+
+def description(figure: Figure) -> str:
+    """Words that `describe` gave a figure; empty if none."""
+    return " ".join(_ALT.get(figure, ()))
+
+
+def _with_alt(svg: bytes, stem: str, title: str, text: str) -> bytes:
+    """Mark an SVG as one picture, with its title and its description."""
+    name = html.escape(stem)
+    head = (f'<svg role="img" aria-labelledby="{name}-title {name}-desc" '.encode(),
+            f'<title id="{name}-title">{html.escape(visible(title))}</title>'
+            f'<desc id="{name}-desc">{html.escape(visible(text))}</desc>'.encode())
+    start = svg.index(b"<svg ")
+    end = svg.index(b">", start) + 1
+    return svg[:start] + head[0] + svg[start + len(b"<svg "):end] + b"\n" + head[1] + svg[end:]
 
 
 def to_json(result: object) -> str:
@@ -98,6 +128,23 @@ def json_types(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     return value
+
+
+def short_repr(thing: object, names: Iterable[str], most: int = 100) -> str:
+    """Return the fields of an object that are stated, in a line of at most `most` characters."""
+    said = [f"{name}={_short_value(getattr(thing, name))}" for name in names
+            if getattr(thing, name) is not None]
+    text = ", ".join(said)
+    room = most - len(type(thing).__name__) - 2
+    return f"{type(thing).__name__}({text if len(text) <= room else text[:room - 3] + '...'})"
+
+
+def _short_value(value: Any) -> str:
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(_short_value, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)
 
 
 @contextlib.contextmanager
@@ -170,7 +217,15 @@ class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
         plain = action.default is None or action.default is False or action.default in ("", [], ())
+        if isinstance(action.default, (list, tuple)) and not plain:
+            return f"{action.help} (default: {' '.join(f'{one:g}' for one in action.default)})"
         return action.help if plain else super()._get_help_string(action)
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Return a sentence for a terminal: lines of at most `WIDTH` columns, the rest indented."""
+    return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ",
+                         break_long_words=False, break_on_hyphens=False)
 
 
 def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> None:

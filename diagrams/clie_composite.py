@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from clie_blocks.diagrams.paper_experiment import run_cases
+from clie_blocks.diagrams.scripts.paper_experiment import run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.filters import lowpass, lowpass_with_rate
 from clie_blocks.identification import composite_update, filtered_regressor, identification_error
@@ -86,7 +86,7 @@ def clie_composite(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, ga
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run CASE 2 or 3 of the paper; see ``--help``."""
-    return run_cases({2: clie_composite, 3: clie_composite}, argv)
+    return run_cases({2: clie_composite, 3: clie_composite}, argv, "clie_composite.py")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from clie_blocks.diagrams.clie_composite import clie_composite
-from clie_blocks.diagrams.paper_experiment import Builder, run_cases
+from clie_blocks.diagrams.scripts.paper_experiment import Builder, run_cases
 from clie_blocks.diagrams.twin_loop import twin_loop
 from clie_blocks.identification import gradient_update
 from clie_blocks.output import run_main
@@ -67,7 +67,7 @@ CASES: dict[int, Builder] = {1: clie_loop, 2: clie_composite, 3: clie_composite}
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the paper's identification; see ``--help``."""
-    return run_cases(CASES, argv)
+    return run_cases(CASES, argv, "clie_loop.py")
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ import control as ct
 from numpy.typing import ArrayLike
 
 from clie_blocks.diagrams.clie_composite import IDENTIFIER
-from clie_blocks.diagrams.figure_script import draw_script
 from clie_blocks.diagrams.recorded_loop import NAMES, model_half
+from clie_blocks.diagrams.scripts.figure_script import draw_script
 from clie_blocks.filters import (
     difference_filter,
     lowpass,

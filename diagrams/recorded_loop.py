@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from clie_blocks.controllers import pd_controller
-from clie_blocks.diagrams.figure_script import draw_script
+from clie_blocks.diagrams.scripts.figure_script import draw_script
 from clie_blocks.filters import difference_filter
 from clie_blocks.identification import gradient_update, regressor
 from clie_blocks.joints import estimated_model

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from clie_blocks import paper
 from clie_blocks.compiled import SampledProgram, sampled
 from clie_blocks.controllers import pd_controller
-from clie_blocks.diagrams.figure_script import draw_script
+from clie_blocks.diagrams.scripts.figure_script import draw_script
 from clie_blocks.filters import velocity_filter
 from clie_blocks.output import run_main
 from clie_blocks.signals import Diagram, interconnect

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from clie_blocks import paper
 from clie_blocks.controllers import pd_controller
+from clie_blocks.diagrams.scripts.figure_script import draw_script
 from clie_blocks.filters import velocity_filter
 from clie_blocks.identification import regressor
 from clie_blocks.joints import estimated_model
 from clie_blocks.measurement import noisy_measurement
-from clie_blocks.signals import DiagramError, nearest, summing
+from clie_blocks.output import run_main
+from clie_blocks.signals import Diagram, DiagramError, interconnect, nearest, summing
 
 if TYPE_CHECKING:
     import control as ct
@@ -127,3 +131,22 @@ def _compare_inputs(core: TwinLoop, velocity: str, kp: ArrayLike, kd: ArrayLike)
         core.inputs["pe"].append("pd_measured.pe")
     else:
         core.connections.append(("input_error.u", "pd.u"))
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Draw both loops of the paper's arm."""
+    draw_script(_paper_loops, "twin_loop", "Draw Fig. 2 without its identifier: the robot and its "
+                "model under the same PD law.", argv,
+                names={"pd": "PD controller", "plant": "robot", "pd_model": "PD controller",
+                       "model": "estimated model"})
+
+
+def _paper_loops() -> Diagram:
+    loops = twin_loop(paper.paper_arm(), paper.KP, paper.KD)
+    return interconnect(loops.blocks, loops.connections, name="twin_loop",
+                        inputs={**loops.inputs, "theta_hat": "model.theta_hat"},
+                        outputs={**loops.outputs, "phi": "regressor.phi"})
+
+
+if __name__ == "__main__":
+    run_main(main)

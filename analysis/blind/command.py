@@ -167,7 +167,8 @@ def _command(options: argparse.Namespace) -> str:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = command_parser("clie blind", __doc__ or "", output="blind",
+    parser = command_parser("clie blind", "Run sealed trials of the diagnosis: make, seal, "
+                            "diagnose, unseal, score.", output="blind",
                             output_help="folder of the study; a later run continues it")
     parser.add_argument("--imperfect", action="store_true",
                         help="instead, standard robots whose logs or robot file are damaged as "
@@ -179,10 +180,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--arms", type=_count, metavar="N",
                         help="instead, N arms of four to seven axes in space for each seed, whose "
                              "links a URDF or MJCF states within a tolerance")
-    parser.add_argument("--trials", type=_count, default=20, help="trials of each seed")
-    parser.add_argument("--seed", type=int, nargs="+", default=[1],
+    parser.add_argument("--trials", type=_count, default=20, metavar="N",
+                        help="trials of each seed")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",
                         help="of the trials; several make one study")
-    parser.add_argument("--jobs", type=_count, default=1, help="processes")
+    parser.add_argument("--jobs", type=_count, default=1, metavar="N", help="processes")
     parser.add_argument("--leave-out", type=_count, nargs="?", const=2, metavar="MOST",
                         help="then diagnose again with each effect removed from the library, on "
                              "at most MOST trials of it (2): is it reported as unknown?")

@@ -20,7 +20,7 @@ HEADS = ("effect", "family", "port", "equation")
 
 def catalogue() -> list[tuple[str, ...]]:
     """Return one row per effect, by family: name, family, port, equation."""
-    return [(name, family, LIBRARY[name].port, _short(LIBRARY[name].equation, 48))
+    return [(name, family, LIBRARY[name].port, _short(LIBRARY[name].equation, 42))
             for family in FAMILIES for name in LIBRARY if LIBRARY[name].family == family]
 
 
@@ -92,7 +92,7 @@ def _short(text: str, width: int) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the catalogue or one effect."""
     parser = command_parser(
-        "clie effects", "The catalogue of effects, or the page of one.",
+        "clie effects", "Show the catalogue of effects, or the page of one.",
         output_help="folder for the picture of the effect: characteristic and response")
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect")
     options = parser.parse_args(argv)

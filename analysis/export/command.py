@@ -63,8 +63,8 @@ def _parser() -> argparse.ArgumentParser:
         "that it calls.",
         output_help="folder for the files; needed",
         epilog="The diff of your model goes to stdout; your file is not touched. 'clie replay' "
-               "then runs the corrected model against a log. Exit: 0 exported, 2 usage, 3 bad "
-               "data.")
+               "then runs the corrected model against a log. "
+               "Exit codes: 0 exported, 2 usage, 3 bad data.")
     parser.add_argument("answer", type=Path, metavar="ANSWER.json",
                         help="answer of one robot, as 'clie diagnose -o DIR' writes it")
     parser.add_argument("--to", required=True, metavar="TARGET",

@@ -107,8 +107,8 @@ def _parser() -> argparse.ArgumentParser:
         "Say where a model is wrong, which effect causes it, and how far the gap shrinks.",
         output_help="folder for the reports and results; the same command continues there after "
                     "an interruption; results of several robots also as answers.json, by name",
-        epilog="Exit: 0 diagnosed, 2 usage, 3 bad data, 4 not identifiable, 5 diverged. With "
-               "--json, data goes to stdout (one robot: its answer; several: by name) and "
+        epilog="Exit codes: 0 diagnosed, 2 usage, 3 bad data, 4 not identifiable, 5 diverged. "
+               "With --json, data goes to stdout (one robot: its answer; several: by name) and "
                "verdicts go to stderr.")
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH",
                         help="folder with robot.toml and logs, folder of such folders, or logs of "
@@ -139,7 +139,8 @@ def _parser() -> argparse.ArgumentParser:
                              "'clie check' finds")
     parser.add_argument("--seconds", type=_seconds, default=120.0, metavar="S",
                         help="budget per robot: the search ends early enough to answer within it")
-    parser.add_argument("--jobs", type=_count, default=1, help="robots diagnosed in parallel")
+    parser.add_argument("--jobs", type=_count, default=1, metavar="N",
+                        help="robots diagnosed in parallel")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     return parser

@@ -85,8 +85,8 @@ def _parser() -> argparse.ArgumentParser:
         output_help="folder for real.json and the page real.html",
         epilog="FOLDER holds one folder of logs per machine; the public machines are known by the "
                "name of their folder, any other has a truth.toml beside its logs "
-               "(docs/real_machines.md). Exit: 0 ok, 1 an effect is attributed to a machine that "
-               "does not have it, 2 usage, 3 bad data.")
+               "(docs/real_machines.md). Exit codes: 0 ok, 1 an effect is attributed to a machine "
+               "that does not have it, 2 usage, 3 bad data.")
     parser.add_argument("folder", type=Path, metavar="FOLDER",
                         help="folder with one folder of logs per machine")
     parser.add_argument("--only", nargs="+", default=[], metavar="TEXT",

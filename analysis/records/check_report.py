@@ -283,7 +283,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "clie check", "Report whether a log is sound, and what it can show.",
         output_help="folder for a page with the signals",
-        epilog="Exit: 0 usable, 1 errors found, 2 usage, 3 cannot be read, 4 not identifiable.")
+        epilog="Exit codes: 0 usable, 1 errors found, 2 usage, 3 cannot be read, "
+               "4 not identifiable.")
     parser.add_argument("logs", nargs="+", metavar="LOG", help="file or folder")
     parser.add_argument("--robot", metavar="FILE", help="robot.toml; else the one next to the log")
     add_reading_options(parser)

@@ -23,6 +23,7 @@ from clie_blocks.analysis.records.fields import (
 from clie_blocks.errors import RecordError
 from clie_blocks.labels import DiagramError
 from clie_blocks.linear_filters import DISCRETISATIONS
+from clie_blocks.output import short_repr
 from clie_blocks.rigid_body.motor_coupling import Matrix, coupling_of
 from clie_blocks.rigid_body.tree import Tree
 
@@ -49,7 +50,7 @@ OF_MODEL = ("base", "tip", "locked", "model_joints", "sign", "zero", "gravity", 
 EXCITATIONS = ("paper_pe", "multisine", "chirp", "triangle", "steps", "other")
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class _Section:
     """Checks and freezes every field when built."""
 
@@ -60,8 +61,11 @@ class _Section:
                 where = f"{type(self).__name__}.{field.name}"
                 object.__setattr__(self, field.name, check_value(value, field, where))
 
+    def __repr__(self) -> str:
+        return short_repr(self, [field.name for field in dataclasses.fields(self)])
 
-@dataclasses.dataclass(frozen=True, eq=False)
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Motor(_Section):
     """Datasheet of the drives, motor side.
 
@@ -113,7 +117,7 @@ class Motor(_Section):
     resistance: np.ndarray | None = file_field("resistance_ohm", "joints", above=0)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Links(_Section):
     """CAD of the links, joint side.
 
@@ -186,7 +190,7 @@ class Links(_Section):
                               'model = "arm.urdf" beside it')
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Nominal(_Section):
     """What the nominal model holds besides A, B and D of each joint.
 
@@ -210,7 +214,7 @@ class Nominal(_Section):
     output_locked: bool = file_field("output_locked", "flag", False)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Controller(_Section):
     """The control law that ran on the robot.
 
@@ -394,7 +398,7 @@ class Controller(_Section):
             object.__setattr__(self, "velocity_filter", "two_corner")
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Encoder(_Section):
     """The position sensor.
 
@@ -419,7 +423,7 @@ class Encoder(_Section):
                                                least=0)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Experiment(_Section):
     """How one log was taken; what describes another kind of signal is left out.
 

@@ -18,7 +18,15 @@ from clie_blocks.analysis.records.robot_template import (
     robot_text_of_model,
 )
 from clie_blocks.errors import ClieError, nearest
-from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, write
+from clie_blocks.output import (
+    command_parser,
+    print_table,
+    progress,
+    run_main,
+    to_json,
+    wrapped,
+    write,
+)
 from clie_blocks.rigid_body.dynamics import gravity_torque, mass_matrix
 from clie_blocks.rigid_body.model_file import MODEL_FILES
 
@@ -177,7 +185,7 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
     for line in _coupled(robot):
         print(line)
     for line in facts["open"]:
-        print(f"not stated: {line}")
+        print(wrapped(f"not stated: {line}"))
     print("Next: clie check FOLDER, with the logs beside this file")
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from clie_blocks.analysis.report.document import Document, Picture
 from clie_blocks.errors import visible
-from clie_blocks.output import write
+from clie_blocks.output import description, write
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -63,7 +63,8 @@ def svg(picture: Picture) -> str:
     prefix = f"{picture.stem}-"  # ids are global to a page
     rest = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}\1"', rest)
     rest = re.sub(r'(url\(|href=")#', rf"\1#{prefix}", rest)
-    return f'{opening} role="img" aria-label="{_attribute(picture.caption)}">{rest}'
+    said = _attribute(f"{picture.caption} {description(picture.figure)}".strip())
+    return f'{opening} role="img" aria-label="{said}">{rest}'
 
 
 def _attribute(text: str) -> str:

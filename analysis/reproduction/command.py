@@ -9,6 +9,7 @@ from clie_blocks.analysis.reproduction import items as items_of
 from clie_blocks.analysis.reproduction.document import (
     UNSPECIFIED,
     document,
+    headline,
     join_numbers,
     spread_of,
 )
@@ -16,7 +17,7 @@ from clie_blocks.analysis.reproduction.errata import ERRATA
 from clie_blocks.analysis.reproduction.items import Item
 from clie_blocks.analysis.reproduction.runs import READINGS
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, progress, run_main, to_json
+from clie_blocks.output import command_parser, progress, run_main, to_json, wrapped
 
 
 def collect(seeds: Sequence[int],
@@ -29,9 +30,10 @@ def collect(seeds: Sequence[int],
 def parser() -> argparse.ArgumentParser:
     """Command-line options."""
     options = command_parser(
-        "clie reproduce", "Every number of the paper against ours, with a verdict for each.",
+        "clie reproduce", "Compare every number of the paper with ours, with a verdict for each.",
         output="out/reproduce")
-    options.add_argument("--seeds", type=int, default=3, help="noise seeds per reading")
+    options.add_argument("--seeds", type=int, default=3, metavar="N",
+                         help="noise seeds per reading")
     return options
 
 
@@ -55,8 +57,8 @@ def main(argv: list[str] | None = None) -> int:
                        "unspecified": UNSPECIFIED, "errata": [one.__dict__ for one in ERRATA],
                        "seeds": seeds, "seconds": seconds, "files": files}))
         return 0
-    print(f"{report.verdict}\n{len(ERRATA)} errata, each proved; report in {files[0]} "
-          f"({seconds:.0f} s)\n")
+    print("\n".join(map(wrapped, (report.verdict, *headline(items)))))
+    print(f"{len(ERRATA)} errata, each proved; report in {files[0]} ({seconds:.0f} s)\n")
     print("\n".join(summary(items)))
     return 0
 
@@ -66,9 +68,8 @@ def summary(items: Sequence[Item]) -> Iterator[str]:
     for item in items:
         if item.printed:
             yield f"{item.verdict:40} {item.place}: {item.name}"
-            yield (f"{'':40}   printed {join_numbers(item.printed)}; ours "
-                   f"{join_numbers(item.ours)}"
-                   f"{spread_of(item)} [{item.reading}]")
+            yield wrapped(f"printed {join_numbers(item.printed)}; ours {join_numbers(item.ours)}"
+                          f"{spread_of(item)} [{item.reading}]", " " * 43)
 
 
 if __name__ == "__main__":

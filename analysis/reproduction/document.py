@@ -59,6 +59,24 @@ def document(items: Sequence[Item], seeds: Sequence[int]) -> Document:
         bounds, _table_2(items), validation, _figures(items), errata_section()), facts)
 
 
+def headline(items: Sequence[Item]) -> list[str]:
+    """What agrees with the paper, what only in part and what does not, a sentence each."""
+    said = ((items_of.REPRODUCED, "Agree as printed"),
+            (items_of.UNSTATED, "Agree only under a reading that the paper does not state"),
+            (items_of.ERRATUM, "Contradict the paper's own definitions"),
+            (items_of.MISSED, "Not reproduced"))
+    found = {verdict: [item for item in items if item.verdict == verdict] for verdict, _ in said}
+    return [f"{words} ({len(found[verdict])}): "
+            f"{', '.join(dict.fromkeys(map(_in_short, found[verdict])))}."
+            for verdict, words in said if found[verdict]]
+
+
+def _in_short(item: Item) -> str:
+    """What an item is, without joint and case where these do not matter."""
+    name = item.name.split(",")[0].split(" at ")[0]
+    return f"{item.place} {name}" if item.place.startswith("Table") else f"{name} of {item.place}"
+
+
 def _never(items: Sequence[Item]) -> str:
     """Which rows of Table 2 follow under no reading, in words."""
     reached = {item.name for item in items if item.place == "Table 2"

@@ -20,7 +20,7 @@ from clie_blocks.compiled import compile_diagram
 from clie_blocks.compiled.program import Program
 from clie_blocks.diagrams.clie_loop import CASES, clie_loop
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
-from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate
+from clie_blocks.diagrams.scripts.paper_experiment import Experiment, mean_estimate
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
 from clie_blocks.signals import signal

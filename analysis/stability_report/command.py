@@ -7,10 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from clie_blocks import paper
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, print_table, progress, run_main, to_json
+from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, wrapped
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
@@ -111,23 +112,25 @@ def study_of(options: argparse.Namespace) -> Study:
 def parser() -> argparse.ArgumentParser:
     """Command-line options."""
     options = command_parser(
-        "clie bounds", "Is this set of PD gains safe for identification, and why.",
+        "clie bounds", "Say whether PD gains are safe for identification, and why.",
         output="out/bounds",
-        epilog="Exit code 1: the gains are not safe, and the report says what to change.")
+        epilog="Exit codes: 0 safe, 1 not safe, and the report says what to change, "
+               "2 usage, 3 bad data.")
     add = options.add_argument
     add("--robot", metavar="FILE", help="robot.toml; by default the paper's two-link arm")
-    add("--kp", type=float, nargs="+", metavar="KP",
+    add("--kp", type=float, nargs="+", metavar="K",
         help="proportional gains [N m/rad], one for all joints or one each")
-    add("--kd", type=float, nargs="+", metavar="KD", help="derivative gains [N m s/rad]")
+    add("--kd", type=float, nargs="+", metavar="K",
+        help="derivative gains [N m s/rad], one for all joints or one each")
     add("--theta", type=float, nargs="+", metavar="T",
         help="parameters a, b, d of eq. (9), such as estimates, instead of the robot's")
-    add("--time", type=float, default=100.0,
+    add("--time", type=float, default=100.0, metavar="S",
         help="wanted time [s] for estimates within 1 %%")
-    add("--gamma", type=float, default=paper.GAMMA,
+    add("--gamma", type=float, default=paper.GAMMA, metavar="G",
         help="adaptation gain")
     add("--balanced", action="store_true",
         help="diagonal Gamma, scaled so that all estimates converge alike (always with --robot)")
-    add("--alpha", type=float, default=paper.ALPHA[2],
+    add("--alpha", type=float, default=paper.ALPHA[2], metavar="A",
         help="gain of the gradient method")
     add("--eps-bar", type=float, metavar="E",
         help="bound on the modelling error [rad/s^2]; by default the paper's, or for a robot "
@@ -135,6 +138,7 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices: threads would only wait
 def main(argv: list[str] | None = None) -> int:
     """Write the report and print its summary; 1 if the gains are not safe."""
     options = parser().parse_args(argv)
@@ -154,7 +158,7 @@ def main(argv: list[str] | None = None) -> int:
         print(to_json({**as_dict(study, quantities), "verdict": sentence, "advice": advice,
                        "files": files}))
     else:
-        print("\n".join((sentence, *advice, "")))
+        print("\n".join((*map(wrapped, (sentence, *advice)), "")))
         print_table(("quantity", "value"), report.facts, "<<")
         print(f"\nreport: {files[0]}")
     return 1 if mood == BAD else 0

@@ -26,12 +26,12 @@ def document(study: Study, quantities: Quantities) -> Document:
     sentence, mood, advice = verdict(study, quantities)
     b, joints = quantities.bounds, study.joints
     facts = (("smallest margin of K_bar", number(b.condition.margin)),
-             ("mu_0", f"{number(b.ultimate.mu_0)} {NORM}"),
-             ("invariant radius", f"{number(b.ultimate.invariant.outer)} {NORM}"),
-             ("simulated radius", f"{number(b.radius)} {NORM}"),
-             ("slowest estimate", f"{quantities.convergence.here.time_constant:.3g} s"),
-             ("Kp", f"{join_values(joints.kp)} N m/rad"),
-             ("Kd", f"{join_values(joints.kd)} N m s/rad"))
+             (f"mu_0 {NORM}", number(b.ultimate.mu_0)),
+             (f"invariant radius {NORM}", number(b.ultimate.invariant.outer)),
+             (f"simulated radius {NORM}", number(b.radius)),
+             ("slowest estimate [s]", f"{quantities.convergence.here.time_constant:.3g}"),
+             ("Kp [N m/rad]", join_values(joints.kp)),
+             ("Kd [N m s/rad]", join_values(joints.kd)))
     sections = [
         Section("What to do" if advice else "Assumptions", (), (*advice, *study.remarks)),
         condition_section(study, b), pd_bound_section(study, b), identification_section(study, b),

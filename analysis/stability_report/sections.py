@@ -22,7 +22,8 @@ from clie_blocks.analysis.theory.frequency import PAPER_TONES
 
 DIVERGED = ("The simulated identification diverged within 400 s: it is unstable, or too stiff for "
             "steps of 1 ms.")
-NORM = "of norm in rad and rad/s"  # of a radius: the paper adds squares of both
+NORM = "[rad, rad/s]"  # of a radius: the paper adds the squares of both
+NORM_F = "[rad, rad/s, rad/s^2]"  # with the filtered error of (45), a third
 KINDS = {"exact": "exact velocity", "G1": "velocity through G1"}
 
 
@@ -60,7 +61,7 @@ def _with_estimates(joints: ControlledJoints, eta_norm: float) -> Table:
         rows.append((name, *map(number, (
             condition(other).margin, theorem_2(other, 0.0).k_1,
             ultimate_bound(other, eta_norm).mu_0))))
-    return Table(("parameters", "smallest K_bar", "k_1", "mu_0"), tuple(rows),
+    return Table(("parameters", "smallest K_bar", "k_1", f"mu_0 {NORM}"), tuple(rows),
                  "With the estimates of Table 2 instead of the real values")
 
 
@@ -68,17 +69,17 @@ def pd_bound_section(study: Study, b: Bounds) -> Section:
     """mu_0 with its ingredients, and the set that is invariant."""
     low, high = b.worst.mu_0
     printed = _printed_mu_0(study)
-    rows = (("bound on ||eta|| = ||B PE - D||", number(b.ultimate.eta_norm),
+    rows = (("bound on ||eta|| = ||B PE - D|| [rad/s^2]", number(b.ultimate.eta_norm),
              f"largest value {b.eta_computed:.6g} at {b.eta_instant:.4g} s",
              number(paper.ETA_NORM) if study.is_paper else "-"),
             ("smallest eigenvalue of script A", number(b.ultimate.lambda_min_a), "(17)", "-"),
             ("norm of script B", number(b.ultimate.norm_b), "(17)", "-"),
-            (f"mu_0, {NORM}", number(b.ultimate.mu_0), "(18)", printed),
-            ("mu_0, worst over the box", f"{low:.4g} to {high:.4g}",
+            (f"mu_0 {NORM}", number(b.ultimate.mu_0), "(18)", printed),
+            (f"mu_0 {NORM}, worst over the box", f"{low:.4g} to {high:.4g}",
              "the worst lies between these", "-"),
-            ("radius of the level set of V (14)", number(b.ultimate.invariant.outer),
+            (f"radius of the level set of V (14) {NORM}", number(b.ultimate.invariant.outer),
              f"{b.ultimate.invariant.blow_up:.3g} times mu_0", "-"),
-            ("simulated radius after 20 s", number(b.radius),
+            (f"simulated radius after 20 s {NORM}", number(b.radius),
              DIVERGED if b.trajectory is None else
              f"mu_0 is {b.ultimate.mu_0 / b.radius:.3g} times as large", "-"))
     return Section("Ultimate bound of the PD loop: mu_0", (
@@ -105,22 +106,23 @@ def identification_section(study: Study, b: Bounds) -> Section:
         ("k_1", number(second.k_1), number(second.k_1_printed),
          "printed without the -I of K_bar"),
         ("k_2", number(second.k_2), number(second.k_2), ""),
-        ("mu_1", number(second.mu_1), number(second.mu_1_printed),
+        (f"mu_1 {NORM}", number(second.mu_1), number(second.mu_1_printed),
          f"for eps_bar = {b.eps_bar[0]:.3g} rad/s^2"),
         ("rho", number(second.rho), number(second.k_1_printed - second.threshold),
          "(31) only says mu_1 < 1"),
         ("k_3", number(fourth.k_3), number(fourth.k_3_printed),
          f"the proof needs the minimum with alpha = {study.alpha:g}"),
         ("k_4", number(fourth.k_4), number(fourth.k_4), ""),
-        ("mu_2", number(fourth.mu_2), number(fourth.mu_2_printed),
-         f"(A.12) for eps_bar = {b.eps_bar[1]:.3g}; the theorem's text has another formula"),
+        (f"mu_2 {NORM_F}", number(fourth.mu_2), number(fourth.mu_2_printed),
+         f"(A.12) for eps_bar = {b.eps_bar[1]:.3g} rad/s^2; the text of the theorem "
+         "has another formula"),
         ("varrho", number(fourth.varrho), number(fourth.k_3_printed - fourth.threshold),
          "(46) holds" if fourth.holds else "(46) fails with the minimum"))
-    run = (("largest modelling error after 5 s", number(measured["eps"]), "-"),
-           ("||E|| after 5 s", number(measured["e_early"]), number(measured["mu_1"])),
-           ("||E|| in the last 20 s of 400 s", number(measured["e_late"]),
+    run = (("largest modelling error after 5 s [rad/s^2]", number(measured["eps"]), "-"),
+           (f"||E|| after 5 s {NORM}", number(measured["e_early"]), number(measured["mu_1"])),
+           (f"||E|| in the last 20 s of 400 s {NORM}", number(measured["e_late"]),
             number(measured["mu_1"])),
-           ("||(E, e_f)|| in the last 20 s", number(measured["sigma_late"]),
+           (f"||(E, e_f)|| in the last 20 s {NORM_F}", number(measured["sigma_late"]),
             number(measured["mu_2"])))
     remark = (DIVERGED if b.errors is None else "In the simulation mu_1 is "
               f"{measured['mu_1'] / max(measured['e_late'], 1e-300):.3g} times the error that "

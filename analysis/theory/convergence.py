@@ -124,23 +124,31 @@ class FloquetLoop:
         self.start = np.zeros(len(self.owners))
         self.start[[block == "update" for block in self.owners]] = loop.joints.theta
 
-    def period_run(self, x: np.ndarray, gamma: float, log: list[str], every: int = 1,
-                   ) -> ct.TimeResponseData:
+    def period_run(self, x: np.ndarray, gamma: float, log: list[str]) -> ct.TimeResponseData:
         """Response over one period from the state x."""
         return self.program.run(
             self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=log,
-            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed}, every=every)
+            params={"update.gamma": self.loop.diagonal(gamma), **self.fixed})
 
     def after_period(self, x: np.ndarray, gamma: float) -> np.ndarray:
-        """State one period after the state x."""
-        run = self.period_run(x, gamma, ["q"], every=round(self.loop.period / STEP))
-        return run.states[:, -1]
+        """States one period after the states x, shape (runs, states)."""
+        run = self.program.batch(
+            self.loop.period, step=STEP, inputs=self.inputs, initial_state=x, log=[],
+            params={"update.gamma": [self.loop.diagonal(gamma)], **self.fixed},
+            every=round(self.loop.period / STEP))
+        if np.any(run.diverged):
+            raise DivergedError(f"the loop diverges within one period at a gain of {gamma:g}")
+        return run.final_state
 
-    def monodromy(self, x: np.ndarray, gamma: float) -> np.ndarray:
-        """Derivative of `after_period` by x, by central differences, shape (states, states)."""
+    def monodromy(self, x: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
+        """State after the state x, and its derivative by x, shape (states, states).
+
+        Central differences; all runs go side by side.
+        """
         nudges = NUDGE * np.eye(x.size)
-        return np.array([(self.after_period(x + h, gamma) - self.after_period(x - h, gamma))
-                         / (2 * NUDGE) for h in nudges]).T
+        after = self.after_period(np.vstack([x + nudges, x - nudges, x]), gamma)
+        up, down = after[:x.size], after[x.size:-1]
+        return after[-1], (up - down).T / (2 * NUDGE)
 
     def orbit(self, gamma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the state at time 0 of the periodic orbit, and its monodromy, by Newton.
@@ -149,8 +157,8 @@ class FloquetLoop:
         """
         x = self.start
         for _ in range(NEWTON_STEPS):
-            matrix = self.monodromy(x, gamma)
-            step = np.linalg.solve(np.eye(x.size) - matrix, self.after_period(x, gamma) - x)
+            after, matrix = self.monodromy(x, gamma)
+            step = np.linalg.solve(np.eye(x.size) - matrix, after - x)
             x = x + step
             if np.max(np.abs(step)) < 1e-7:
                 break

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_discrete_lyapunov
 
 from clie_blocks.analysis.theory.opening import on_path, transfer
+from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.errors import NotIdentifiableError
@@ -148,10 +149,14 @@ def closed_loop_poles(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike,
 
     """
     diagram = robot_loop(plant, kp, kd, filtered)
-    system = ct.linearize(diagram, operating_state(diagram, plant, q), 0)
+    return _robot_poles(diagram, ct.linearize(diagram, operating_state(diagram, plant, q), 0))
+
+
+def _robot_poles(diagram: Diagram, linear: ct.StateSpace) -> Poles:
+    """Poles of a linearised diagram on the paths from its references to the robot's position."""
     inputs = [k for label in ("q_d", "pe") for k in ports(diagram.input_labels)[label]]
     outputs = ports(diagram.output_labels)["q"]
-    values = np.linalg.eigvals(on_path(system[outputs, inputs]).A)
+    values = np.linalg.eigvals(on_path(linear[outputs, inputs]).A)
     return Poles(values[np.argsort(np.abs(values))])
 
 
@@ -178,9 +183,13 @@ def gain_sweep(plant: ct.NonlinearIOSystem, kp: ArrayLike, kd: ArrayLike, factor
         One row per factor.
 
     """
-    kp, kd = np.asarray(kp, float), np.asarray(kd, float)
-    return np.array([closed_loop_poles(plant, f * kp, f * kd, filtered=filtered, q=q).values
-                     for f in np.asarray(factors)])
+    diagram = robot_loop(plant, kp, kd, filtered)
+    flat, state = compile_diagram(diagram).as_nlsys(), operating_state(diagram, plant, q)
+    gains = {key: np.asarray(value) for key, value in diagram.params.items()
+             if key.split(".")[-1] in ("kp", "kd") and not key.startswith(f"{plant.name}.")}
+    loops = (ct.linearize(flat, state, 0, params={key: f * gain for key, gain in gains.items()})
+             for f in np.asarray(factors))
+    return np.array([_robot_poles(diagram, loop).values for loop in loops])
 
 
 @dataclass(frozen=True)

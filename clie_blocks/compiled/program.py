@@ -21,6 +21,7 @@ from clie_blocks.compiled.frontend.callbacks import warn_of_callbacks
 from clie_blocks.compiled.frontend.tracing import trace
 from clie_blocks.compiled.ir.callback import Callback
 from clie_blocks.compiled.ir.layout import Layout, layout
+from clie_blocks.compiled.ir.symbols import Symbol
 from clie_blocks.compiled.runtime.api import Studies
 from clie_blocks.compiled.runtime.arguments import count_steps, select, state_vector
 from clie_blocks.compiled.runtime.events import Bounds, StopBounds
@@ -115,6 +116,7 @@ class Program(Studies):
         self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
+        self._driven: dict[tuple[tuple[int, Symbol | str], ...], Layout] = {}
         self._layout, self.operations = layout(self._trace), len(self._trace.graph)
         self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
 
@@ -306,7 +308,11 @@ class Program(Studies):
 
     def _drive(self, inputs: Inputs, steps: int, step: float) -> tuple[Rows, Layout]:
         rows, driven = bind_inputs(self._trace.graph, self.inputs, inputs, steps, step)
-        return rows, layout(self._trace, driven) if driven else self._layout
+        key = tuple((k, one if isinstance(one, Symbol) else float(one).hex())
+                    for k, one in driven.items())  # equal expressions are one object
+        if driven and key not in self._driven:
+            self._driven[key] = layout(self._trace, driven)
+        return rows, self._driven[key] if driven else self._layout
 
     def _step_of(self, step: float | None) -> float:
         if self.period is None:

@@ -2,6 +2,7 @@
 
 from .contact import sticking as sticking
 from .effect import Effect as Effect
+from .effect import Setting as Setting
 from .insertion import with_effects as with_effects
 from .library import LIBRARY as LIBRARY
 from .library import Library as Library

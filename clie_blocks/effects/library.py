@@ -100,6 +100,9 @@ class Library(Mapping):
     def __contains__(self, name: object) -> bool:
         return name in _FILES or name in self.registered
 
+    def __repr__(self) -> str:
+        return f"<library of {len(self)} effects: {', '.join([*self][:4])}, ...>"
+
     def __iter__(self) -> Iterator[str]:
         return iter([*_FILES, *self.registered])
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Parameter:
     """One parameter of an effect.
 
@@ -39,6 +39,10 @@ class Parameter:
     meaning: str
     per_joint: bool = True
     of: str = "effect"
+
+    def __repr__(self) -> str:
+        return (f"<parameter {self.name} [{self.unit}], {self.lower:g} to {self.upper:g}: "
+                f"{self.meaning}>")
 
     @property
     def default(self) -> float:

@@ -63,13 +63,13 @@ def read_graph(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] 
         _add(graph, Block(f"{path}>{label}", label, "input", outputs=(label,)))
     for k, system in enumerate(diagram.syslist):
         _add(graph, _block(system, ends.names(k, "in", split), ends.names(k, "out", split),
-                           path, expand))
+                           f"{path}{ends.keys[k]}", expand))
     for label in ends.names(None, "out", split):
         _add(graph, Block(f"{path}{label}>", label, "output", inputs=(label,)))
     for (owner, port), sources in _bundles(ends, split).items():
-        target = _key(diagram, path, owner, port, "out"), port
+        target = f"{path}{ends.key(owner, port, 'out')}", port
         _connect(graph, target, [
-            ((_key(diagram, path, source, start, "in"), start), gain, len(pairs))
+            ((f"{path}{ends.key(source, start, 'in')}", start), gain, len(pairs))
             for ((source, start), gain), pairs in sources.items()])
     return graph
 
@@ -82,6 +82,7 @@ class _Ends:
 
     def __init__(self, diagram: ct.InterconnectedSystem) -> None:
         blocks = list(enumerate(diagram.syslist))
+        self.keys = _unique([system.name for system in diagram.syslist])
         self.labels: dict[tuple[Owner, str], list[str]] = {
             (k, "in"): list(s.input_labels) for k, s in blocks}
         self.labels |= {(k, "out"): list(s.output_labels) for k, s in blocks}
@@ -123,8 +124,20 @@ class _Ends:
         labels = self.labels[owner, side]
         return labels[ports(labels)[base][index]], 0
 
+    def key(self, owner: Owner, port: str, terminal: str) -> str:
+        """Key of what owns a port: a block, or a terminal of the diagram."""
+        if owner is not None:
+            return self.keys[owner]
+        return f">{port}" if terminal == "in" else f"{port}>"
+
     def size(self, owner: Owner, side: str, base: str) -> int:
         return len(ports(self.labels[owner, side])[base])
+
+
+def _unique(names: Sequence[str]) -> list[str]:
+    """Names with a number after those that stood before: the algebra of blocks repeats them."""
+    return [name if names[:k].count(name) == 0 else f"{name}#{names[:k].count(name) + 1}"
+            for k, name in enumerate(names)]
 
 
 def _numbered(labels: Sequence[str]) -> list[tuple[str, int]]:
@@ -175,16 +188,8 @@ def _bundles(ends: _Ends, split: set[End]) -> Bundles:
     return bundles
 
 
-def _key(diagram: ct.InterconnectedSystem, path: str, owner: Owner, port: str,
-         terminal: str) -> str:
-    if owner is not None:
-        return f"{path}{diagram.syslist[owner].name}"
-    return f"{path}>{port}" if terminal == "in" else f"{path}{port}>"
-
-
 def _block(system: ct.NonlinearIOSystem, inputs: tuple[str, ...], outputs: tuple[str, ...],
-           path: str, expand: bool | Collection[str]) -> Block:
-    key = f"{path}{system.name}"
+           key: str, expand: bool | Collection[str]) -> Block:
     common = {"key": key, "name": system.name, "inputs": inputs, "outputs": outputs}
     if isinstance(system, ct.InterconnectedSystem):
         opened = expand is True or (expand is not False and key in expand)
@@ -202,7 +207,9 @@ def _connect(graph: Graph, target: Pin, sources: Sequence[tuple[Pin, float, int]
     """Wire the sources to a port, through a sum or a gain where the picture needs one."""
     name = f"{target[0]}.{target[1]}"
     ends = []
-    for k, (source, gain, width) in enumerate(sources):
+    # added first, then by name: the order in which blocks are listed decides nothing
+    listed = sorted(sources, key=lambda one: (one[1] < 0, one[0], one[1]))
+    for k, (source, gain, width) in enumerate(listed):
         sign, size = np.sign(gain), abs(gain)
         if size != 1 or (sign < 0 and len(sources) == 1):
             factor = gain if len(sources) == 1 else size

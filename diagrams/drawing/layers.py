@@ -5,32 +5,50 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from clie_blocks.diagrams.drawing.graph import Block, Graph
+from clie_blocks.diagrams.drawing.hints import Hints
 from clie_blocks.diagrams.drawing.placing import cheapest_order, shortest
 
 FORWARD, BACK = 2.0, 1.0  # what a column of wire costs
+KEPT = 1e6  # price of turning round what a hint holds, above all wires together
 
 
-def columns(graph: Graph) -> dict[str, int]:
-    """Column of each block, left to right, with few and cheap wires that run back."""
-    rank = {key: k for k, key in enumerate(_reading_order(graph))}
-    index = {key: k for k, key in enumerate(graph.blocks)}
-    pulls, gaps = [], set()
+def columns(graph: Graph, hints: Hints) -> dict[str, int]:
+    """Column of each block, left to right, with few and cheap wires that run back.
+
+    Blocks that a hint holds in one column move as one.
+    """
+    groups, held = _groups(graph, hints)
+    rank = {key: k for k, group in enumerate(_reading_order(graph, groups, held)) for key in group}
+    index = {key: k for k, group in enumerate(groups) for key in group}
+    pulls, gaps = [], {(a, b, 1) for a, b in held}
     for wire in graph.wires:
         a, b = wire.source[0], wire.target[0]
         if rank[a] < rank[b]:
             gaps.add((index[a], index[b], 1))
             pulls.append((index[a], index[b], 1, FORWARD))
-        elif a != b:
+        elif rank[a] > rank[b]:
             pulls.append((index[b], index[a], 0, BACK))
     inputs, _ = _terminals(graph)
     gaps |= {(index[a], index[b], 1) for a in inputs for b in graph.blocks if b not in inputs}
-    found = shortest(len(index), pulls, sorted(gaps))
+    found = shortest(len(groups), pulls, sorted(gaps))
     column = {key: int(found[k]) for key, k in index.items()}
     first = min([column[key] for key in graph.blocks if key not in inputs], default=1)
     for key in inputs:
         column[key] = first - 1
     low = min(column.values(), default=0)
     return {key: c - low for key, c in column.items()}
+
+
+def _groups(graph: Graph, hints: Hints) -> tuple[list[list[str]], list[tuple[int, int]]]:
+    """Blocks that share a column by a hint, each other block alone; and which groups follow."""
+    groups: list[list[str]] = []
+    follow: list[tuple[int, int]] = []
+    for rank in hints.columns:
+        here = sorted({rank[key] for key in graph.blocks if key in rank})
+        follow += [(len(groups) + k, len(groups) + k + 1) for k in range(len(here) - 1)]
+        groups += [[key for key in graph.blocks if rank.get(key) == place] for place in here]
+    taken = {key for group in groups for key in group}
+    return groups + [[key] for key in graph.blocks if key not in taken], follow
 
 
 def last_column_outputs(graph: Graph, column: Mapping[str, int]) -> dict[str, int]:
@@ -45,11 +63,20 @@ def _terminals(graph: Graph) -> list[list[str]]:
             for kind in ("input", "output")]
 
 
-def _reading_order(graph: Graph) -> list[str]:
-    """Blocks from cause to effect: terminals outside, the cheapest wires turned back."""
+def _reading_order(graph: Graph, groups: Sequence[Sequence[str]],
+                   held: Sequence[tuple[int, int]]) -> list[Sequence[str]]:
+    """Groups from cause to effect: terminals outside, the cheapest wires turned back."""
     inputs, outputs = _terminals(graph)
-    inner = [key for key in graph.blocks if key not in inputs and key not in outputs]
-    return [*inputs, *(inner[k] for k in cheapest_order(_turning_cost(graph, inner))), *outputs]
+    place = {key: k for k, key in enumerate(graph.blocks)}
+    listed = sorted((k for k, group in enumerate(groups) if group[0] not in inputs + outputs),
+                    key=lambda k: min(place[key] for key in groups[k]))
+    inner = [key for k in listed for key in groups[k]]
+    member = np.array([[key in groups[k] for key in inner] for k in listed], float)
+    cost = member @ _turning_cost(graph, inner) @ member.T
+    for before, after in held:
+        cost[listed.index(after), listed.index(before)] += KEPT
+    return [[key] for key in inputs] + [
+        groups[listed[k]] for k in cheapest_order(cost)] + [[key] for key in outputs]
 
 
 def _turning_cost(graph: Graph, inner: Sequence[str]) -> np.ndarray:

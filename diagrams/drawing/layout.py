@@ -7,8 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from clie_blocks.diagrams.drawing import layers, shapes
+from clie_blocks.diagrams.drawing.canonical import canonical
 from clie_blocks.diagrams.drawing.channels import Net, channels_of
 from clie_blocks.diagrams.drawing.graph import Block, Graph, Pin, read_graph
+from clie_blocks.diagrams.drawing.hints import FREE, Hints
 from clie_blocks.diagrams.drawing.labels import labels_of
 from clie_blocks.diagrams.drawing.order import Arrangement, arrange, swap_ports
 from clie_blocks.diagrams.drawing.plan import Arrow, Box, Label, Layout, Piece, Point, Run
@@ -24,12 +26,12 @@ CANDIDATES, BENT = 16, 0.15
 
 
 def layout(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = False,
-           names: Mapping[str, str] | None = None) -> Layout:
-    """Plan the picture of a diagram: the same plan for the same diagram.
+           names: Mapping[str, str] | None = None, hints: Hints = FREE) -> Layout:
+    """Plan the picture of a diagram: the same plan in whatever order its blocks are listed.
 
     `expand` is as in `read_graph`; `names` are shown instead of the blocks' own, by block key.
     """
-    return _plan(_renamed(read_graph(diagram, expand), names or {}), outside=True)
+    return _plan(_renamed(read_graph(diagram, expand), names or {}), hints, outside=True)
 
 
 def _renamed(graph: Graph, names: Mapping[str, str]) -> Graph:
@@ -39,14 +41,16 @@ def _renamed(graph: Graph, names: Mapping[str, str]) -> Graph:
     return graph
 
 
-def _plan(graph: Graph, outside: bool = False) -> Layout:
-    inside = {key: _plan(block.inner) for key, block in graph.blocks.items() if block.inner}
+def _plan(graph: Graph, hints: Hints, outside: bool = False) -> Layout:
+    graph = canonical(graph)
+    inside = {key: _plan(block.inner, hints)
+              for key, block in graph.blocks.items() if block.inner}
     nodes = {key: shapes.node_of(block, inside.get(key)) for key, block in graph.blocks.items()}
-    column = layers.columns(graph)
+    column = layers.columns(graph, hints)
     if not outside:
         column = layers.last_column_outputs(graph, column)
     channels = channels_of(graph, nodes, column)
-    arrangement = Arrangement(nodes, column, channels)
+    arrangement = Arrangement(nodes, column, channels, hints)
     y = _best_heights(arrangement)
     drops = take_drops(arrangement)
     lanes = lanes_of(arrangement, y)
@@ -117,7 +121,8 @@ class _Plan:
 
     def _box(self, key: str, node: Node, block: Block) -> None:
         (x, y), (width, height) = self._middle(key), node.body
-        box = Box(block, x - width / 2, y - height / 2, width, height)
+        box = Box(block, x - width / 2, y - height / 2, width, height, column=self.column[key],
+                  left=tuple(node.left), right=tuple(node.right))
         self.result.boxes[key] = box
         self.result.labels += labels_of(node, box)
         if node.picture is not None:

@@ -6,6 +6,7 @@ from statistics import fmean
 
 from clie_blocks.diagrams.drawing.channels import Net
 from clie_blocks.diagrams.drawing.graph import Pin
+from clie_blocks.diagrams.drawing.hints import Hints, Rank, are_held, keep
 from clie_blocks.diagrams.drawing.shapes import Node
 
 SidedPin = tuple[str, Pin]  # 'L' or 'R' of its node, and the pin
@@ -29,7 +30,8 @@ class Arrangement:
     """Columns of node keys with the port orders of their nodes, and how many wires cross."""
 
     def __init__(self, nodes: dict[str, Node], column: Mapping[str, int],
-                 channels: list[dict[Pin, Net]]) -> None:
+                 channels: list[dict[Pin, Net]], hints: Hints) -> None:
+        self.hints = hints
         self.nodes, self.channels = nodes, channels
         self.column = column
         self.columns: list[list[str]] = [
@@ -42,6 +44,7 @@ class Arrangement:
         self.partners = _partners(nodes, channels)
         self.leads = _leads(nodes, channels)
         self.y: dict[str, float] = {}
+        self.keep_hints()
         self.stack()
 
     def stack(self, only: int | None = None) -> None:
@@ -56,6 +59,21 @@ class Arrangement:
             middle = (y + (previous.below if previous else 0)) / 2
             for key in self.columns[c]:
                 self.y[key] -= middle
+
+    def keep_hints(self) -> None:
+        """Bring columns and ports into the orders that the hints hold."""
+        for keys in self.columns:
+            keep(keys, self.hints.heights)
+        for key, node in self.nodes.items():
+            for side, ports in self.sides(key):
+                keep(ports, self.hints.port_ranks(key, side))
+            if node.main is not None:
+                node.fit_sum()
+
+    def sides(self, key: str) -> tuple[tuple[str, list[str]], ...]:
+        """Sides of a node with their ports, if these may be sorted."""
+        node = self.nodes[key]
+        return (("L", node.left), ("R", node.right)) if node.sortable else ()
 
     def pin_y(self, side: str, pin: Pin) -> float:
         """Height of a pin at the left or right ('L', 'R') of its node."""
@@ -82,6 +100,8 @@ class Arrangement:
         if not any(node.fixed for node in self.nodes.values()):
             turned = {key: (left[::-1], right[::-1]) for key, (left, right) in ports.items()}
             self.restore(([keys[::-1] for keys in columns], turned))
+            self.keep_hints()
+            self.stack()
 
     def crossings(self, c: int) -> float:
         """Crossings in channel c when each net has one upright, the better of the two orders.
@@ -135,6 +155,7 @@ class Arrangement:
             near = c - 1 if rightwards else c + 1
             wish = {key: self._wish(key, near) for key in self.columns[c]}
             self.columns[c].sort(key=wish.__getitem__)
+            keep(self.columns[c], self.hints.heights)
             self.stack(c)
 
     def _wish(self, key: str, near: int) -> float:
@@ -147,12 +168,11 @@ class Arrangement:
     def sort_ports(self) -> None:
         """Sort the ports of each block by the mean height of their other ends."""
         for key, node in self.nodes.items():
-            if not node.sortable:
-                continue
-            for side, ports in (("L", node.left), ("R", node.right)):
+            for side, ports in self.sides(key):
                 wish = {port: self._port_wish(key, side, port, k)
                         for k, port in enumerate(ports)}
                 ports.sort(key=wish.__getitem__)
+                keep(ports, self.hints.port_ranks(key, side))
             if node.main is not None:
                 node.fit_sum()
 
@@ -190,6 +210,7 @@ def _swept(arrangement: Arrangement, tries: int) -> list[Snapshot]:
         if attempt:
             for keys in arrangement.columns:
                 chance.shuffle(keys)
+                keep(keys, arrangement.hints.heights)
             arrangement.stack()
         best, least = start, float("inf")
         for sweep in range(SWEEPS):
@@ -207,18 +228,21 @@ def _swap_neighbours(arrangement: Arrangement) -> None:
     for _ in range(PASSES):
         better = False
         for c, keys in enumerate(arrangement.columns):
-            lists = [keys] + [ports for key in keys if arrangement.nodes[key].sortable
-                              for ports in (arrangement.nodes[key].left,
-                                            arrangement.nodes[key].right)]
-            for items in lists:
-                better |= _swap_in(arrangement, c, items)
+            better |= _swap_in(arrangement, c, keys, arrangement.hints.heights)
+            for key in keys:
+                for side, ports in arrangement.sides(key):
+                    better |= _swap_in(arrangement, c, ports,
+                                       arrangement.hints.port_ranks(key, side))
         if not better:
             break
 
 
-def _swap_in(arrangement: Arrangement, c: int, items: list[str]) -> bool:
+def _swap_in(arrangement: Arrangement, c: int, items: list[str],
+             ranks: Sequence[Rank]) -> bool:
     better, least = False, arrangement.column_cost(c)
     for k in range(len(items) - 1):
+        if are_held(ranks, items[k], items[k + 1]):
+            continue
         _swap(arrangement, c, items, k)
         cost = arrangement.column_cost(c)
         if cost < least - 1e-9:
@@ -231,9 +255,14 @@ def _swap_in(arrangement: Arrangement, c: int, items: list[str]) -> bool:
 def swap_ports(arrangement: Arrangement) -> None:
     """Swap neighbouring ports where that removes crossings at the present heights."""
     for c, keys in enumerate(arrangement.columns):
-        for node in (arrangement.nodes[key] for key in keys):
-            for ports in (node.left, node.right) if node.sortable and node.main is None else ():
+        for key in keys:
+            if arrangement.nodes[key].main is not None:
+                continue
+            for side, ports in arrangement.sides(key):
+                ranks = arrangement.hints.port_ranks(key, side)
                 for k in range(len(ports) - 1):
+                    if are_held(ranks, ports[k], ports[k + 1]):
+                        continue
                     before = arrangement.column_cost(c)
                     ports[k], ports[k + 1] = ports[k + 1], ports[k]
                     if arrangement.column_cost(c) >= before - 1e-9:

@@ -22,6 +22,9 @@ class Box:
     width: float
     height: float
     depth: int = 0
+    column: int = 0
+    left: tuple[str, ...] = ()  # its ports from top to bottom
+    right: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:

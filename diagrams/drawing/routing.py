@@ -13,7 +13,7 @@ from clie_blocks.diagrams.drawing.order import Arrangement, Heights, crossings, 
 from clie_blocks.diagrams.drawing.placing import cheapest_order, shortest
 from clie_blocks.diagrams.drawing.shapes import Node
 
-LEAD, TURN, NEIGHBOUR = 8.0, 0.3, 0.02
+LEAD, TURN, NEIGHBOUR = 12.0, 0.3, 0.02
 ROUNDS = 3
 STEPS = 200
 

@@ -1,7 +1,5 @@
 """Pictures of diagrams: what is drawn, read from the plan, not from pixels."""
 
-import importlib
-import itertools
 import time
 from pathlib import Path
 
@@ -11,7 +9,6 @@ import pytest
 
 from clie_blocks.controllers import pd_controller
 from clie_blocks.diagrams.drawing.graph import read_graph
-from clie_blocks.diagrams.drawing.layers import columns
 from clie_blocks.diagrams.drawing.layout import layout
 from clie_blocks.diagrams.joint_loop import joint_loop
 from clie_blocks.diagrams.picture import draw
@@ -222,26 +219,3 @@ def test_a_single_block_and_the_algebra_of_python_control_are_drawn(tmp_path):
         assert "</svg>" in Path(path).read_text()
     with pytest.raises(DiagramError, match="no block of python-control"):
         draw(3.0)
-
-
-@pytest.mark.parametrize("name", ["joint_loop", "feedback_linearization", "sampled_joint_loop",
-                                  "recorded_loop", "recorded_composite"])
-def test_a_script_draws_its_diagram(name, tmp_path, capsys):
-    script = importlib.import_module(f"clie_blocks.diagrams.{name}")
-    script.main(["-o", str(tmp_path)])
-    assert (tmp_path / f"{name}.svg").is_file() and f"{name}.png" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        script.main(["--help"])
-    assert f"usage: {name}.py" in capsys.readouterr().out
-
-
-def test_a_control_signal_is_no_feedback_in_any_order_of_the_blocks(textbook):
-    chain = ["error", "gain", "integrator", "limit", "plant"]
-    for blocks in itertools.permutations(textbook.syslist):
-        diagram = interconnect(
-            list(blocks), name="textbook", inputs={"r": "error.r"}, outputs={"y": "plant.y"},
-            connections=[("gain.u", "error.e"), ("integrator.u", "gain.y"),
-                         ("limit.u", "integrator.y"), ("plant.u", "limit.y"),
-                         ("error.y", "plant.y")])
-        column = columns(read_graph(diagram))
-        assert sorted(chain, key=lambda key: column[key]) == chain

@@ -7,7 +7,7 @@ from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
-from clie_blocks.diagrams.paper_experiment import Experiment, mean_estimate, remarks
+from clie_blocks.diagrams.scripts.paper_experiment import Experiment, mean_estimate, remarks
 from clie_blocks.signals import signal
 
 R0 = {1: [1.85917259, 1.86870756, .48044130, .48252205, .00886659, -.00548455],

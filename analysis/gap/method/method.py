@@ -22,7 +22,7 @@ class Threshold(NamedTuple):
     reason: str
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Method:
     """Thresholds of the stages, one group each.
 
@@ -49,6 +49,11 @@ class Method:
     calibration: Calibration = dataclasses.field(default_factory=load_calibration)
     verdict: VerdictMethod = VerdictMethod()
     assessment: AssessmentMethod = AssessmentMethod()
+
+    def __repr__(self) -> str:
+        changed = [f"{one.name}={one.value!r}" for one, usual in
+                   zip(self.thresholds(), METHOD.thresholds()) if one.value != usual.value]
+        return f"Method({', '.join(changed) or 'the usual thresholds'})"
 
     def thresholds(self) -> Iterator[Threshold]:
         """All thresholds with unit and reason, group by group."""

@@ -80,7 +80,7 @@ def alternatives_section(answer: Answer) -> Section:
     certain = join_words(effect_title(name) for name in answer["set_90"] if name in sure)
     given = f", given {certain}" if certain else ""
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
-            f"they hold 90 % of the probability{given}.")
+            f"they hold at least 90 % of the probability{given}.")
     return Section("Alternative causes", (text if menu else text + NO_RUN,),
                    tables=(Table(("causes", "what separates them"),
                                  _separations(remaining, bool(menu))),

@@ -45,8 +45,8 @@ def document(result: Result, answer: Answer, name: str) -> Document:
     """
     units = units_of(result.problem.records)
     read = (
-        reduction_section(result, answer, units),
         localisation.block_section(answer["where"]["block"]),
+        reduction_section(result, answer, units),
         causes_section(result, answer, units),
         alternatives_section(answer),
         simulator_section(result, answer))
@@ -54,6 +54,7 @@ def document(result: Result, answer: Answer, name: str) -> Document:
         localisation.map_section(answer["where"], result.problem.joints, units),
         signal_paths_section(result, units),
         parameters_section(answer),
+        Section("What Theorem 2 of the paper makes of it", (_theorem_2(answer["theorem_2"]),)),
         torque_map_section(result, units),
         checks.not_shown_section(answer),
         checks.checks_section(result, units),
@@ -84,8 +85,7 @@ def reduction_section(result: Result, answer: Answer, units: Units) -> Section:
     picture = Picture("motions", motions(result, units),
                       "Above: measured position and both predictions. Below: the prediction "
                       "errors, and one standard deviation of what sensor noise alone leaves.")
-    return Section("How far the gap shrinks", (text, _theorem_2(answer["theorem_2"])),
-                   pictures=(picture,))
+    return Section("How far the gap shrinks", (text,), pictures=(picture,))
 
 
 def _simulated(result: Result) -> str:

@@ -8,6 +8,7 @@ from clie_blocks.analysis.gap.report.summary import (
     gap_places,
     how_far,
     next_run,
+    together,
     torque_map_sentence,
 )
 from clie_blocks.analysis.gap.report.wording import Answer, effect_title, join_words, percent
@@ -41,7 +42,12 @@ def _how_sure(answer: Answer) -> str:
               if name in found]
     if len(listed) < 2:
         return f"{join_words(listed)}; nothing else is needed for 90 %." if listed else ""
-    return f"{join_words(listed)}: together they hold 90 % of the probability."
+    alike = next((row for row in answer["effects"] if set(answer["set_90"]) <= {
+        row["effect"], *row.get("alike", ())}), None)
+    if alike is not None:
+        return (f"{join_words(listed)}, together {percent(together(alike))}: these logs do not "
+                "tell them apart.")
+    return f"{join_words(listed)}: together they hold at least 90 % of the probability."
 
 
 def _what_next(answer: Answer) -> Iterator[str]:

@@ -34,7 +34,9 @@ def loop_picture(shares: Sequence[Row]) -> Figure:
     from clie_blocks.diagrams.picture import draw
 
     values = {row["block"]: 100.0 * row["share"] for row in shares}
-    return draw(_loop(), values=values, value_label="share of the gap [%]")
+    return draw(_loop(), values=values, value_label="share of the gap [%]",
+                columns=[[name] for name in ("controller", "drive", "joint", "gear", "links",
+                                             "encoder")])
 
 
 def _loop() -> ct.InterconnectedSystem:

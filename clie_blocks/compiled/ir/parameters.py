@@ -74,9 +74,13 @@ class Parameters:
             raise DiagramError(
                 f"{owner}: parameter {key!r} is part of the program, because a block decides by "
                 "its value; build the diagram with the new value and compile it")
+        own = f"{owner}.{key}"  # of a single block the bare name will do
+        if key not in self.offset and own in self.offset:
+            return own
         if key not in self.offset:
             raise DiagramError(f"{owner}: no block has the parameter {key!r}; "
-                               f"{nearest(key, self.offset)}")
+                               + nearest(key, [one.removeprefix(f"{owner}.")
+                                               for one in self.offset]))
         return key
 
 

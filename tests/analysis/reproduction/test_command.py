@@ -7,6 +7,7 @@ import pytest
 
 from clie_blocks import paper
 from clie_blocks.analysis.reproduction import command
+from clie_blocks.analysis.reproduction.document import headline
 from clie_blocks.analysis.reproduction.items import (
     ERRATUM,
     MISSED,
@@ -16,6 +17,7 @@ from clie_blocks.analysis.reproduction.items import (
     Item,
     bound_items,
     figure_3_items,
+    table_3_items,
 )
 from clie_blocks.analysis.reproduction.runs import (
     READINGS,
@@ -93,6 +95,13 @@ def test_reproduce_writes_report_and_json(tmp_path, capsys):
     page = (tmp_path / "reproduction.html").read_text()
     assert "Content-Security-Policy" in page and page.count("<svg") == 3
     assert "| reading | a1 |" in (tmp_path / "reproduction.md").read_text()
+
+
+def test_the_headline_says_what_agrees_and_what_does_not():
+    agree, unstated, contradict, missed = headline([*bound_items(), *table_3_items()])
+    assert agree.startswith("Agree as printed (10): ") and "mu_0 of (18)" in agree
+    assert "k_1 of Theorem 2" in unstated and "k_1 of Theorem 2" in contradict
+    assert "mean of eps" in missed and "mean of eps" not in agree + unstated + contradict
 
 
 def test_no_seed_is_refused():

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import METHODS, InputError, compile_diagram, held_normal
+from clie_blocks.compiled import program as program_module
+from clie_blocks.compiled.ir.layout import layout
 from clie_blocks.compiled.runtime import simulate
 
 STEP = 1e-2
@@ -118,3 +120,30 @@ def test_wrong_inputs_are_refused(program, inputs, text):
 def test_impossible_variance_is_refused(variance):
     with pytest.raises(InputError, match="variance must be finite and not negative"):
         held_normal(variance, seed=0)
+
+
+def test_a_program_is_arranged_once_for_inputs_that_are_alike(loop, monkeypatch):
+    """Thousands of runs with one excitation, as `clie bounds` makes, wait for the first only."""
+    arranged = []
+
+    def counted(trace, driven=None):
+        arranged.append(driven)
+        return layout(trace, driven)
+
+    monkeypatch.setattr(program_module, "layout", counted)
+    program = compile_diagram(loop)
+    arranged.clear()
+
+    def last(amplitude, offset=0.0):
+        run = program.run(0.5, step=STEP, inputs={
+            "q_d": lambda t: [amplitude * np.sin(t), offset]})
+        return run.states[:, -1]
+
+    first, other = last(1.0), last(2.0)
+    assert len(arranged) == 2 and np.max(np.abs(first - other)) > 1e-6
+    np.testing.assert_array_equal(last(1.0), first)
+    assert len(arranged) == 2
+    last(0.0, -0.0)
+    assert len(arranged) == 3
+    last(0.0, 0.0)
+    assert len(arranged) == 4  # zeros of two signs are two inputs

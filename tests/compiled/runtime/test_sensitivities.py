@@ -15,7 +15,7 @@ from clie_blocks.compiled.ir.scalars import F, apply
 from clie_blocks.compiled.ir.symbols import Graph
 from clie_blocks.compiled.runtime import sensitivities
 from clie_blocks.diagrams.clie_loop import CASES
-from clie_blocks.diagrams.paper_experiment import Experiment
+from clie_blocks.diagrams.scripts.paper_experiment import Experiment
 from clie_blocks.errors import ClieError, DivergedError
 
 START = np.array([0.1, 0.1, -0.3, 0.4])  # far from the limits of the drive

@@ -8,7 +8,7 @@ from clie_blocks.compiled import METHODS, compile_diagram, held_normal
 from clie_blocks.diagrams.clie_loop import CASES
 from clie_blocks.diagrams.feedback_linearization import feedback_linearization
 from clie_blocks.diagrams.joint_loop import joint_loop
-from clie_blocks.diagrams.paper_experiment import Experiment
+from clie_blocks.diagrams.scripts.paper_experiment import Experiment
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
 

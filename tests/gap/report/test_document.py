@@ -216,7 +216,7 @@ def test_the_thresholds_of_the_method_stand_last_and_collapsed(page, diagnosed):
     assert last.startswith("Thresholds of the method</h2>") and "<details>" in last
     opened = [part.partition("</h2>")[0] for part in page.split("<h2>")[1:]
               if "<details>" not in part]
-    assert opened == ["How far the gap shrinks", "Where in the loop", "Which effect causes it",
+    assert opened == ["Where in the loop", "How far the gap shrinks", "Which effect causes it",
                       "Alternative causes", "Parameters for your simulator"]
     assert page.index("What to do next") < page.index("<h2>")
     shown = re.findall(r"<tr><td>([a-z_.0-9]+)</td>", last)

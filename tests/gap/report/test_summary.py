@@ -3,7 +3,7 @@
 import pytest
 
 from clie_blocks.analysis.gap.report.causes import SEPARATED_BY, alternatives_section
-from clie_blocks.analysis.gap.report.in_short import in_short
+from clie_blocks.analysis.gap.report.in_short import _how_sure, in_short
 from clie_blocks.analysis.gap.report.overview import overview
 from clie_blocks.analysis.gap.report.summary import (
     headline,
@@ -283,3 +283,16 @@ def test_a_report_says_what_one_tells_a_colleague():
     assert "2 mrad before" in told["What it buys"] and "simulator" in told["What to do next"]
     healthy = dict(in_short({**found, "verdict": "none"}))
     assert "Where" not in healthy and "as it is" in healthy["What to do next"]
+
+
+def test_one_probability_stands_for_names_that_no_log_tells_apart():
+    """The verdict says > 99 %, so that the line beside it must not say 90 %."""
+    rows = [{"effect": "coulomb", "probability": 0.5, "together": 0.996,
+             "alike": ["asymmetric_coulomb"]},
+            {"effect": "asymmetric_coulomb", "probability": 0.5, "alike": []}]
+    names = ["coulomb", "asymmetric_coulomb"]
+    told = _how_sure({"effects": rows, "set_90": names})
+    assert told == ("coulomb 50 % and asymmetric coulomb 50 %, together > 99 %: these logs do not "
+                    "tell them apart.")
+    apart = [{**row, "alike": []} for row in rows]
+    assert "at least 90 %" in _how_sure({"effects": apart, "set_90": names})

@@ -12,12 +12,12 @@ import numpy as np
 
 from clie_blocks import paper
 from clie_blocks.compiled import compile_diagram, held_normal
-from clie_blocks.diagrams.experiment_plots import save_plots
+from clie_blocks.diagrams.scripts.experiment_plots import save_plots
 from clie_blocks.diagrams.twin_loop import READINGS
 from clie_blocks.errors import ClieError
 from clie_blocks.excitation import paper_excitation
 from clie_blocks.joints import decoupled_joints
-from clie_blocks.output import command_parser, to_json
+from clie_blocks.output import command_parser, to_json, wrapped
 from clie_blocks.signals import Diagram, signal
 
 if TYPE_CHECKING:
@@ -150,11 +150,10 @@ def remarks(experiment: Experiment) -> list[str]:
     return notes
 
 
-def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
+def parser(cases: Sequence[int], prog: str) -> argparse.ArgumentParser:
     """Command-line options, for the cases of Table 1 that can be run; the first is the default."""
     options = command_parser(
-        "clie loop",
-        "Identify the paper's two-link arm by closed-loop input error (Fig. 2).",
+        prog, "Identify the paper's two-link arm by closed-loop input error (Fig. 2).",
         output="out/clie_loop", output_help="folder for the plots")
     add = options.add_argument
     add("--case", type=int, choices=cases, default=cases[0],
@@ -163,18 +162,19 @@ def parser(cases: Sequence[int]) -> argparse.ArgumentParser:
         help="coupled arm, or decoupled joints with the real values of Table 2")
     add("--velocity", choices=tuple(READINGS), default="exact",
         help="where the velocity filter G1 acts")
-    add("--duration", type=float, default=paper.DURATION, help="simulated time [s]")
-    add("--gamma", type=float, default=paper.GAMMA, help="adaptation gain")
+    add("--duration", type=float, default=paper.DURATION, metavar="S", help="simulated time [s]")
+    add("--gamma", type=float, default=paper.GAMMA, metavar="G", help="adaptation gain")
     for name, values, unit in (("--kp", paper.KP, "N m/rad"), ("--kd", paper.KD, "N m s/rad")):
-        add(name, type=float, nargs="+", default=tuple(values.tolist()), metavar="K",
+        add(name, type=float, nargs="+", default=tuple(map(float, values)), metavar="K",
             help=f"PD gains of both loops [{unit}], one for both joints or one each")
-    add("--set-point", type=float, nargs=2, default=tuple(paper.SET_POINT.tolist()), metavar="RAD",
+    add("--set-point", type=float, nargs=2, default=tuple(map(float, paper.SET_POINT)),
+        metavar="RAD",
         help="constant reference of both joints [rad]")
-    add("--noise-variance", type=float, default=paper.NOISE_VARIANCE,
+    add("--noise-variance", type=float, default=paper.NOISE_VARIANCE, metavar="V",
         help="variance of the position noise [rad^2]")
-    add("--noise-period", type=float, default=None,
-        help="time for which a noise sample is held [s]; default one step")
-    add("--seed", type=int, default=0, help="seed of the noise")
+    add("--noise-period", type=float, default=None, metavar="S",
+        help="time for which a noise sample is held [s]; by default one step")
+    add("--seed", type=int, default=0, metavar="N", help="seed of the noise")
     return options
 
 
@@ -187,12 +187,13 @@ def _gains(name: str, values: Sequence[float]) -> tuple[float, ...]:
     return tuple(values) * (n // len(values))
 
 
-def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None) -> int:
+def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None, prog: str) -> int:
     """Run the experiment of one case, print its table and save its plots.
 
-    The case is one of `builders`, of which the first is the default.
+    The case is one of `builders`, of which the first is the default; `prog` is what
+    the user typed.
     """
-    options = vars(parser(tuple(builders)).parse_args(argv))
+    options = vars(parser(tuple(builders), prog).parse_args(argv))
     as_json, folder = options.pop("json"), options.pop("output")
     gains = {name: _gains(name, options[name]) for name in ("kp", "kd")}
     experiment = Experiment(builders, **{**options, **gains,
@@ -212,7 +213,7 @@ def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None = None
           "errors of d, which is nearly zero, are differences")
     print(table(results))
     for sentence in remarks(experiment):
-        print(f"- {sentence}")
+        print(wrapped(f"- {sentence}"))
     print(f"simulated {experiment.duration:g} s in {seconds:.1f} s, compiling included; "
           f"plots in {folder}")
     return 0

@@ -1,0 +1,1 @@
+"""What the scripts of the folder above share: they draw a diagram, or run an experiment."""
