@@ -31,6 +31,7 @@ from clie_blocks.compiled.verification import POINTS, check
 from clie_blocks.errors import ClieError, nearest
 
 QUICK_POINTS = 2  # with the default parameters, and with others
+KEPT_ARRANGEMENTS = 32  # of a program for inputs that are part of it
 LARGE = 2000  # operations; python-control takes tens of milliseconds to evaluate so many once
 
 
@@ -116,7 +117,6 @@ class Program(Studies):
         self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)
-        self._driven: dict[tuple[tuple[int, Symbol | str], ...], Layout] = {}
         self._layout, self.operations = layout(self._trace), len(self._trace.graph)
         self.period = None if not diagram.dt else 1.0 if diagram.dt is True else diagram.dt
 
@@ -124,6 +124,11 @@ class Program(Studies):
         clock = "" if self.period is None else f", every {self.period:g} s"
         return (f"<program {self.name}: {len(self.inputs)} inputs, {len(self.states)} states, "
                 f"{len(self.outputs)} outputs, {self.operations} operations{clock}>")
+
+    @functools.cached_property
+    def _driven(self) -> dict[tuple[tuple[int, Symbol | str], ...], Layout]:
+        """Arrangements of the last constant and closed-form inputs."""
+        return {}
 
     @functools.cached_property
     def _default(self) -> Engine:
@@ -310,9 +315,13 @@ class Program(Studies):
         rows, driven = bind_inputs(self._trace.graph, self.inputs, inputs, steps, step)
         key = tuple((k, one if isinstance(one, Symbol) else float(one).hex())
                     for k, one in driven.items())  # equal expressions are one object
-        if driven and key not in self._driven:
+        if not driven:
+            return rows, self._layout
+        if key not in self._driven:
+            if len(self._driven) == KEPT_ARRANGEMENTS:
+                del self._driven[next(iter(self._driven))]
             self._driven[key] = layout(self._trace, driven)
-        return rows, self._driven[key] if driven else self._layout
+        return rows, self._driven[key]
 
     def _step_of(self, step: float | None) -> float:
         if self.period is None:
