@@ -72,7 +72,7 @@ def score(run: Run, outcome: Outcome) -> Score:
         if name not in outcome.joints:
             raise RecordError(f"{run.name}: the truth is of a joint {name!r} that the robot does "
                               f"not have; {nearest(name, outcome.joints)}")
-    answer = Answer(outcome.answer)
+    answer = Answer(_without(run.also, outcome.answer))
     decided = answer.names(answer.decision)
     is_first = bool(decided & set(run.cause)) if run.cause else None
     named = {outcome.joints[k - 1] for k in answer.joints.get(answer.decision, ())}
@@ -81,6 +81,13 @@ def score(run: Run, outcome: Outcome) -> Score:
     return Score(is_first, is_joint, is_in_set, tuple(_false(run, answer, outcome.joints)),
                  tuple(SizeScore(size, outcome.quantities.get(size.parameter))
                        for size in run.size))
+
+
+def _without(names: Sequence[str], answer: dict[str, Any]) -> dict[str, Any]:
+    """An answer without effects that are there, but are not what is asked for."""
+    return {**answer,
+            "effects": [row for row in answer["effects"] if row["effect"] not in names],
+            "set_90": [name for name in answer["set_90"] if name not in names]}
 
 
 def _is_in_set(cause: Sequence[str], answer: Answer) -> bool:

@@ -55,6 +55,8 @@ class Run:
         Names of one class: the effect that costs most is one of them.
     joint : tuple of str
         Joints at which it acts; not known when empty.
+    also : tuple of str
+        Effects that are there besides, and that are not what is asked for.
     absent : tuple of str
         Effects that are not there.
     control : tuple of str
@@ -75,6 +77,7 @@ class Run:
     robot: str = ""
     cause: tuple[str, ...] = ()
     joint: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
     absent: tuple[str, ...] = ()
     control: tuple[str, ...] = ()
     size: tuple[Size, ...] = ()
@@ -160,7 +163,7 @@ def _run(table: Mapping[str, Any], where: str) -> Run:
     if not values.get("name") or not values.get("logs"):
         raise RecordError(f"{where}: it needs a name and logs = [..], parts of the names of its "
                           "logs")
-    for key in ("cause", "absent", "exclude"):
+    for key in ("cause", "also", "absent", "exclude"):
         for name in values.get(key, ()):
             if name not in effect_names():
                 raise RecordError(f"{where}: {key}: no effect {name!r}; "

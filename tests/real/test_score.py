@@ -34,6 +34,12 @@ def test_a_cause_at_another_joint_is_at_the_wrong_one():
     assert (found.is_first, found.is_joint) == (True, False)
 
 
+def test_what_is_there_besides_is_passed_over():
+    found = score(run(cause=("time_delay",), also=("encoder_quantization",)),
+                  outcome(("encoder_quantization", [1], 0.97), ("time_delay", [1], 0.96)))
+    assert found.is_first and not found.false
+
+
 def test_a_cause_in_the_set_is_not_first():
     found = score(run(cause=("coulomb",)), outcome(("unknown", None, 0.6), ("coulomb", [1], 0.4),
                                                    set_90=["unknown", "coulomb"]))
