@@ -102,7 +102,7 @@ def _mark(row: dict[str, Any]) -> str:
 
 
 def _sizes(runs: Sequence[dict[str, Any]]) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for row in runs:
         for one in row["sizes"]:
             low, high = one["truth"]

@@ -158,8 +158,9 @@ def _machine(logs: Path, truth: Path) -> Machine:
 def _run(table: Mapping[str, Any], where: str) -> Run:
     fields = {field.name: field for field in dataclasses.fields(Run)}
     _refuse_unknown(table, fields, where)
-    values = {key: (str(value) if fields[key].type == "str" else _texts(value, f"{where}: {key}"))
-              for key, value in table.items() if key != "size"}
+    values: dict[str, Any] = {
+        key: (str(value) if fields[key].type == "str" else _texts(value, f"{where}: {key}"))
+        for key, value in table.items() if key != "size"}
     if not values.get("name") or not values.get("logs"):
         raise RecordError(f"{where}: it needs a name and logs = [..], parts of the names of its "
                           "logs")

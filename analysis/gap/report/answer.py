@@ -207,7 +207,8 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
         for name in ranked.names:
             first.setdefault(name, ranked.fit)
     named = {row["effect"] for row in findings}
-    rows, shares = [], _shares_of_leading(result)
+    rows: list[Row] = []
+    shares = _shares_of_leading(result)
     for name, probability in marginals(result.ranking).items():
         if name in _contradicted(result):
             probability *= CONTRADICTED
