@@ -147,6 +147,10 @@ def _records(machine: Machine, run: Run, parts: Sequence[str],
     from clie_blocks.analysis.records.read import read_logs, read_records
 
     if not _is_data_set(machine.logs):
+        if run.joints:
+            raise RecordError(f"{machine.logs}: joints = [..] of run {run.name!r} takes joints "
+                              "of a data set; name the columns of these logs in [columns] of "
+                              "the robot file")
         paths = sorted(path for path in machine.logs.iterdir() if path.suffix != ".toml")
         names = [path.name for path in paths]
         return read_logs([paths[_first(part, names, machine)] for part in parts], robot)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Section, Table
 from clie_blocks.analysis.report.render import save_document
+from clie_blocks.output import wrapped
 
-COLUMNS = 100  # of a terminal
 TARGETS = {"first": ("cause, or its class, ranked first", 0.85),
            "joint": ("right joint, where the cause is right", 0.95),
            "in_set": ("90 % set holds the cause", 0.90),
@@ -48,9 +47,8 @@ def document(board: dict[str, Any]) -> Document:
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """The scoreboard for a terminal: a line or two per run, then the shares."""
     width = max(len(_word(row)) for row in board["runs"])
-    lines = [line for row in board["runs"] for line in textwrap.wrap(
-        f"{_word(row):{width}}  {row['machine']}, {row['run']}: {_answer(row)}", COLUMNS,
-        subsequent_indent=" " * (width + 2))]
+    lines = [wrapped(f"{_word(row):{width}}  {row['machine']}, {row['run']}: {_answer(row)}")
+             for row in board["runs"]]
     shares = [f"{text}: {_of(board[key])} (sought {target:.0%})"
               for key, (text, target) in TARGETS.items() if board[key]["of"]]
     return [*lines, "", *shares, f"effects attributed that are not there: {board['false']}"]

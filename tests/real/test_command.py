@@ -54,8 +54,19 @@ def test_a_false_attribution_is_the_exit_code(bench, capsys):
     truth = bench / "arm" / "truth.toml"
     truth.write_text(truth.read_text().replace('["elbow"]', "[]").replace(
         'absent = ["backlash"]', 'control = ["elbow"]'))
+    capsys.readouterr()
     assert main(["real", str(bench)]) == 1
-    assert capsys.readouterr().out.count("false") >= 1
+    said = capsys.readouterr().out
+    assert said.startswith("false  bench arm, after the repair: coulomb at elbow")
+    assert "effects attributed that are not there: 0" not in said
+
+
+def test_joints_are_chosen_from_a_data_set_alone(bench, capsys):
+    truth = bench / "arm" / "truth.toml"
+    truth.write_text(truth.read_text() + 'joints = ["elbow"]\n')
+    capsys.readouterr()
+    assert main(["real", str(bench)]) == 0
+    assert "name the columns of these logs" in " ".join(capsys.readouterr().out.split())
 
 
 def test_only_names_runs(bench, capsys):

@@ -34,12 +34,12 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     UNKNOWN,
 )
 from clie_blocks.effects import LIBRARY
+from clie_blocks.output import WIDTH
 
 SURE = 0.9  # probability from which on the family of an effect adds nothing
 MENTIONED = 0.02  # probability of a cause whose confounder is reported
 SHOWN_DEVIATIONS = 3  # parameters in a sentence
 SHOWN_BLOCKS = 3
-COLUMNS = 100  # of a terminal
 SMALL_SHARE = 0.01  # of the gap: blocks and joints below are left out
 OF_FAMILY = {"friction": "friction of some kind", "load": "a load of some kind",
              "environment": "an external disturbance"}
@@ -54,7 +54,7 @@ def summary_line(name: str, answer: Answer) -> str:
     return " ".join([f"{name}:", *_sentences(answer)])
 
 
-def terminal_lines(name: str, answer: Answer, width: int = COLUMNS) -> str:
+def terminal_lines(name: str, answer: Answer, width: int = WIDTH) -> str:
     """Return the same for a terminal: the verdict first, each detail on lines of its own."""
     first, *details = _sentences(answer)
     lines = [wrap(f"{name}: {first}", width, subsequent_indent="  "),
