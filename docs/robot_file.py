@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from clie_blocks.analysis.records.gallery import ROBOTS
-from clie_blocks.analysis.records.model import DEFAULT_UNITS, SIGNALS
+from clie_blocks.analysis.records.model import DEFAULT_UNITS, MEANINGS
 from clie_blocks.analysis.records.robot import Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
 from clie_blocks.analysis.records.robot_keys import SCHEMA, TABLES, TOP, keys_of, robot_schema
@@ -71,7 +71,7 @@ def page() -> str:
     for name, text in TABLES.items():
         parts.append(f"{_heading(f'[{name}]')}\n{text}\n\n" + "\n".join([
             "| key | signal | unit, where none is stated |", "|---|---|---|",
-            *(f"| `{signal}` | {SIGNALS.get(signal, 'clock')} | {unit} |"
+            *(f"| `{signal}` | {MEANINGS[signal]} | {unit} |"
               for signal, unit in DEFAULT_UNITS.items())]) + "\n")
     parts.append(GALLERY + "".join(f"| `{name}` | {what} |\n" for name, what in ROBOTS.items()))
     return "\n".join(parts)

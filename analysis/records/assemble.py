@@ -8,7 +8,7 @@ import numpy as np
 from clie_blocks.analysis.records.clock import repeated_stamps, seconds, segments
 from clie_blocks.analysis.records.columns import Layout, find_columns
 from clie_blocks.analysis.records.joined_topics import keep_positions
-from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
+from clie_blocks.analysis.records.model import CHANNELS, DEFAULT_UNITS, Record
 from clie_blocks.analysis.records.robot import Robot, speaks_of_torque
 from clie_blocks.analysis.records.table import Packed, Table, pack
 from clie_blocks.analysis.records.units import to_si
@@ -45,9 +45,10 @@ def assemble(table: Table, robot: Robot | None = None, columns: Mapping[str, str
     ranges, cut_notes = segments(time)
     twins, twin_notes = repeated_stamps(time)
     signals, valid, empty_notes = _signals(layout, packed)
+    extra = {name: signals.pop(name)[:, 0] for name in CHANNELS if name in signals}
     shown: dict[str, Any] = signals
     return Record(
-        time=time, **shown, valid=valid & ~twins, joints=layout.joints, robot=robot,
+        time=time, **shown, valid=valid & ~twins, joints=layout.joints, robot=robot, extra=extra,
         units={name: unit for name, unit in units.items() if name in signals},
         source=table.source, segments=ranges,
         decisions=(*table.decisions, *layout.decisions, *notes, *joined, *clock_notes, *cut_notes,

@@ -9,7 +9,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 from clie_blocks.analysis.records.aliases import TIME_UNITS
-from clie_blocks.analysis.records.model import SIGNALS
+from clie_blocks.analysis.records.model import CHANNELS, MEANINGS, SIGNALS
 from clie_blocks.analysis.records.patterns import Group, assign, claims
 from clie_blocks.analysis.records.units import split_unit
 from clie_blocks.errors import RecordError, nearest
@@ -78,7 +78,7 @@ def find_columns(names: Sequence[str], source: str, user_map: Mapping[str, str] 
                 chosen[signal] = group
     notes += _stand_in(chosen, groups)
     columns = {signal: [group.columns[token] for token in tokens]
-               for signal, group in chosen.items()}
+               for signal, group in chosen.items()} | _channels(names, user_map, source)
     notes = [*notes, *_readings(names, time, columns), *_meanings(chosen),
              *_unused(names, time, columns)]
     return Layout(time, columns, _units(names, time, columns),
@@ -107,13 +107,29 @@ def _checked(user_map: Mapping[str, str] | None, source: str) -> dict[str, str]:
     """The user's map, if it maps signals and gives the clock one column."""
     user_map = dict(user_map or {})
     for name in user_map:
-        if name not in (*SIGNALS, "time"):
+        if name not in (*SIGNALS, *CHANNELS, "time"):
             raise RecordError(f"{source}: --map {name}=... is not a signal; "
-                              f"{nearest(name, ('time', *SIGNALS))}")
-    if "{" in user_map.get("time", ""):
-        raise RecordError(f"{source}: --map time={user_map['time']} must name one column: there "
-                          "is one clock")
+                              f"{nearest(name, ('time', *SIGNALS, *CHANNELS))}")
+    for name, what in (("time", "clock"), *CHANNELS.items()):
+        if "{" in user_map.get(name, ""):
+            raise RecordError(f"{source}: --map {name}={user_map[name]} must name one column: "
+                              f"there is one {what}")
     return user_map
+
+
+def _channels(names: Sequence[str], user_map: Mapping[str, str], source: str,
+              ) -> dict[str, list[int]]:
+    """Column of each channel of the whole robot that is mapped, or has its name."""
+    bare, found = [split_unit(name)[0] for name in names], {}
+    for channel in CHANNELS:
+        wanted = user_map.get(channel, channel)
+        at = next((k for k, name in enumerate(bare) if wanted in (name, names[k])), None)
+        if at is not None:
+            found[channel] = [at]
+        elif channel in user_map:
+            raise RecordError(f"{source}: no column is called {wanted!r}; correct "
+                              f"{as_option(channel, wanted)}: {nearest(wanted, bare)}")
+    return found
 
 
 def _refuse_twins(names: Sequence[str], source: str) -> None:
@@ -307,4 +323,4 @@ def _readings(names: Sequence[str], time: int, columns: Mapping[str, Sequence[in
 
 def _note(signal: str, used: Sequence[str]) -> str:
     shown = ", ".join(used[:3]) + (", ..." if len(used) > 3 else "")
-    return f"Read {signal} ({SIGNALS.get(signal, 'the clock')}) from {shown}."
+    return f"Read {signal} ({MEANINGS[signal]}) from {shown}."

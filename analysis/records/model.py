@@ -25,9 +25,12 @@ SIGNALS = {
     "tau": "measured or estimated joint torque",
     "q_motor": "position that a second encoder measures, on the motor",
 }
+SUPPLY = "supply"
+CHANNELS = {SUPPLY: "supply voltage of the drives"}  # one per robot, kept in `Record.extra`
+MEANINGS = {"time": "the clock", **SIGNALS, **CHANNELS}
 WHERE_FINITE: Any = None  # default of a mask that is worked out when the record is built
 DEFAULT_UNITS = {"time": "s", "q": "rad", "u": "N m", "qd": "rad", "pe": "N m", "dq": "rad/s",
-                 "tau": "N m", "q_motor": "rad"}
+                 "tau": "N m", "q_motor": "rad", SUPPLY: "V"}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -60,7 +63,7 @@ class Record:
     segments : sequence of (int, int), optional
         Half-open sample ranges between gaps; by default one that holds all samples.
     extra : mapping, optional
-        Further channels by name, shape (N,) or (N, n), such as ``supply`` [V].
+        Further channels by name, shape (N,) or (N, n), such as those of `CHANNELS`.
     robot : Robot, optional
         The robot that made it, where known.
 

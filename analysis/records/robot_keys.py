@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from clie_blocks.analysis.records.model import DEFAULT_UNITS, SIGNALS
+from clie_blocks.analysis.records.model import DEFAULT_UNITS, MEANINGS
 from clie_blocks.analysis.records.robot import PROGRAM, Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
 
@@ -135,7 +135,7 @@ def robot_schema() -> dict[str, Any]:
     for name, text in TABLES.items():
         properties[name] = {
             "type": "object", "description": text, "additionalProperties": False,
-            "properties": {signal: {"type": "string", "description": SIGNALS.get(signal, signal)}
+            "properties": {signal: {"type": "string", "description": MEANINGS[signal]}
                            for signal in DEFAULT_UNITS}}
     return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "robot.toml",
             "type": "object", "required": ["joints"], "additionalProperties": False,

@@ -35,7 +35,7 @@ KINDS = {
     "q": ("rad", "m", "%"), "qd": ("rad", "m", "%"), "q_motor": ("rad", "m"),
     "dq": ("rad/s", "m/s"),
     "u": ("N m", "N", "A", "V", "duty", "%", "u"), "pe": ("N m", "N", "A", "V", "duty", "%", "u"),
-    "tau": ("N m", "N", "A"),
+    "tau": ("N m", "N", "A"), "supply": ("V",),
 }
 
 

@@ -43,7 +43,8 @@ class Structure:
 
     An encoder on the motor sees the motor where motor and link move apart.  Of two encoders, on
     motor and link, the other one is that on which the law does not act.  Without a law of its own
-    a robot runs under PD (11), whose gains and filters are parameters.
+    a robot runs under PD (11), whose gains and filters are parameters.  Where the drives are
+    `supplied`, their voltage over its nominal value is an input.
     """
 
     n: int
@@ -53,14 +54,16 @@ class Structure:
     encoder_on_motor: bool = False
     two_encoders: bool = False
     law: SampledLaw | None = None
+    supplied: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoopBlock:
     """The sampled loop as a block with the inputs q_d, pe, noise and the outputs q, u, sum.
 
-    With two encoders ``other`` and its sum, ``sum_other``, follow: the position that the other
-    encoder sees.
+    A further input ``supply`` scales what the drives make of a command, as the voltage of a motor
+    without current control does.  With two encoders ``other`` and its sum, ``sum_other``, follow:
+    the position that the other encoder sees.
 
     Parameters
     ----------
@@ -113,13 +116,18 @@ class LoopBlock:
 
         return ct.nlsys(update, output, name=name, params=dict(params),
                         states=[*self._law_states, *self.layout.labels], dt=self.shape.period,
-                        inputs=signals("q_d", "pe", "noise", n=n),
+                        inputs=signals(*self.inputs, n=n),
                         outputs=signals(*self.outputs, n=n))
 
     @property
     def _law_states(self) -> list[str]:
         """Names of the states of a law of its own, which stand first."""
         return [f"law_{k}" for k in range(self.layout.offset)]
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs."""
+        return ("q_d", "pe", "noise", *(("supply",) if self.shape.supplied else ()))
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -233,15 +241,14 @@ class LoopBlock:
                  ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """Command of the law for a measured position, and its memory one sample later."""
         n, law = self.shape.n, self.shape.law
+        q_d, pe, read = u[:n], u[n:2 * n], q + u[2 * n:3 * n]
         if law:
-            after, command = law.step(now.t, memory["law"][0], u[:n], q + u[2 * n:], u[n:2 * n],
-                                      p[PARAMETERS])
+            after, command = law.step(now.t, memory["law"][0], q_d, read, pe, p[PARAMETERS])
             return limited(command, self.shape.clipped, p), (after,)
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(
             dataclasses.replace(now, q=p["start"]), at_rest, self._seen_by_law, p)
-        return law_command(q + u[2 * n:], u[:n], u[n:2 * n], memory["law"], start + p["first"],
-                           self.shape.clipped, p)
+        return law_command(read, q_d, pe, memory["law"], start + p["first"], self.shape.clipped, p)
 
     def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         """State one period later: measure, command, hold, move."""
@@ -250,8 +257,9 @@ class LoopBlock:
         seen = self._at_encoder(now, memory)
         q, of_sensor = measured_position(seen, memory, self._seen_by_law, p)
         command, of_law = self._command(seen, q, u, memory, p)
+        supplied = command * u[3 * self.shape.n:] if self.shape.supplied else command
         torque, of_drive = delivered_torque(
-            dataclasses.replace(now, u=command), memory, self.pieces, p)
+            dataclasses.replace(now, u=supplied), memory, self.pieces, p)
         move = move_apart if self.moves_apart else move_as_one
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}

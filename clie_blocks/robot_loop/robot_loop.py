@@ -28,7 +28,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
                velocity_filter: tuple[ArrayLike, ArrayLike] | None = None,
                links: Links | None = None, encoder_on_motor: bool = False,
                effects: Iterable[Setting] = (), law: InputOutputSystem | None = None,
-               name: str = "robot") -> NonlinearIOSystem:
+               supplied: bool = False, name: str = "robot") -> NonlinearIOSystem:
     """Sampled loop ``inertia ddq + damping dq + load = kp (q_d - q) - kd v + pe`` with effects.
 
     One update is one period of the controller: measure, command, hold, move.  Dry friction acts as
@@ -65,6 +65,9 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         Any law in the place of PD, in discrete time: inputs q_d[k], q[k] [rad] and, if it adds
         one, pe[k] [N m]; outputs u[k] [N m].  It begins with zero states; `kp`, `kd` and
         `velocity_filter` are then of no account.
+    supplied : bool
+        The voltage of the drives over its nominal value is a fourth input, ``supply`` [1], by
+        which their torque grows, and its limit with it: motors without current control.
     name : str
         Name of the block.
 
@@ -107,7 +110,7 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
             values[PARAMETERS] = np.array(sampled.values)
     shape = Structure(n, period, carried.layout,
                       bool(np.any(values["saturation"] < UNLIMITED)), encoder_on_motor,
-                      law=sampled)
+                      law=sampled, supplied=supplied)
     pieces = [(label, piece) for label, setting in chosen.items()
               for piece in pieces_of(setting.effect, [p.name for p in setting.effect.parameters])]
     names = {label: tuple(p.name for p in setting.effect.parameters)

@@ -25,6 +25,7 @@ def layout(header, **said):
      {"q": [1, 2], "dq": [3, 4], "tau": [5, 6], "qd": [7, 8]}, ("hip", "knee")),
     ("time,q_10,q_9,u_10,u_9", {"q": [2, 1], "u": [4, 3]}, ("joint1", "joint2")),
     ("TIME,Q1,U1", {"q": [1], "u": [2]}, ("joint1",)),
+    ("time,q1,u1,supply [mV]", {"q": [1], "u": [2], "supply": [3]}, ("joint1",)),
 ])
 def test_known_headers(header, columns, joints):
     found = layout(header)
@@ -39,6 +40,16 @@ def test_our_own_names_are_no_guess_and_others_are():
     assert any("numbered from 0" in note for note in layout("time,q0,q1").decisions)
 
 
+def test_the_supply_is_a_channel_of_the_whole_robot_in_volts(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("time,q1,q2,vbus [mV]\n" + "\n".join(
+        f"{0.01 * k:.2f},0.1,0.2,{7400 - k}" for k in range(50)) + "\n")
+    assert not read_record(log).extra
+    record = read_record(log, columns={"supply": "vbus"})
+    np.testing.assert_allclose(record.extra["supply"], 7.4 - 1e-3 * np.arange(50), rtol=1e-12)
+    assert record.signals == ("q",) and any("vbus" in note for note in record.decisions)
+
+
 @pytest.mark.parametrize("header, said, message", [
     ("time,q1,pos1", {}, "'q1' and 'pos1' could both be q.*--map q="),
     ("time,timestamp,q1", {}, "could both be time"),
@@ -47,6 +58,8 @@ def test_our_own_names_are_no_guess_and_others_are():
     ("time,q1,q1", {}, "two columns are called 'q1'"),
     ("time,a,b", {"user_map": {"p": "a"}}, "--map p=.*did you mean 'pe'.*known: pe, time, q"),
     ("t_a,q_a", {"user_map": {"time": "t_{joint}"}}, "must name one column"),
+    ("time,q1", {"user_map": {"supply": "v_{joint}"}}, "must name one column"),
+    ("time,q1,vbus", {"user_map": {"supply": "vbsu"}}, "no column is called.*did you mean 'vbus'"),
     ("time,a,b", {"user_map": {"q": "x_{joint}"}}, "no column fits --map q=x_{joint}"),
     ("time,q1,q2,u1", {"user_map": {"u": "u{k}"}}, "is missing for at least one joint"),
     ("time,q1,q2", {"user_map": {"u": "u{k}"}}, "is missing for at least one joint"),

@@ -108,6 +108,23 @@ def test_every_parameter_can_be_set_in_a_run():
     assert block.input_labels[:2] == ["q_d[0]", "q_d[1]"] and block.dt == 1e-3
 
 
+@pytest.mark.parametrize("limit", [1e9, 2.0])
+def test_a_supply_at_four_fifths_gives_four_fifths_of_every_torque(limit):
+    """Of the limit, too: the same joint with gains, and a limit, that are so much smaller."""
+    t = 2e-3 * np.arange(2000)
+    zero = np.zeros(t.size)
+    rows = np.column_stack([set_point(t), zero, zero, 0.8 + zero])
+    robot = [1.0 / B], [A / B]
+    low = robot_loop(*robot, [KP], [KD], 2e-3, saturation=limit, supplied=True)
+    weak = robot_loop(*robot, [0.8 * KP], [0.8 * KD], 2e-3, saturation=0.8 * limit)
+    assert low.input_labels[-1] == "supply[0]"
+    of_low, of_weak = (np.asarray(compile_diagram(block).run(4.0, inputs=inputs).outputs)
+                       for block, inputs in ((low, rows), (weak, rows[:, :3])))
+    np.testing.assert_allclose(of_low[0], of_weak[0], atol=1e-12)
+    np.testing.assert_allclose(0.8 * of_low[1], of_weak[1], atol=1e-10)
+    assert limit > 1e3 or np.mean(np.abs(of_low[1]) == limit) > 0.1
+
+
 def test_wrong_numbers_and_effects_without_a_form_are_refused():
     with pytest.raises(DiagramError, match="period must be positive"):
         robot_loop([1.0], [0.1], [5.0], [1.0], 0.0)

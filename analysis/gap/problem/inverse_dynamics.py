@@ -25,7 +25,7 @@ def _joint_coefficients(logs: Sequence[Log], k: int, period: float) -> np.ndarra
     corner, rate = min(SMOOTHING_CORNER, 0.2 / period), 1.0 / period
     regressors, commands = [], []
     for log in logs:
-        q, u = (low_pass(x[:, k], 4, corner, rate) for x in (log.q, log.u))
+        q, u = (low_pass(x[:, k], 4, corner, rate) for x in (log.q, log.supplied_u))
         dq = np.gradient(q, period)
         ddq = np.gradient(dq, period)
         regressors.append(np.stack([ddq, dq, np.ones_like(q), _direction(dq)], axis=1))

@@ -6,6 +6,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.ticks import between_samples, spread
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.two_encoders import other_encoder
 from clie_blocks.linear_filters import high_pass
 
@@ -53,6 +54,9 @@ class Log:
         State of a law of the user's own at the first sample.
     added : ndarray, shape (N, n), or float
         What of `pe` no excitation was: part of the recorded command that models follow [N m].
+    supply : ndarray, shape (N, n), or None
+        Voltage of the drives over its nominal value, by which their torque grows; None where it
+        was not logged, or the drives control their current.
 
     """
 
@@ -72,6 +76,7 @@ class Log:
     of_other_encoder: bool = False
     law_state: np.ndarray | None = None
     added: np.ndarray | float = 0.0
+    supply: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.q)
@@ -83,6 +88,11 @@ class Log:
     def following(self, torque: np.ndarray) -> "Log":
         """The log with a part of its recorded command that models follow, shape (N, n)."""
         return dataclasses.replace(self, pe=self.pe + torque, added=self.added + torque)
+
+    @property
+    def supplied_u(self) -> np.ndarray:
+        """Commands as a sound drive gives them under its voltage [N m]."""
+        return self.u if self.supply is None else self.u * self.supply
 
     @property
     def law_q(self) -> np.ndarray:
@@ -169,7 +179,18 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
                pe=np.zeros_like(record.q) if record.pe is None else record.pe,
                start=record.q[0] if start is None else start, at_rest=start is not None,
                dither=dither, measured=None if record.valid.all() else record.valid,
-               stride=stride, other_q=other_encoder(record))
+               stride=stride, other_q=other_encoder(record),
+               supply=_relative_supply(record, robot))
+
+
+def _relative_supply(record: Record, robot: Robot) -> np.ndarray | None:
+    """Logged voltage of the drives over the stated one, shape (N, n), where both are known."""
+    nominal, volts = robot.controller.supply, record.extra.get(SUPPLY)
+    if nominal is None or volts is None or not np.isfinite(volts).any():
+        return None
+    known = np.flatnonzero(np.isfinite(volts))
+    whole = np.interp(np.arange(len(record)), known, volts[known])
+    return np.repeat(whole[:, None] / nominal, record.n, axis=1)
 
 
 def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | None:

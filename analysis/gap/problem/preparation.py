@@ -20,6 +20,7 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.control_law import control_law, gains
+from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.analysis.records.robot import MEASURED, Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
@@ -187,11 +188,14 @@ def duty_as_torque(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list
     """Duty cycles as the torque that the stalled motor gives at its nominal supply [N m].
 
     With back-EMF the torque is k_t (duty V - k_t dq) / R: the first part is the command, the
-    second is viscous friction.  A supply that sags shows as an error of the torque gain.
+    second is viscous friction.  Where the voltage V was logged, the first part grows with it; else
+    a supply that sags shows as an error of the torque gain.
     """
     law, torque = robot.controller, torque_at_full_duty(robot)
     scale, unit = (np.ones(robot.n), "duty") if torque is None else (torque, "N m")
     note = f"u is {unit}, {scale[0]:.4g} {unit} at full duty; back-EMF counts as damping."
+    if law.supply is not None and all(SUPPLY in record.extra for record in records):
+        note += f" Torques follow the logged voltage, {law.supply:g} V being the nominal one."
     kp, _ = gains(law)
     controller = dataclasses.replace(
         law, law="pd", kp=kp * scale, kd=0.0 * scale, velocity_filter="difference",

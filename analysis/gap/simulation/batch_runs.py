@@ -125,12 +125,13 @@ def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width
         len(log) * simulator.shape.period, inputs=inputs,
         initial_state=simulator.initial_state(log, sets[0]),
         params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
-                "start": log.start[None], "first": inputs[:1, 2 * n:]},
+                "start": log.start[None], "first": inputs[:1, 2 * n:3 * n]},
         log=signals(*names, n=n), every=every, threads=1)
     return runs.outputs[:len(sets)]
 
 
 @functools.lru_cache(maxsize=KEPT_INPUTS)
 def _inputs(log: Log, dithered: bool) -> np.ndarray:
-    """Inputs of the loop in a log: q_d, pe, noise."""
-    return np.hstack([log.q_d, log.pe, log.dither if dithered else 0.0 * log.dither])
+    """Inputs of the loop in a log: q_d, pe, noise, and the supply where it was logged."""
+    return np.hstack([log.q_d, log.pe, log.dither if dithered else 0.0 * log.dither,
+                      *([] if log.supply is None else [log.supply])])

@@ -36,7 +36,8 @@ def structure(problem: Problem) -> Structure:
     return Structure(problem.n, problem.period, problem.links.layout,
                      bool(np.isfinite(problem.law.saturation).all()),
                      problem.encoder_on_motor, problem.two_encoders,
-                     problem.law.block if isinstance(problem.law, BlockLaw) else None)
+                     problem.law.block if isinstance(problem.law, BlockLaw) else None,
+                     any(log.supply is not None for log in problem.logs))
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.drive import (
+    COMMUTATION_RIPPLE,
     GEAR_MESH_RIPPLE,
     TORQUE_RIPPLE,
     counts_motor_turns,
@@ -26,7 +27,7 @@ from clie_blocks.analysis.gap.verdict.marks import acting, shows_marks
 
 POSE, CONTACT, UNMARKED = "torque of the pose", "contact", "unmarked"
 _ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
-_RIPPLES = (TORQUE_RIPPLE, GEAR_MESH_RIPPLE, POSITION_DEPENDENT_FRICTION)
+_RIPPLES = (TORQUE_RIPPLE, COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE, POSITION_DEPENDENT_FRICTION)
 _PASSING = 0.1  # s over which positions are averaged, so that their noise is no motion
 _MOST_POSITIONS = 1000  # of each kind that are compared
 
@@ -66,7 +67,8 @@ def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) 
     """
     problem, joints = hypothesis.problem, list(ripple.joints)
     course = np.concatenate([log.q for log in problem.fit])
-    typical = np.concatenate([log.u for log in problem.fit]).std(axis=0)[joints] + 1e-12
+    torque = np.concatenate([log.u for log in problem.fit]).std(axis=0)[joints] + 1e-12
+    typical = 1.0 if ripple.cause is COMMUTATION_RIPPLE else torque  # a share of the command
     sine, cosine, order = (hypothesis.values[f"{ripple.name}.{name}"][joints]
                            for name in ("sine", "cosine", "order"))
     ratio = problem.gear_ratio[joints]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
-from clie_blocks.analysis.records.model import Record
+from clie_blocks.analysis.records.model import SUPPLY, Record
 from clie_blocks.analysis.records.readers.emps import columns_of
 from clie_blocks.analysis.records.readers.options import Options, library_errors
 from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Links, Motor, Robot
@@ -54,7 +54,7 @@ def _record(columns: Mapping[str, np.ndarray], run: Mapping[str, Any],
         source=f"{folder / 'runs.parquet'} run {run['run']} ({name})",
         decisions=["u is the signed duty cycle; the supply voltage is the channel 'supply'.",
                    "q is 0 where the arm hangs down.", *notes],
-        extra={"supply": columns["input_volts"], "temperature": columns["temp"],
+        extra={SUPPLY: columns["input_volts"], "temperature": columns["temp"],
                "torque_enable": columns["torque_enable"]},
         robot=_robot(run, constants, name))
 

@@ -21,3 +21,17 @@ def test_a_stated_start_counts_unless_the_log_begins_elsewhere(case):
 def test_a_command_that_was_not_logged_is_not_known(case):
     made = case("none")
     assert np.isnan(as_log(made.records[0].replace(u=None), made.robot, 0).u).all()
+
+
+def test_the_voltage_of_a_servo_counts_over_its_nominal_one(case):
+    made = case("none")
+    record = made.records[0]
+    volts = np.linspace(8.4, 6.0, len(record))
+    volts[3:6] = np.nan  # not every row has one
+    logged = record.replace(extra={"supply": volts})
+    assert as_log(logged, made.robot, 0).supply is None  # its drives control their current
+    controller = dataclasses.replace(made.robot.controller, supply=8.0)
+    log = as_log(logged, dataclasses.replace(made.robot, controller=controller), 0)
+    np.testing.assert_allclose(log.supply[:, -1], np.linspace(8.4, 6.0, len(record)) / 8.0,
+                               rtol=1e-4)
+    np.testing.assert_array_equal(log.supplied_u, log.u * log.supply)

@@ -37,17 +37,19 @@ def holding(*causes):
     return make_fit(problem, *(make_member(cause, problem) for cause in causes))
 
 
-def rippled(order, size, gear=50.0):
+def rippled(order, size, gear=50.0, cause=drive.TORQUE_RIPPLE):
     problem = make_problem(RAMPS, gear_ratio=gear)
-    return make_fit(problem, make_member(drive.TORQUE_RIPPLE, problem, order=np.array(order),
+    return make_fit(problem, make_member(cause, problem, order=np.array(order),
                                          sine=np.array(size), cosine=0.0))
 
 
+@pytest.mark.parametrize("cause, size", [(drive.TORQUE_RIPPLE, 1.0),
+                                         (drive.COMMUTATION_RIPPLE, 0.15)])
 @pytest.mark.parametrize("order, gear, shown", [
     (8.0, 50.0, False), (13.0, 50.0, False), (13.0, 14.0, True), (26.0, 50.0, True),
     (50.0, 50.0, True), (13.0, 1.0, False), (26.0, 1.0, True)])
-def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown):
-    assert (confounder(rippled([order, 60.0], [1.0, 0.0], gear)) == "") is shown
+def test_a_ripple_must_show_a_wave_of_the_motor_or_come_back(order, gear, shown, cause, size):
+    assert (confounder(rippled([order, 60.0], [size, 0.0], gear, cause)) == "") is shown
 
 
 def test_one_joint_that_shows_a_ripple_is_enough_unless_it_is_idle():
