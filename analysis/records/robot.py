@@ -277,8 +277,8 @@ class Controller(_Section):
         Time constant of ``back_calculation`` [s].
     velocity_filter : str
         ``two_corner`` is G1 (47); ``two_tap`` the backward difference of the mean of the last two
-        samples, (q_k - q_{k-2}) / (2 T); ``difference`` the backward difference; ``exact`` a
-        measured velocity.
+        samples, (q_k - q_{k-2}) / (2 T); ``difference`` the backward difference; ``exact`` the
+        logged velocity dq, as the drive measured it.
     highpass : float
         High-pass corner of G1 (47) [rad/s].
     lowpass : float
@@ -298,7 +298,8 @@ class Controller(_Section):
     saturation : array_like, shape (n,)
         Limit of u [unit of u].
     supply : float
-        Nominal supply voltage [V] of a servo.
+        Nominal supply voltage [V] of a servo; where the logs have its course, as the channel
+        ``supply``, torques follow that.
     block : control.InputOutputSystem
         The law itself, where it is a program; in no file, see `with_law`.
     block_scale : ndarray, shape (n,)

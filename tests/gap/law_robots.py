@@ -12,6 +12,7 @@ import numpy as np
 
 PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
 NOISE, STEP = 2e-5, 1e-4  # rad, N m: of the encoder, and rounding of the command
+NOISE_OF_SPEED = 2e-3  # rad/s, of a drive that measures it
 ARMATURE, DAMPING, MASS, LENGTH = 0.05, 0.08, 0.4, 0.3  # kg m^2, N m s/rad, kg, m
 COM, G = LENGTH / 2, 9.81
 SPIN = MASS * LENGTH**2 / 12
@@ -28,7 +29,7 @@ class Signals:
     dq_d: np.ndarray
     ddq_d: np.ndarray
     q: np.ndarray
-    rate: np.ndarray  # backward difference of the measured position
+    rate: np.ndarray  # backward difference of the measured position, or what the drive measures
 
 
 Law = Callable[[Signals], np.ndarray]
@@ -78,8 +79,8 @@ def model_text(n: int, effect: str, gravity: bool) -> str:
 def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 8.0,
         gravity: bool = False, fastest: float = 1.6,
         torque: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda u, dq: u,
-        step: float = STEP) -> dict[str, np.ndarray]:
-    """Log of one experiment: time, q, u, qd."""
+        step: float = STEP, sensor_lag: float = 0.0) -> dict[str, np.ndarray]:
+    """Log of one experiment: time, q, u, qd; and dq, where a drive measures it behind a lag [s]."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(model_text(n, effect, gravity))
@@ -89,7 +90,8 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
     loose = [model.joint(f"joint{k}").qposadr[0] for k in range(n) if effect == "backlash"
              and k == 0]
     sent: list[np.ndarray] = [np.zeros(n)] * DELAY
-    last, rows = None, []
+    last, rows, speed = None, [], np.zeros(n)
+    pole = np.exp(-PERIOD / SUBSTEPS / sensor_lag) if sensor_lag else 0.0
     for k in range(round(seconds / PERIOD)):
         q = data.qpos[motors].copy()
         if loose:
@@ -97,7 +99,10 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
         q = np.round(q + NOISE * rng.normal(size=n), 7)
         q_d, dq_d, ddq_d = reference(k * PERIOD)
         q_d = np.round(q_d, 9)
-        now = Signals(q_d, dq_d, ddq_d, q, (q - (q if last is None else last)) / PERIOD)
+        rate = (q - (q if last is None else last)) / PERIOD
+        if sensor_lag:
+            rate = np.round(speed + NOISE_OF_SPEED * rng.normal(size=n), 5)
+        now = Signals(q_d, dq_d, ddq_d, q, rate)
         u = np.rint(law(now) / step) * step
         last = q
         sent.append(u)
@@ -105,10 +110,12 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
         for _ in range(SUBSTEPS):
             data.ctrl[:] = torque(acting, data.qvel[motors])
             mujoco.mj_step(model, data)
-        rows.append(np.concatenate([[k * PERIOD], q, u, q_d]))
+            speed = pole * speed + (1.0 - pole) * data.qvel[motors]
+        rows.append(np.concatenate([[k * PERIOD], q, u, q_d, *([rate] if sensor_lag else [])]))
     table = np.array(rows)
+    names = ("q", "u", "qd", "dq") if sensor_lag else ("q", "u", "qd")
     return {"time": table[:, 0], **{name: table[:, 1 + n * i:1 + n * (i + 1)]
-                                    for i, name in enumerate(("q", "u", "qd"))}}
+                                    for i, name in enumerate(names)}}
 
 
 def pd(kp: float = KP, kd: float = KD, velocity: float = 0.0, acceleration: float = 0.0,
@@ -235,11 +242,11 @@ class Robot:
         (folder / "robot.toml").write_text(
             robot_text(self.n, self.controller, self.gravity, self.motor))
         unit = "[duty]" if "servo" in self.controller else ""
-        names = [f"{name}{k + 1}{unit if name == 'u' else ''}" for name in ("q", "u", "qd")
-                 for k in range(self.n)]
         for seed in range(logs):
             log = run(self.law(), self.n, effect, seed + 1, seconds, self.gravity, **self.options)
-            table = np.column_stack([log["time"], log["q"], log["u"], log["qd"]])
+            names = [f"{name}{k + 1}{unit if name == 'u' else ''}" for name in log
+                     if name != "time" for k in range(self.n)]
+            table = np.column_stack(list(log.values()))
             np.savetxt(folder / f"log-{seed + 1}.csv", table, "%.10g", ",",
                        header=",".join(["time", *names]), comments="")
 

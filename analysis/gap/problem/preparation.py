@@ -14,6 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.command_unit import in_one_unit
+from clie_blocks.analysis.gap.problem.measured_velocity import with_measured_velocity
 from clie_blocks.analysis.gap.problem.ticks import on_ticks
 from clie_blocks.analysis.gap.problem.what_u_is import UNSIGNED, as_u_is, has_sign
 from clie_blocks.analysis.records import Record, Robot
@@ -63,6 +64,7 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
     if robot.controller.law == "unknown":
         records = at_one_rate(records)
     robot, records = in_one_unit(*_form(robot, records)(robot, records))
+    robot, records = with_measured_velocity(robot, records)
     return with_damping(robot), records
 
 
