@@ -54,6 +54,8 @@ class Options:
         Python files with effects of the user's own.
     run_law : bool
         Run the control law that a robot file names, where it is a Python file.
+    by_log : bool
+        The answers also hold the parameters from each log alone.
 
     """
 
@@ -66,6 +68,7 @@ class Options:
     seconds: float = BUDGET
     library: tuple[str, ...] = ()
     run_law: bool = False
+    by_log: bool = False
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
@@ -231,7 +234,7 @@ def _finish(task: Task, options: Options, folder: str | os.PathLike[str] | None
             ) -> dict[str, Any]:
     """Diagnose a task and store its result; an error of the user becomes the result."""
     from clie_blocks.analysis.gap.problem.locked_output import LockedError
-    from clie_blocks.analysis.gap.report.answer import answer
+    from clie_blocks.analysis.gap.report.answer import answer, by_log
     from clie_blocks.analysis.gap.report.files import write_answer, write_report
 
     try:
@@ -241,6 +244,8 @@ def _finish(task: Task, options: Options, folder: str | os.PathLike[str] | None
     except ClieError as error:
         return {"error": str(error), "exit_code": error.exit_code}
     result = answer(diagnosis)
+    if options.by_log:
+        result["by_log"] = by_log(diagnosis)
     if folder is None:
         return json.loads(to_json(result))
     result = {"made_from": digest_of_inputs(task, options), **result}

@@ -10,10 +10,11 @@ from typing import Any
 
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, run_main, to_json, write
+from clie_blocks.output import command_parser, run_main, to_json, wrapped, write
 
 ALL = "answers.json"  # all answers by name, in the folder of the results
 OVERVIEW = "answers.html"  # the same as a page that leads to the reports
+FLEET = "fleet"  # comparison of the units of one robot, as a page and as JSON
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -31,7 +32,8 @@ def main(argv: list[str] | None = None) -> int:
     options = batch.Options(args.holdout, _names(args.effects), _names(args.exclude),
                             simulated=tuple(map(str, args.simulated)), reading=reading(args),
                             trust_logs=args.trust_log, seconds=args.seconds,
-                            library=tuple(map(str, args.library)), run_law=args.run_law)
+                            library=tuple(map(str, args.library)), run_law=args.run_law,
+                            by_log=args.fleet)
     if args.simulated and len(tasks) > 1:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
@@ -42,6 +44,8 @@ def main(argv: list[str] | None = None) -> int:
         _write_overview(answers, Path(args.output))
     if args.json:
         print(content)
+    if args.fleet:
+        _compare_units(answers, args)
     failed = [answer for answer in answers.values() if "error" in answer]
     for answer in failed:
         print(f"error: {answer['error']}", file=sys.stderr)
@@ -91,6 +95,23 @@ def _write_overview(answers: dict[str, dict[str, Any]], folder: Path) -> None:
     print(f"all robots: {page}", file=sys.stderr)
 
 
+def _compare_units(answers: dict[str, dict[str, Any]], args: argparse.Namespace) -> None:
+    """Print what units of one robot share, and which one is odd; with a folder, as a page, too."""
+    from clie_blocks.analysis.gap.fleet.comparison import compare_units
+
+    fleet = compare_units(answers)
+    print("\n".join(map(wrapped, str(fleet).splitlines())),
+          file=sys.stderr if args.json else sys.stdout)
+    if args.output:
+        from clie_blocks.analysis.gap.fleet.page import page
+        from clie_blocks.analysis.report.render import drawings, html
+
+        write(Path(args.output) / f"{FLEET}.json", to_json(fleet.to_dict()))
+        document = page(fleet)
+        file = write(Path(args.output) / f"{FLEET}.html", html(document, drawings(document)))
+        print(f"fleet: {file}", file=sys.stderr)
+
+
 def _names(text: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
 
@@ -133,6 +154,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--compare", type=Path, nargs=2, metavar=("LOADED", "UNLOADED"),
                         help="folders or logs of one robot in one motion, with and without a "
                              "load: how heavy it is, and where it sits")
+    parser.add_argument("--fleet", action="store_true",
+                        help="the robots are units of one type: also say what they have in "
+                             "common, what differs by unit and by log, and which unit is odd")
     add_reading_options(parser)
     parser.add_argument("--trust-log", action="store_true",
                         help="take the logs as they are: correct nothing, stop for nothing that "

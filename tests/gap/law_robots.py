@@ -80,7 +80,7 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
         gravity: bool = False, fastest: float = 1.6,
         torque: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda u, dq: u,
         step: float = STEP, sensor_lag: float = 0.0) -> dict[str, np.ndarray]:
-    """Log of one experiment: time, q, u, qd; dq too, where a drive measures it, behind a lag [s]."""
+    """Log of one experiment: time, q, u, qd; and dq, where a drive measures it behind a lag."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(model_text(n, effect, gravity))

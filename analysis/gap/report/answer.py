@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.assessment.by_log import parameters_by_log
 from clie_blocks.analysis.gap.assessment.cause_shares import Share, shares_of
 from clie_blocks.analysis.gap.assessment.localisation import block_shares
 from clie_blocks.analysis.gap.assessment.not_shown import not_shown
@@ -105,6 +106,15 @@ def answer(result: Result) -> dict[str, Any]:
         "seconds": result.seconds,
     }, units_of(records))
     return {**plain, "export": exported(result), "correction": correction(result)}
+
+
+def by_log(result: Result) -> list[Row]:
+    """Parameters of the corrected model from each log alone, in the units of the logs."""
+    rows = [{"effect": one.effect, "joint": None if one.joint is None else one.joint + 1,
+             "parameter": one.name, "unit": one.unit, "value": one.value,
+             "deviation": one.deviation} for one in parameters_by_log(result)]
+    converted: list[Row] = _with_units(rows, units_of(result.problem.records))
+    return converted
 
 
 def _laws(controller: ControllerCheck) -> list[dict[str, Any]]:
