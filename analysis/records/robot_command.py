@@ -1,6 +1,7 @@
 """``clie robot``: start a robot file from a gallery, a model, logs or nothing, and check one."""
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -88,8 +89,8 @@ def _start(args: argparse.Namespace) -> None:
     if args.json:
         print(to_json({"file": str(path), "lines_for_you": marks}))
     else:
-        print(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you; then: "
-              f"clie robot --check {path}")
+        print(wrapped(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you"))
+        print(f"Next: clie robot --check {shlex.quote(str(path))}")
 
 
 def _of_gallery(source: Path | None, robot_file: str) -> dict[str, str]:
@@ -163,7 +164,8 @@ def _open_of_law(robot: Robot) -> Iterator[tuple[bool, str, str]]:
     is_known = law.law != "unknown"
     yield (not is_known, "[controller] Kp, Kd",
            "the loop cannot be simulated, what drives the robot is taken from the log; where the "
-           "logs show a PD law, 'clie robot LOG' finds it")
+           "logs show a PD law, 'clie robot LOGS' finds it, with a mark where it leaves a part of "
+           "the commands")
     yield (is_known and law.sample_time is None, "[controller] sample_time_s",
            "that of the logs is taken")
     yield (law.law in ("pd", "pid", "cascade") and law.velocity_filter is None,
@@ -183,7 +185,7 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
                      zip(robot.joints, facts["largest_weight"], facts["largest_inertia"])],
                     "<>>")
     for line in _coupled(robot):
-        print(line)
+        print(wrapped(line))
     for line in facts["open"]:
         print(wrapped(f"not stated: {line}"))
     print("Next: clie check FOLDER, with the logs beside this file")
