@@ -18,7 +18,7 @@ QUICK = [
 SLOW = [
     ["identify", EXAMPLE], ["identify", EXAMPLE, "--with", "coulomb,weight_cos,weight_sin"],
     ["diagnose", EXAMPLE, "--effects", "coulomb,backlash", "-o", "OUT"],
-    ["loop", "--duration", "21", "-o", "OUT"], ["bounds", "-o", "OUT"], ["reproduce", "-o", "OUT"]]
+    ["loop", "--duration", "21", "-o", "OUT"], ["bounds", "-o", "OUT"]]
 
 
 @pytest.mark.parametrize("words", [
