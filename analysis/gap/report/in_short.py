@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from clie_blocks.analysis.gap.report.summary import (
-    gap_places,
+    gap_shares,
     how_far,
     next_run,
     together,
@@ -32,7 +32,11 @@ def in_short(answer: Answer) -> tuple[tuple[str, str], ...]:
 def _where(answer: Answer) -> str:
     if answer["verdict"] == "none":
         return ""
-    return " ".join(gap_places(answer)).removeprefix("Where the gap lies: ").capitalize()
+    parts = gap_shares(answer)
+    text = "; ".join(f"{words} {parts[kind]}" for kind, words in (
+        ("joint", "at"), ("block", "in the loop below in"), ("cause", "by cause"))
+        if parts[kind])
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _how_sure(answer: Answer) -> str:
