@@ -222,6 +222,11 @@ class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
         return action.help if plain else super()._get_help_string(action)
 
 
+def counted(number: int, thing: str) -> str:
+    """Return a number of things in words: ``1 joint``, ``2 joints``."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def wrapped(text: str, indent: str = "") -> str:
     """Return a sentence for a terminal: lines of at most `WIDTH` columns, the rest indented."""
     return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ",

@@ -30,7 +30,7 @@ from clie_blocks.analysis.records.read import read_logs
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.output import command_parser, progress, run_main, to_json, wrapped
+from clie_blocks.output import command_parser, counted, progress, run_main, to_json, wrapped
 
 SCHEMA_VERSION = 1
 NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
@@ -222,8 +222,8 @@ def _indented(lines: Iterable[str]) -> Iterator[str]:
 
 def _outline(record: Record) -> str:
     rate = f" at {1 / record.sample_time:.5g} Hz" if record.sample_time > 0 else ""
-    return (f"{len(record)} samples, {record.duration:.4g} s{rate}, {record.n} joints, signals "
-            f"{' '.join(record.signals)}")
+    return (f"{len(record)} samples, {record.duration:.4g} s{rate}, "
+            f"{counted(record.n, 'joint')}, signals {' '.join(record.signals)}")
 
 
 def as_dict(report: Report) -> dict[str, Any]:

@@ -45,7 +45,8 @@ def _how_sure(answer: Answer) -> str:
     listed = [f"{effect_title(name)} {percent(found[name])}" for name in answer["set_90"]
               if name in found]
     if len(listed) < 2:
-        return f"{join_words(listed)}; nothing else is needed for 90 %." if listed else ""
+        return (f"{join_words(listed)}; all else together holds less than 10 % of the "
+                "probability." if listed else "")
     alike = next((row for row in answer["effects"] if set(answer["set_90"]) <= {
         row["effect"], *row.get("alike", ())}), None)
     if alike is not None:
