@@ -145,8 +145,8 @@ def check_link_model(record: Record, robot: Robot | None) -> list[Finding]:
     return [Finding(
         "warning", "links.opposed", f"{_leave(robot, left_as_stated[k])}: less is left without "
         "them.", WHY, f"{gear}Check the order of the joints, sign, zero_rad, gravity_m_s2, "
-        "payload_kg and the masses of the model; no change of one or two joints mends it. A counterbalance "
-        "that carries the links shows in this way, too.", joint=record.joints[k])]
+        "payload_kg and the masses of the model; no change of one or two joints mends it. A "
+        "counterbalance that carries the links shows in this way, too.", joint=record.joints[k])]
 
 
 def _leave(robot: Robot, left: float) -> str:
