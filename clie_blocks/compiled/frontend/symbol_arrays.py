@@ -79,7 +79,7 @@ class SymbolArray(np.ndarray):
     """Object array of symbols and floats that keeps numpy's functions symbolic."""
 
     @property
-    def real(self) -> Any:
+    def real(self) -> Any:  # type: ignore[misc]  # there is none to be written
         """The signal, which is a real number; from NumPy 2.5 on objects are asked for theirs."""
         return self
 
