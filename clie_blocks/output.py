@@ -222,6 +222,11 @@ class _HelpWithDefaults(argparse.ArgumentDefaultsHelpFormatter):
         return action.help if plain else super()._get_help_string(action)
 
 
+def counted(number: int, thing: str) -> str:
+    """Return a number of things in words: ``1 joint``, ``2 joints``."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def wrapped(text: str, indent: str = "") -> str:
     """Return a sentence for a terminal: lines of at most `WIDTH` columns, the rest indented."""
     return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=f"{indent}  ",
@@ -258,12 +263,27 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str =
 
 
 def format_table(head: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:
-    """Table as plain text, two spaces between columns; arguments as `print_table`."""
+    """Table as plain text, two spaces between columns; arguments as `print_table`.
+
+    A table of more than `WIDTH` columns goes on below, its first column repeated.
+    """
     lines = [head, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     sides = _sides(align, len(head))
-    return "\n".join("  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(
-        line, sides, widths, strict=True)).rstrip() for line in lines)
+    return "\n\n".join(
+        "\n".join("  ".join(f"{line[k]:{sides[k]}{widths[k]}}" for k in shown).rstrip()
+                  for line in lines) for shown in _columns_that_fit(widths))
+
+
+def _columns_that_fit(widths: Sequence[int]) -> list[list[int]]:
+    """Columns of the parts in which a table fits the terminal; each begins with the first."""
+    parts, used = [[0]], widths[0]
+    for k, width in enumerate(widths[1:], 1):
+        if used + 2 + width > WIDTH and len(parts[-1]) > 1:
+            parts, used = [*parts, [0]], widths[0]
+        parts[-1].append(k)
+        used += 2 + width
+    return parts
 
 
 def _sides(align: str, count: int) -> str:
@@ -287,7 +307,7 @@ def guarded(main: Main, argv: list[str] | None = None) -> int:
     try:
         return main(argv) or 0
     except ClieError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _print_error(str(error))
         return error.exit_code
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -298,8 +318,14 @@ def guarded(main: Main, argv: list[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise
-        print(f"error: {_fault(error)}", file=sys.stderr)
+        _print_error(_fault(error))
         return 3 if isinstance(error, (OSError, MemoryError)) else 70
+
+
+def _print_error(text: str) -> None:
+    """Say an error on stderr: in lines that fit a terminal, else as it is, for `grep`."""
+    fit = wrapped if sys.stderr.isatty() else str
+    print("\n".join(map(fit, f"error: {text}".split("\n"))), file=sys.stderr)
 
 
 def _fault(error: Exception) -> str:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, progress, run_main, to_json
+from clie_blocks.output import command_parser, progress, run_main, to_json, wrapped
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -34,7 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     if found.diff:
         print(found.diff, end="")
     for note in found.notes:
-        print(f"note: {note}", file=sys.stderr)
+        print(wrapped(f"note: {note}"), file=sys.stderr)
     for path in paths:
         if "samples" not in path.parts:
             print(f"wrote {path}", file=sys.stderr)

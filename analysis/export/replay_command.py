@@ -7,7 +7,16 @@ from pathlib import Path
 
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, print_table, progress, run_main, to_json, write
+from clie_blocks.output import (
+    command_parser,
+    counted,
+    print_table,
+    progress,
+    run_main,
+    to_json,
+    wrapped,
+    write,
+)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -31,8 +40,8 @@ def main(argv: list[str] | None = None) -> int:
     if args.json:
         print(content)
     else:
-        print(f"{args.model} under the law of the robot file, RMS position error over "
-              f"{len(problem.law_logs)} logs")
+        print(wrapped(f"{args.model} under the law of the robot file, RMS position error over "
+                      f"{counted(len(problem.law_logs), 'log')}"))
         print_table(("joint", "nominal", "corrected", "noise floor", "unit", "closed"), [
             (one.joint, f"{one.nominal:.3g}", f"{one.corrected:.3g}", f"{one.floor:.3g}",
              one.unit, f"{one.closed:.0f} %") for one in gaps])

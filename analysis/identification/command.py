@@ -25,6 +25,7 @@ from clie_blocks.output import (
     run_main,
     save_figure,
     to_json,
+    wrapped,
     write,
 )
 
@@ -71,24 +72,24 @@ def _examined(records: list[Record], trust_logs: bool) -> list[Record]:
     seen = examine(records, robot)
     seen.raise_obstacles()
     for correction in seen.corrections:
-        print(f"Corrected in the logs: {correction}", file=sys.stderr)
+        print(wrapped(f"Corrected in the logs: {correction}"), file=sys.stderr)
     return list(seen.records)
 
 
 def show(result: Identification) -> None:
     """Print a table per joint, disagreements, predictions and warnings."""
-    print(f"Identified from {', '.join(result.sources)}")
+    print(wrapped(f"Identified from {', '.join(result.sources)}"))
     for k in range(result.robot.n):
         print()
         _show_joint(result, k)
     print("\n".join(("", *_agreement(result))))
     if result.biases:
-        print(f"Without the extra terms: {'; '.join(map(_bias, result.biases))}.")
+        print(wrapped(f"Without the extra terms: {'; '.join(map(_bias, result.biases))}."))
     for source in dict.fromkeys(p.source for p in result.predictions):
-        print(f"\nPrediction of {source}, not used for the fit, rms errors:")
+        print(f"\n{wrapped(f'Prediction of {source}, not used for the fit, rms errors:')}")
         _show_predictions(result, [p for p in result.predictions if p.source == source])
     for text in dict.fromkeys(result.warnings):
-        print(f"WARNING {text}")
+        print(wrapped(f"WARNING {text}"))
 
 
 def save(result: Identification, folder: str) -> list[str]:
@@ -126,7 +127,8 @@ def _show_joint(result: Identification, k: int) -> None:
     print_table(head, [[e.method, *(_cell(e, term, result.scale[k]) for term in names)]
                        for e in estimates])
     for note in dict.fromkeys(e.note for e in estimates if e.note):
-        print(f"{', '.join(e.method for e in estimates if e.note == note)}: {note}")
+        methods = ", ".join(e.method for e in estimates if e.note == note)
+        print(wrapped(f"{methods}: {note}"))
 
 
 def _cell(estimate: Estimate, term: str, scale: float) -> str:
@@ -147,15 +149,16 @@ def _unit(result: Identification, term: str) -> str:
 
 def _agreement(result: Identification) -> list[str]:
     """Two signs of a wrong structure: methods that differ, and an error above the noise."""
-    lines = [agreement(result.estimates)]
+    lines = [wrapped(agreement(result.estimates))]
     if result.disagreements:
         lines = ["The methods disagree beyond their intervals:",
-                 *(f"  {difference}" for difference in result.disagreements)]
+                 *(wrapped(str(difference), "  ") for difference in result.disagreements)]
     ratios = ", ".join(
         f"{name} {ratio:.3g}" for name, ratio in
         zip(result.robot.joints, result.error_over_noise, strict=True) if np.isfinite(ratio))
     if ratios:
-        lines.append(f"Error of the fitted loop over the noise of the position: {ratios}.")
+        lines.append(wrapped("Error of the fitted loop over the noise of the position: "
+                             f"{ratios}."))
     if ratios and (result.disagreements or np.nanmax(result.error_over_noise) > MISSING):
         lines.append("Something is missing in the model; 'clie diagnose' looks for it.")
     return lines

@@ -78,7 +78,8 @@ def _scales(table: Table, layout: Layout,
         if written and any(factor != 1 for factor, _ in scales):
             notes.append(f"Converted {signal} from {written} to {scales[0][1]}.")
         elif not written and any(note.startswith(f"Read {signal} ") for note in layout.decisions):
-            notes.append(f"No unit is stated for {signal}; took {assumed}.")
+            notes.append(f"No unit is stated for {signal}; took {assumed}. If it is another: "
+                         "[units] in robot.toml.")
         if signal == "u" and not written and assumed != DEFAULT_UNITS["u"]:
             notes.append(UNKNOWN_COMMAND)
     if layout.mask is not None:

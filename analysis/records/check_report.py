@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from clie_blocks.analysis.records.read import read_logs
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.output import command_parser, progress, run_main, to_json
+from clie_blocks.output import command_parser, counted, progress, run_main, to_json, wrapped
 
 SCHEMA_VERSION = 1
 NOT_IDENTIFIABLE = ("excitation.weak", "excitation.none")
@@ -180,45 +180,50 @@ def run_checks(argv: Sequence[str] | None = None, of_robot: OfRobot | None = Non
             for path in save_page(report.record, report.findings, report.verdict, options.output,
                                   f"check-{number}"):
                 print(f"wrote {path}", file=sys.stderr)
-    if not options.json and all(map(_shows_parameters, reports)):
-        print(f"\nNext: {_next(options)}", file=sys.stderr)
+    if not options.json and (step := _next(options, reports)):
+        print(f"\nNext: {step}", file=sys.stderr)
     return _exit_code(reports)
 
 
-def _shows_parameters(report: Report) -> bool:
-    """Whether 'clie identify' has something to say of a log."""
-    return report.exit_code == 0 and report.record.u is not None \
-        and report.record.robot is not None
-
-
-def _next(options: argparse.Namespace) -> str:
-    """Command that learns from the logs, with what was stated to read them."""
+def _next(options: argparse.Namespace, reports: Sequence[Report]) -> str:
+    """Command that goes on with the logs, with what was stated to read them; empty if none."""
+    if any(report.exit_code for report in reports):
+        return ""
     stated = [] if options.robot is None else ["--robot", options.robot]
-    return shlex.join(["clie", "identify", *options.logs, *stated,
-                       *reading(options).arguments()])
+    read = [*stated, *reading(options).arguments()]
+    records = [report.record for report in reports]
+    if any(record.robot is None for record in records):
+        return shlex.join(["clie", "robot", options.logs[0], "-o", "begun"])
+    if all(record.u is not None for record in records):
+        return shlex.join(["clie", "identify", *options.logs, *read])
+    return shlex.join(["clie", "diagnose", *options.logs, *read, "-o", "out"])
 
 
 def as_text(report: Report) -> str:
     """Report as lines: verdict, joints, findings, what can be diagnosed, experiment."""
     record = report.record
-    lines = [f"{record.source}: {report.verdict}",
-             *(f"  CORRECTED [{one.check}] {one}" for one in report.corrections),
-             f"  {_outline(record)}", ""]
+    lines = [f"CORRECTED [{one.check}] {one}" for one in report.corrections]
+    lines += [_outline(record), ""]
     lines += [_joint_line(report, report.facts, k)
               for k in range(record.n)] if report.facts else []
     for severity in SEVERITIES:
-        lines += [f"  {severity.upper()} {text}" for text in _grouped(report.findings, severity)]
-    lines += [f"  READ {sentence}" for sentence in record.decisions]
+        lines += [f"{severity.upper()} {text}" for text in _grouped(report.findings, severity)]
+    lines += [f"READ {sentence}" for sentence in record.decisions]
+    parts = [wrapped(f"{record.source}: {report.verdict}"), *_indented(lines)]
     for title, wanted in (("Can be diagnosed:", True), ("Cannot:", False)):
-        found = [c for c in report.capabilities if c.possible == wanted]
-        lines += ["", title] + [f"  {c.subject}: {c.reason}" for c in found] if found else []
-    return "\n".join([*lines, "", f"Most helpful next: {report.experiment}"])
+        found = [f"{c.subject}: {c.reason}" for c in report.capabilities if c.possible == wanted]
+        parts += ["", title, *_indented(found)] if found else []
+    return "\n".join([*parts, "", wrapped(f"Most helpful next: {report.experiment}")])
+
+
+def _indented(lines: Iterable[str]) -> Iterator[str]:
+    return (wrapped(line, "  ") for line in lines)
 
 
 def _outline(record: Record) -> str:
     rate = f" at {1 / record.sample_time:.5g} Hz" if record.sample_time > 0 else ""
-    return (f"{len(record)} samples, {record.duration:.4g} s{rate}, {record.n} joints, signals "
-            f"{' '.join(record.signals)}")
+    return (f"{len(record)} samples, {record.duration:.4g} s{rate}, "
+            f"{counted(record.n, 'joint')}, signals {' '.join(record.signals)}")
 
 
 def as_dict(report: Report) -> dict[str, Any]:
@@ -249,7 +254,7 @@ def _joint_line(report: Report, known: Facts, k: int) -> str:
     unit = record.units["q"][k]
     u = "" if record.u is None else (f", command {np.sqrt(np.nanmean(record.u[:, k] ** 2)):.3g} "
                                      f"{record.units['u'][k]} rms")
-    return (f"  {record.joints[k]}: {values['findings']}; sweeps {values['sweep']:.3g} {unit}, "
+    return (f"{record.joints[k]}: {values['findings']}; sweeps {values['sweep']:.3g} {unit}, "
             f"up to {values['top_speed']:.3g} {unit}/s near {values['frequency_hz']:.2g} Hz, "
             f"{values['reversals']} reversals, noise {values['noise']:.2g} {unit}{u}")
 

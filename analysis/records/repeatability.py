@@ -153,8 +153,14 @@ def _same_drive(one: Record, other: Record) -> bool:
     pairs = [(getattr(one, name), getattr(other, name)) for name in ("qd", "pe")]
     if any((a is None) != (b is None) for a, b in pairs) or pairs[0][0] is None:
         return False
-    return all(a is None or np.allclose(a[:size], b[:size], rtol=0, atol=1e-6 * np.ptp(a) + 1e-12)
-               for a, b in pairs)
+    return all(a is None or _alike(a[:size], b[:size]) for a, b in pairs)
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two signals are the same wherever both were logged."""
+    both = np.isfinite(a) & np.isfinite(b)
+    a, b = a[both], b[both]
+    return a.size > 0 and np.allclose(a, b, rtol=0, atol=1e-6 * np.ptp(a) + 1e-12)
 
 
 def _caveat(whiteness: np.ndarray) -> str:

@@ -1,6 +1,7 @@
 """``clie robot``: start a robot file from a gallery, a model, logs or nothing, and check one."""
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from clie_blocks.analysis.records.robot_template import (
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.output import (
     command_parser,
+    counted,
     print_table,
     progress,
     run_main,
@@ -57,7 +59,7 @@ def _check(path: Path, as_json: bool) -> None:
     if as_json:
         print(to_json(facts))
     else:
-        _show(robot, facts)
+        _show(robot, facts, path)
 
 
 def _list_gallery(as_json: bool) -> None:
@@ -88,8 +90,8 @@ def _start(args: argparse.Namespace) -> None:
     if args.json:
         print(to_json({"file": str(path), "lines_for_you": marks}))
     else:
-        print(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you; then: "
-              f"clie robot --check {path}")
+        print(wrapped(f"wrote {path}: {marks} lines that begin with '{MARK}' are for you"))
+        print(f"Next: clie robot --check {shlex.quote(str(path))}")
 
 
 def _of_gallery(source: Path | None, robot_file: str) -> dict[str, str]:
@@ -106,13 +108,15 @@ def _text(source: Path | None, folder: Path, args: argparse.Namespace) -> str:
     """Text of the robot file."""
     if source is None:
         return robot_text("my robot", [f"joint{k + 1}" for k in range(args.joints)])
-    if source.suffix.lower() in MODEL_FILES:
-        return robot_text_of_model(source, folder, args.base, args.tip)
-    from clie_blocks.analysis.records.read import read_records
+    from clie_blocks.analysis.records.read import read_logs
 
-    records = read_records(source)
-    with progress(f"{source.name}: the control law of the logs"):
-        return robot_text_of_logs(source.stem.partition(".")[0], records)
+    if source.suffix.lower() in MODEL_FILES:
+        records = read_logs(args.logs)
+        with progress("the control law of the logs"):
+            return robot_text_of_model(source, folder, args.base, args.tip, records)
+    records = read_logs([source, *args.logs])
+    with progress("the control law of the logs"):
+        return robot_text_of_logs(source.resolve().stem.partition(".")[0], records)
 
 
 def _facts(robot: Robot) -> dict[str, Any]:
@@ -163,7 +167,8 @@ def _open_of_law(robot: Robot) -> Iterator[tuple[bool, str, str]]:
     is_known = law.law != "unknown"
     yield (not is_known, "[controller] Kp, Kd",
            "the loop cannot be simulated, what drives the robot is taken from the log; where the "
-           "logs show a PD law, 'clie robot LOG' finds it")
+           "logs show a PD law, 'clie robot LOGS' finds it, with a mark where it leaves a part of "
+           "the commands")
     yield (is_known and law.sample_time is None, "[controller] sample_time_s",
            "that of the logs is taken")
     yield (law.law in ("pd", "pid", "cascade") and law.velocity_filter is None,
@@ -174,8 +179,8 @@ def _open_of_law(robot: Robot) -> Iterator[tuple[bool, str, str]]:
            "commands count as not rounded")
 
 
-def _show(robot: Robot, facts: dict[str, Any]) -> None:
-    print(f"{robot.source}: {robot.name or 'robot'}, {robot.n} joints")
+def _show(robot: Robot, facts: dict[str, Any], path: Path) -> None:
+    print(wrapped(f"{robot.source}: {robot.name or 'robot'}, {counted(robot.n, 'joint')}"))
     if robot.tree is not None:
         print(f"links of {robot.links.model}: {facts['mass']:.4g} kg")
         print_table(("joint", "largest weight [N m]", "largest inertia [kg m^2]"),
@@ -183,10 +188,10 @@ def _show(robot: Robot, facts: dict[str, Any]) -> None:
                      zip(robot.joints, facts["largest_weight"], facts["largest_inertia"])],
                     "<>>")
     for line in _coupled(robot):
-        print(line)
+        print(wrapped(line))
     for line in facts["open"]:
         print(wrapped(f"not stated: {line}"))
-    print("Next: clie check FOLDER, with the logs beside this file")
+    print(f"Next: clie check {shlex.quote(str(path.parent))}, with the logs beside this file")
 
 
 def _shown(value: float) -> str:
@@ -211,6 +216,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("source", nargs="?", type=Path, metavar="SOURCE",
                         help="URDF or MJCF, a log, a folder of logs, a robot of the gallery, or "
                              "a robot.toml to check; nothing for an empty file")
+    parser.add_argument("--logs", nargs="+", type=Path, default=[], metavar="LOG",
+                        help="logs of the robot of a model, in which its control law and the "
+                             "steps of its encoders are looked for")
     parser.add_argument("--gallery", action="store_true",
                         help="list the known robots, with numbers from papers and datasheets")
     parser.add_argument("--check", type=Path, metavar="FILE",

@@ -1,7 +1,7 @@
 """A robot file to start from: what a model or a log says, and what only the user can know."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,8 @@ from clie_blocks.analysis.records.checks.measures import step_size
 from clie_blocks.analysis.records.law_of_log import LawOfLog, law_of_logs
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, Record
 from clie_blocks.analysis.records.robot_keys import SCHEMA
+from clie_blocks.errors import ClieError
+from clie_blocks.output import counted
 from clie_blocks.rigid_body.description import Description, Joint
 from clie_blocks.rigid_body.model_file import describe, read_model
 from clie_blocks.rigid_body.tree import Tree
@@ -21,12 +23,14 @@ _HEAD = f"""\
 # Lines that begin with '# ?' are for you: take away the mark and write your numbers, or leave them
 # as they are where you do not know. One value per joint, in the order of joint_names.
 """
-_MOTOR = """\
-[motor]                          # from the datasheets, on the motor side of the gear
+_GEAR = """\
 # ? gear_ratio = {ratio}         # motor turns per joint turn; 1 for direct drive
 # a wrist whose motors turn several joints: motor_coupling = [[1, 0], [0.5, 1]], row k says by how
 # much each motor turns joint k, over its gear ratio
-# ? inertia_kgm2 = {one}         # of the rotors
+# ? inertia_kgm2 = {one}         # of the rotors"""
+_MOTOR = """\
+[motor]                          # from the datasheets, on the motor side of the gear
+{gear}
 # ? viscous_friction_nms = {one}
 # ? peak_torque_nm = {one}
 # ? inertia_tolerance = 0.1      # relative
@@ -62,14 +66,15 @@ _LINKS = """\
 
 
 def robot_text(name: str, joints: Sequence[str], links: str = "", law: str = "",
-               resolution: str = "", units: str = "") -> str:
-    """Text of a robot file, with what is known of links, law, encoder and units."""
+               resolution: str = "", units: str = "", gear: str = "") -> str:
+    """Text of a robot file, with what is known of gears, links, law, encoder and units."""
     one = _list([0.0] * len(joints))
     ratio = _list([100.0] * len(joints))
     named = ", ".join(f'"{joint}"' for joint in joints)
     return "\n".join((
         _HEAD, f'name = "{name}"\njoints = {len(joints)}\njoint_names = [{named}]\n',
-        _MOTOR.format(one=one, ratio=ratio), links or _LINKS.format(one=one),
+        _MOTOR.format(one=one, gear=gear or _GEAR.format(one=one, ratio=ratio)),
+        links or _LINKS.format(one=one),
         _CONTROLLER.format(law=law or _LAW.format(one=one)),
         _ENCODER.format(resolution=resolution or f"{MARK} resolution_rad = {one}"))) + units
 
@@ -85,6 +90,11 @@ def robot_text_of_logs(name: str, records: Sequence[Record]) -> str:
         Its logs.
 
     """
+    return robot_text(name, records[0].joints, **_of_logs(records))
+
+
+def _of_logs(records: Sequence[Record]) -> dict[str, str]:
+    """Law, encoder and units that logs show, as parts of a robot file."""
     first, law = records[0], law_of_logs(records)
     one, period = _list([0.0] * first.n), f"sample_time_s = {first.sample_time:.4g}"
     guess = _LAW.format(one=one).replace(f"{MARK} sample_time_s = 0.001",
@@ -92,8 +102,8 @@ def robot_text_of_logs(name: str, records: Sequence[Record]) -> str:
     rounding = () if first.u is None else _steps("command_resolution", first.u)
     lines = [*(_law_lines(law) if law else (guess,)), *rounding]
     key = "resolution_m" if set(first.units["q"]) == {"m"} else "resolution_rad"
-    return robot_text(name, first.joints, law="\n".join(lines),
-                      resolution="".join(_steps(key, first.q)), units=_units(first.units))
+    return {"law": "\n".join(lines), "resolution": "".join(_steps(key, first.q)),
+            "units": _units(first)}
 
 
 def _law_lines(law: LawOfLog) -> Iterator[str]:
@@ -120,17 +130,21 @@ def _steps(key: str, signal: np.ndarray) -> list[str]:
     return [f"{key} = [{', '.join(f'{step:.4g}' for step in steps)}]   # the steps of the logs"]
 
 
-def _units(units: Mapping[str, str | Sequence[str]]) -> str:
-    """Section of the units that are others than usual."""
-    other = {signal: unit for signal, default in DEFAULT_UNITS.items()
-             if (unit := units[signal] if isinstance(units[signal], str) else units[signal][0])
-             != default and signal in ("q", "u")}
-    lines = [f'{signal} = "{unit}"' for signal, unit in other.items()]
+def _units(record: Record) -> str:
+    """Section of the units that are others than usual, or that no column names."""
+    units = {signal: unit if isinstance(unit, str) else unit[0]
+             for signal, unit in record.units.items() if signal in ("q", "u")}
+    lines = [f'{signal} = "{unit}"' for signal, unit in units.items()
+             if unit != DEFAULT_UNITS[signal]]
+    lines += [f'{MARK} {signal} = "{units[signal]}"   # taken, since no column names a unit'
+              for signal in ("q", "u")
+              if any(f"No unit is stated for {signal};" in note for note in record.decisions)]
     return "\n".join(["\n[units]", *lines, ""]) if lines else ""
 
 
 def robot_text_of_model(model: str | os.PathLike[str], folder: str | os.PathLike[str],
-                        base: str | None = None, tip: str | None = None) -> str:
+                        base: str | None = None, tip: str | None = None,
+                        records: Sequence[Record] = ()) -> str:
     """Text of a robot file for a URDF or MJCF file.
 
     Parameters
@@ -141,20 +155,41 @@ def robot_text_of_model(model: str | os.PathLike[str], folder: str | os.PathLike
         Folder of the robot file, from which the model is named.
     base, tip : str, optional
         Links of the model between which the joints move.
+    records : sequence of Record, optional
+        Logs of the robot, for the law and what else they show.
 
     Raises
     ------
     ClieError
-        If the model cannot be read, or none of its joints moves.
+        If the model cannot be read, none of its joints moves, or the logs have other joints.
 
     """
     model = Path(model)
     description = describe(model)
     tip = tip or _only_tip(description)
     links = read_model(model, base, tip)
-    of_joints = {joint.name: joint for joint in description.joints}
-    return robot_text(model.stem, links.names, _links_of_model(
-        os.path.relpath(model, folder), base, tip, links, [of_joints[j] for j in links.names]))
+    by_name = {joint.name: joint for joint in description.joints}
+    joints = [by_name[name] for name in links.names]
+    if records and records[0].n != links.n:
+        raise ClieError(f"{records[0].source} has {counted(records[0].n, 'joint')}, and {model} "
+                        f"{links.n} that move, {', '.join(links.names)}; name the links between "
+                        "which the robot moves with --base and --tip")
+    return robot_text(
+        model.stem, links.names,
+        _links_of_model(os.path.relpath(model, folder), base, tip, links, joints),
+        gear=_gears_of_model(joints), **(_of_logs(records) if records else {}))
+
+
+def _gears_of_model(joints: Sequence[Joint]) -> str:
+    """Lines on gears and rotors where a model states its motors; empty where it does not."""
+    gears = np.array([joint.gear for joint in joints])
+    if np.all(gears == 1.0) or not np.all(gears):
+        return ""
+    rotors = [joint.armature for joint in joints] / gears**2
+    inertia = (f"inertia_kgm2 = {_list(rotors)}   # the armatures of the model" if np.all(rotors)
+               else f"{MARK} inertia_kgm2 = {_list(0.0 * gears)}         # of the rotors")
+    return (f"gear_ratio = {_list(np.abs(gears))}   # the model's motors; 1 where u acts on the "
+            f"joint\n{inertia}")
 
 
 def _only_tip(description: Description) -> str | None:

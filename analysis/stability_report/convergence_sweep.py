@@ -1,12 +1,12 @@
 """Rates of convergence of a study over the gains of the update law."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from clie_blocks.analysis.stability_report.study import Study
 from clie_blocks.analysis.theory.averaging import averaged_rates
-from clie_blocks.analysis.theory.convergence import Rates, floquet_rates
+from clie_blocks.analysis.theory.convergence import Rates, composite_rates, floquet_rates
 
 GAMMAS = np.geomspace(2.5, 640, 33)
 ALPHAS = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)
@@ -53,6 +53,5 @@ class Convergence:
 def analyse_convergence(study: Study) -> Convergence:
     """Floquet rates of the update law around the true parameters over `GAMMAS`, and averages."""
     *rates, here = floquet_rates(study.loop, [*GAMMAS, study.gamma])
-    over_alpha = {alpha: floquet_rates(replace(study.loop, alpha=alpha), [study.gamma])[0]
-                  for alpha in ALPHAS}
+    over_alpha = dict(zip(ALPHAS, composite_rates(study.loop, study.gamma, ALPHAS)))
     return Convergence(GAMMAS, rates, averaged_rates(study.loop, GAMMAS), here, over_alpha)

@@ -5,9 +5,9 @@ import numpy as np
 from clie_blocks.analysis.report.document import BAD, GOOD, UNSURE, Document, Section
 from clie_blocks.analysis.reproduction.errata import errata_section
 from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
+from clie_blocks.analysis.stability_report.plots import NORM
 from clie_blocks.analysis.stability_report.quantities import Quantities
 from clie_blocks.analysis.stability_report.sections import (
-    NORM,
     condition_section,
     convergence_section,
     excitation_section,

@@ -78,9 +78,8 @@ def analyse_bounds(study: Study) -> Bounds:
     """Conditions and bounds of a study, and a simulation of both loops to compare with."""
     joints = study.joints
     arguments = study.plant, joints, study.q_d, study.pe
-    errors, composite = (
-        unless_diverged(identification_errors, *arguments, gamma=study.gamma_diagonal,
-                         alpha=alpha) for alpha in (0.0, study.alpha))
+    errors, composite = identification_errors(*arguments, gamma=study.gamma_diagonal,
+                                              alpha=study.alpha)
     measured = _radii(errors, composite)
     measured |= {"mu_1": theorem_2(joints, measured["eps"]).mu_1,
                  "mu_2": theorem_4(joints, study.alpha, measured["eps"], measured["eps_f"]).mu_2}

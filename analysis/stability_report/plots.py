@@ -17,6 +17,7 @@ from clie_blocks.analysis.theory.frequency import (
 )
 from clie_blocks.filters import lowpass, velocity_filter
 
+NORM = "[rad, rad/s]"  # of a radius: the paper adds the squares of both
 SWEEP = np.geomspace(0.1, 300, 50)
 
 
@@ -72,6 +73,7 @@ def filter_bode() -> Figure:
     axes[0, 0].set_ylabel("magnitude [1/s]")
     axes[0, 1].set_ylabel("magnitude [-]")
     for ax in axes.flat:
+        ax.minorticks_off()  # most of the time that a picture takes
         ax.grid(alpha=0.3)
     return figure
 
@@ -99,6 +101,7 @@ def loop_plots(margins: dict[str, list[Margins]], joint: int = 0) -> Figure:
     for ax, label in zip((magnitude, phase, sensitivity, complementary),
                          ("|L| [-]", "phase of L [deg]", "|S| [-]", "|T| [-]")):
         ax.set_ylabel(label)
+        ax.minorticks_off()
         ax.grid(alpha=0.3)
     for ax in (phase, complementary):
         ax.set_xlabel("frequency [rad/s]")
@@ -144,7 +147,7 @@ def phase_plane(trajectory: Trajectory, ultimate: UltimateBound) -> Figure:
         for radius, style, label in ((ultimate.mu_0, "C3-", "mu_0"),
                                      (ultimate.invariant.outer, "C1--", "around the level set")):
             ax.plot(radius * np.cos(quarter), radius * np.sin(quarter), style, lw=1.2,
-                    label=f"{label}: {radius:.4g}")
+                    label=f"{label}: {radius:.4g} {NORM}")
         ax.set(title=title, xlabel="norm of the position error [rad]", xlim=(0, None),
                ylim=(0, None))
         ax.grid(alpha=0.3)
@@ -191,7 +194,7 @@ def errors_plot(bounds: Bounds) -> Figure:
     if np.isfinite(bounds.measured["mu_1"]):
         left.axhline(bounds.measured["mu_1"], color="C3", label="mu_1 with the simulated error")
     right.semilogy(time[1:], np.maximum(eps[1:], 1e-16), lw=0.6)
-    left.set(xlabel="time [s]", ylabel="||(e, de)||")
+    left.set(xlabel="time [s]", ylabel=f"||(e, de)|| {NORM}")
     right.set(xlabel="time [s]", ylabel="modelling error of (29) [rad/s^2]")
     left.legend(fontsize=8)
     for ax in (left, right):

@@ -11,6 +11,7 @@ from clie_blocks.analysis.stability_report.convergence_sweep import Convergence
 from clie_blocks.analysis.stability_report.excitation_windows import ExcitationReport
 from clie_blocks.analysis.stability_report.linear_analysis import LinearAnalysis
 from clie_blocks.analysis.stability_report.loop_bounds import Bounds
+from clie_blocks.analysis.stability_report.plots import NORM
 from clie_blocks.analysis.stability_report.study import Study
 from clie_blocks.analysis.theory.bounds import (
     ControlledJoints,
@@ -22,7 +23,6 @@ from clie_blocks.analysis.theory.frequency import PAPER_TONES
 
 DIVERGED = ("The simulated identification diverged within 400 s: it is unstable, or too stiff for "
             "steps of 1 ms.")
-NORM = "[rad, rad/s]"  # of a radius: the paper adds the squares of both
 NORM_F = "[rad, rad/s, rad/s^2]"  # with the filtered error of (45), a third
 KINDS = {"exact": "exact velocity", "G1": "velocity through G1"}
 

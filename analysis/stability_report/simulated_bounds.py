@@ -78,8 +78,9 @@ def ultimate_radius(time: np.ndarray, *rows: np.ndarray, after: float = 20.0) ->
 
 def identification_errors(plant: ct.NonlinearIOSystem, joints: ControlledJoints, q_d: np.ndarray,
                           pe: Callable[[float], ArrayLike], *, gamma: ArrayLike, alpha: float,
-                          duration: float = 400.0) -> dict[str, np.ndarray]:
-    """Run the identification loop and return its errors and modelling errors.
+                          duration: float = 400.0,
+                          ) -> tuple[dict[str, np.ndarray] | None, dict[str, np.ndarray] | None]:
+    """Run the identification loop with (27) and with (40), and return the errors of both.
 
     Parameters
     ----------
@@ -94,29 +95,43 @@ def identification_errors(plant: ct.NonlinearIOSystem, joints: ControlledJoints,
     gamma : float or array_like, shape (3n,)
         Adaptation gain of (40), or its diagonal.
     alpha : float
-        Gain of the gradient method; zero gives (27).
+        Gain of the gradient method in (40).
     duration : float
         Simulated time [s].
 
     Returns
     -------
-    dict
-        ``time`` and, as rows, ``e``, ``de``, ``e_f``, and the modelling errors ``eps`` of (29)
-        and ``eps_f`` of (45).
+    gradient, composite : dict
+        ``time`` and, as rows, ``e``, ``de``, ``e_f``; with (27) also the modelling errors ``eps``
+        of (29) and ``eps_f`` of (45).  None where the loop diverged.
 
     """
-    loop = clie_composite(plant, joints.kp, joints.kd, gamma, alpha)
-    run = compile_diagram(loop).run(
-        duration, step=STEP, inputs={"q_d": q_d, "pe": pe, "noise": 0.0},
-        every=IDENTIFICATION_EVERY,
-        log=["q", "dq", "u", "q_model", "dq_model", "theta_hat", "e_f",
-             "filtered_regressor.phi_f"])
-    q, dq, u = (signal(run, name) for name in ("q", "dq", "u"))
+    program = compile_diagram(clie_composite(plant, joints.kp, joints.kd, gamma, alpha))
+    errors = ["q", "dq", "q_model", "dq_model", "e_f"]
+
+    def run(alpha: float, *more: str) -> ct.TimeResponseData | None:
+        return unless_diverged(
+            program.run, duration, step=STEP, inputs={"q_d": q_d, "pe": pe, "noise": 0.0},
+            every=IDENTIFICATION_EVERY, log=[*errors, *more], params={"update.alpha": alpha})
+
+    gradient, composite = run(0.0, "u", "theta_hat", "filtered_regressor.phi_f"), run(alpha)
+    return (gradient and _errors(gradient) | _modelling_errors(gradient, plant, joints),
+            composite and _errors(composite))
+
+
+def _errors(run: ct.TimeResponseData) -> dict[str, np.ndarray]:
+    """Errors of the model along a run."""
+    return {"time": run.time, "e": signal(run, "q") - signal(run, "q_model"),
+            "de": signal(run, "dq") - signal(run, "dq_model"), "e_f": signal(run, "e_f")}
+
+
+def _modelling_errors(run: ct.TimeResponseData, plant: ct.NonlinearIOSystem,
+                      joints: ControlledJoints) -> dict[str, np.ndarray]:
+    """What no parameters explain along a run, (29) and filtered (45)."""
     theta_err = signal(run, "theta_hat") - joints.theta[:, None]
     phi_f = signal(run, "filtered_regressor.phi_f").reshape(3 * joints.n, joints.n, -1)
-    return {"time": run.time, "e": q - signal(run, "q_model"),
-            "de": dq - signal(run, "dq_model"), "e_f": signal(run, "e_f"),
-            "eps": modelling_error(plant, joints, q, dq, u),
+    motion = (signal(run, name) for name in ("q", "dq", "u"))
+    return {"eps": modelling_error(plant, joints, *motion),
             "eps_f": signal(run, "e_f") + np.einsum("pns,ps->ns", phi_f, theta_err)}
 
 

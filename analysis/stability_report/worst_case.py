@@ -22,6 +22,7 @@ from clie_blocks.analysis.theory.bounds import (
     Theorem4,
     condition,
     disturbance_norm,
+    sampled_excitation,
     theorem_2,
     theorem_4,
     ultimate_bound,
@@ -179,8 +180,7 @@ def worst_disturbance_norm(box: ParameterBox, kp: ArrayLike, kd: ArrayLike,
 
     """
     n = ControlledJoints.from_theta(box.lower, kp, kd).n
-    time = np.arange(0.0, horizon, step)
-    excitation = np.array([np.broadcast_to(pe(t), n) for t in time])
+    _, excitation = sampled_excitation(pe, n, horizon, step)
     low, high = np.reshape(box.lower, (3, n)), np.reshape(box.upper, (3, n))
     corners = [np.abs(b * excitation - d) for b in (low[1], high[1]) for d in (low[2], high[2])]
     return float(np.max(np.linalg.norm(np.max(corners, axis=0), axis=1)))

@@ -150,10 +150,20 @@ def disturbance_norm(joints: ControlledJoints, pe: Callable[[float], ArrayLike],
         When it is reached [s].
 
     """
-    time = np.arange(0.0, horizon, step)
-    eta = joints.b * np.array([np.broadcast_to(pe(t), joints.n) for t in time]) - joints.d
+    time, torque = sampled_excitation(pe, joints.n, horizon, step)
+    eta = joints.b * torque - joints.d
     norms = np.linalg.norm(eta, axis=1)
     return float(np.max(norms)), float(time[np.argmax(norms)])
+
+
+def sampled_excitation(pe: Callable[[float], ArrayLike], n: int, horizon: float, step: float,
+                       ) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s], and an excitation of n joints at them, shape (samples, n)."""
+    time = np.arange(0.0, horizon, step)
+    rows = np.empty((time.size, n))
+    for row, t in zip(rows, time):
+        row[:] = pe(t)
+    return time, rows
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,17 @@ compiled diagram itself, differentiated over one period.  `clie_blocks.analysis.
 has the approximation for small gains.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import control as ct
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
 
 from clie_blocks.analysis.theory.bounds import ControlledJoints
-from clie_blocks.compiled import compile_diagram
+from clie_blocks.compiled import Program, compile_diagram
 from clie_blocks.diagrams.clie_composite import clie_composite
 from clie_blocks.diagrams.clie_loop import clie_loop
 from clie_blocks.errors import DivergedError
@@ -119,8 +120,9 @@ class FloquetLoop:
     def __init__(self, loop: PeriodicLoop) -> None:
         self.loop, diagram = loop, loop.diagram()
         self.program, self.inputs = compile_diagram(diagram), loop.inputs(diagram)
-        self.fixed = RAMP_OVER if loop.alpha else {}
+        self.fixed: dict[str, float] = RAMP_OVER if loop.alpha else {}
         self.owners = [block for block, _ in self.program.states]
+        self.joint = _joint_of_states(self.program)
         self.start = np.zeros(len(self.owners))
         self.start[[block == "update" for block in self.owners]] = loop.joints.theta
 
@@ -143,12 +145,15 @@ class FloquetLoop:
     def monodromy(self, x: np.ndarray, gamma: float) -> tuple[np.ndarray, np.ndarray]:
         """State after the state x, and its derivative by x, shape (states, states).
 
-        Central differences; all runs go side by side.
+        Central differences; all runs go side by side, and each nudges one state of every joint,
+        since the joints do not act on each other.
         """
-        nudges = NUDGE * np.eye(x.size)
+        place = np.array([np.sum(self.joint[:k] == one) for k, one in enumerate(self.joint)])
+        nudges = NUDGE * (place == np.arange(np.max(place) + 1)[:, None])
         after = self.after_period(np.vstack([x + nudges, x - nudges, x]), gamma)
-        up, down = after[:x.size], after[x.size:-1]
-        return after[-1], (up - down).T / (2 * NUDGE)
+        up, down = after[:len(nudges)], after[len(nudges):-1]
+        slopes = (up - down).T[:, place] / (2 * NUDGE)
+        return after[-1], np.where(self.joint[:, None] == self.joint, slopes, 0.0)
 
     def orbit(self, gamma: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the state at time 0 of the periodic orbit, and its monodromy, by Newton.
@@ -172,13 +177,19 @@ class FloquetLoop:
             _, matrix = self.orbit(gamma)
         except DivergedError:  # within one period: as unstable as can be
             return Rates(np.full(n, -np.inf), np.array([np.inf]))
-        multipliers, vectors = np.linalg.eig(matrix)
-        joint = np.array([int(label[label.index("[") + 1:-1]) % n if "[" in label else -1
-                          for _, label in self.program.states])
-        share = np.array([np.sum(np.abs(vectors[joint == k]) ** 2, axis=0) for k in range(n)])
-        speed = -np.log(np.abs(multipliers)) / self.loop.period
-        return Rates(np.array([np.min(speed[np.argmax(share, axis=0) == k]) for k in range(n)]),
-                     multipliers)
+        multipliers = [np.linalg.eigvals(matrix[np.ix_(own, own)])
+                       for own in (self.joint == k for k in range(n))]
+        slowest = [np.max(np.abs(values)) for values in multipliers]
+        return Rates(-np.log(slowest) / self.loop.period, np.concatenate(multipliers))
+
+
+def _joint_of_states(program: Program) -> np.ndarray:
+    """Joint of each state of an identification loop: states of two joints share no signal."""
+    somewhere = np.random.default_rng(0)
+    x, u = (somewhere.uniform(1.0, 2.0, len(names)) for names in (program.states, program.inputs))
+    rates = program.dynamics(0.0, x, u)
+    acts = [program.dynamics(0.0, x + nudge, u) != rates for nudge in np.eye(x.size)]
+    return connected_components(np.array(acts), directed=False)[1]
 
 
 def floquet_rates(loop: PeriodicLoop, gammas: ArrayLike) -> list[Rates]:
@@ -199,3 +210,28 @@ def floquet_rates(loop: PeriodicLoop, gammas: ArrayLike) -> list[Rates]:
     """
     compiled = FloquetLoop(loop)
     return [compiled.rates(gamma) for gamma in np.atleast_1d(gammas)]
+
+
+def composite_rates(loop: PeriodicLoop, gamma: float, alphas: Sequence[float]) -> list[Rates]:
+    """Floquet rates of a loop with the composite law (40), over its gains alpha.
+
+    Parameters
+    ----------
+    loop : PeriodicLoop
+        The loop; its own alpha does not matter.
+    gamma : float
+        Adaptation gain.
+    alphas : sequence of float
+        Gains of the gradient method, one of them not zero.
+
+    Returns
+    -------
+    list of Rates
+        One per alpha.
+
+    """
+    compiled, rates = FloquetLoop(replace(loop, alpha=max(alphas))), []
+    for alpha in alphas:
+        compiled.fixed = {**RAMP_OVER, "update.alpha": alpha}
+        rates.append(compiled.rates(gamma))
+    return rates

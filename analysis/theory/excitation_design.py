@@ -139,14 +139,16 @@ class _Motion:
         pe = diagram.input_labels.index(f"pe[{joint}]")
         rows = [diagram.output_labels.index(f"{name}[{joint}]") for name in ("q", "dq", "u")]
         response = system(2j * np.pi * frequency)[rows, pe, :]
+        _, self.dq, self.u = response
         time = np.arange(SAMPLES) / SAMPLES * period
         tones = np.exp(2j * np.pi * np.outer(frequency, time))
-        self.q, self.dq, self.u = response[:, :, None] * tones
+        waves = (response[:, :, None] * tones).transpose(1, 0, 2).reshape(frequency.size, -1)
+        self.waves = np.vstack((waves.imag, waves.real))  # by real and imaginary amplitudes
         self.rest = joints.d[joint] / joints.b[joint]
 
     def scaled(self, shape: np.ndarray, limits: Limits) -> np.ndarray:
         """Complex amplitudes of the given shape (shares, phases), as large as limits allow."""
-        share, phase = np.split(shape, 2)
+        share, phase = shape.reshape(2, -1)
         amplitude = share * np.exp(1j * phase)
         bounds = (limits.position, limits.velocity, limits.torque)
         reached = np.maximum(self.peaks(amplitude), 1e-12)
@@ -154,12 +156,16 @@ class _Motion:
 
     def peaks(self, amplitude: np.ndarray) -> tuple[float, float, float]:
         """Largest position, velocity and torque."""
-        q, dq, u = (float(np.max(np.abs((amplitude @ rows).imag)))
-                    for rows in (self.q, self.dq, self.u))
+        motion = np.concatenate((amplitude.real, amplitude.imag)) @ self.waves
+        q, dq, u = np.max(np.abs(motion).reshape(3, SAMPLES), axis=1).tolist()
         return q, dq, u
 
     def smallest(self, amplitude: np.ndarray) -> float:
-        """Smallest eigenvalue of the mean of ``Phi Phi^T`` of this joint."""
-        dq, u = (amplitude @ self.dq).imag, (amplitude @ self.u).imag
-        phi = np.array([dq, -self.rest - u, np.ones(SAMPLES)])
-        return float(np.linalg.eigvalsh(phi @ phi.T / SAMPLES)[0])
+        """Smallest eigenvalue of the mean of ``Phi Phi^T`` of this joint.
+
+        The mean over a period is a sum over the tones, which are harmonics of it.
+        """
+        dq, u, rest = amplitude * self.dq, amplitude * self.u, self.rest
+        power, work, effort = (np.vdot(*pair).real / 2 for pair in ((dq, dq), (dq, u), (u, u)))
+        gramian = [[power, -work, 0], [-work, rest**2 + effort, -rest], [0, -rest, 1]]
+        return float(np.linalg.eigvalsh(gramian)[0])

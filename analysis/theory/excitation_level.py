@@ -9,7 +9,6 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from clie_blocks import paper
 from clie_blocks.errors import NotIdentifiableError
-from clie_blocks.identification import regressor_matrix
 from clie_blocks.signals import signal
 
 PARAMETER_WORDS = ("damping over inertia", "one over inertia", "constant load over inertia")
@@ -142,7 +141,9 @@ def model_regressor(response: ct.TimeResponseData) -> np.ndarray:
 
     """
     dq, u = signal(response, "dq_model").T, signal(response, "u_model").T
-    return np.array([regressor_matrix(*row) for row in zip(dq, u)])
+    rows = np.stack([dq, -u, np.ones_like(u)], axis=1)  # (samples, 3, n): diagonals of (22)
+    n = u.shape[1]
+    return (rows[..., None] * np.eye(n)).reshape(-1, 3 * n, n)
 
 
 def filtered_regressor_of(response: ct.TimeResponseData) -> np.ndarray:

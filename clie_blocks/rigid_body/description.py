@@ -80,6 +80,8 @@ class Joint:
     damping, dry_friction, effort, armature : float
         What a file says of the drive, on the joint side: damping [N m s/rad], dry friction and
         largest torque [N m], inertia of the rotor behind the gear [kg m^2].
+    gear : float
+        Torque at the joint per unit of the command, where a file states a motor; else 1.
 
     """
 
@@ -96,6 +98,7 @@ class Joint:
     dry_friction: float = 0.0
     effort: float = math.inf
     armature: float = 0.0
+    gear: float = 1.0
 
     def at(self, position: float) -> Pose:
         """Pose of the child in the frame of the parent, where the joint is held [rad or m]."""

@@ -164,10 +164,21 @@ class _Model:
         links: dict[str, Inertial] = {WORLD: Inertial()}
         joints: list[Joint] = []
         self._add_bodies(world, WORLD, Pose(), "", links, joints)
-        coupled = self._coupled_joints()
+        coupled, gears = self._coupled_joints(), self._gears()
         return Description(self.source, links, tuple(
-            dataclasses.replace(joint, obstacle=coupled[joint.name])
-            if joint.name in coupled and not joint.obstacle else joint for joint in joints))
+            dataclasses.replace(joint, gear=gears.get(joint.name, 1.0),
+                                obstacle=joint.obstacle or coupled.get(joint.name, ""))
+            for joint in joints))
+
+    def _gears(self) -> dict[str, float]:
+        """Gear of each joint that one motor of the file drives, as a torque per command."""
+        gears = {}
+        for element in self.root.iterfind("actuator/motor"):
+            motor = self.defaults.complete(element, "", self.source)
+            joint = motor.get("joint", "")
+            what = f"the motor of joint {joint!r}"
+            gears[joint] = float(self.numbers(motor, "gear", "1", what, *range(1, 7))[0])
+        return gears
 
     def _coupled_joints(self) -> dict[str, str]:
         """Why joints that an equality couples cannot move in a tree."""

@@ -209,11 +209,11 @@ def run_cases(builders: Mapping[int, Builder], argv: Sequence[str] | None, prog:
     if as_json:
         print(to_json(results))
         return 0
-    print(f"CLIE, CASE {experiment.case}, mean of the last {MEAN_WINDOW:g} s beside Table 2; "
-          "errors of d, which is nearly zero, are differences")
+    print(wrapped(f"CLIE, CASE {experiment.case}: mean of the last {MEAN_WINDOW:g} s beside "
+                  "Table 2; errors of d, which is nearly zero, are differences."))
     print(table(results))
     for sentence in remarks(experiment):
         print(wrapped(f"- {sentence}"))
-    print(f"simulated {experiment.duration:g} s in {seconds:.1f} s, compiling included; "
-          f"plots in {folder}")
+    print(wrapped(f"simulated {experiment.duration:g} s in {seconds:.1f} s, compiling included; "
+                  f"plots in {folder}"))
     return 0

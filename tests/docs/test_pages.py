@@ -1,10 +1,12 @@
-"""Every tutorial and how-to is played by its own commands, in an empty folder, as a user would."""
+"""The hour of each user: every tutorial and how-to by its own commands, as a user would.
+
+In an empty folder, with the wheel in a new environment that has what the wheel asks for only.
+"""
 
 import json
 import os
 import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -49,9 +51,10 @@ def contains(said, wanted):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PLAYED, ids=lambda page: f"{page.parent.name}/{page.stem}")
-def test_a_page_is_played_as_printed(page, tmp_path):
+def test_a_page_is_played_as_printed(page, fresh_environment, tmp_path):
     pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment["PATH"] = f"{fresh_environment}:{environment['PATH']}"
     run = subprocess.run(["bash", "-euo", "pipefail"], input=script(page), text=True, cwd=tmp_path,
                          env=environment, capture_output=True, timeout=300)
     assert run.returncode == 0, run.stderr

@@ -49,6 +49,14 @@ def test_repeated_runs_measure_it_too():
     assert floor.std[0] == pytest.approx(NOISE, rel=0.05)
 
 
+def test_repeated_runs_are_known_by_what_both_have_logged():
+    one, two = (periodic(periods=2, seed=seed) for seed in range(2))
+    reference = one.qd.copy()
+    reference[[40, 900]] = np.nan
+    floor = noise_floor(one.replace(qd=reference), two)
+    assert (floor.method, floor.repeats) == ("runs", 2)
+
+
 def test_a_run_with_another_reference_is_no_repeat():
     other = periodic(periods=2, length=1400)
     assert noise_floor(periodic(periods=2), other).method == "second difference"

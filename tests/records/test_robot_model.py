@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.cli import main
+from clie_blocks.analysis.examples import FOLDER
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.records import read_robot
 from clie_blocks.errors import RecordError
@@ -92,6 +93,35 @@ def test_the_lines_for_the_user_can_be_taken_as_they_are_written(tmp_path):
                                              "peak_torque_nm = 10.0"))
     robot = read_robot(path)
     assert robot.controller.law == "pd" and robot.links.payload == 0.0
+
+
+MINE = """<mujoco><compiler angle="radian"/><default><motor gear="50"/></default><worldbody>
+<body name="upper"><inertial pos="0.2 0 0" mass="2" diaginertia="0.02 0.02 0.02"/>
+<joint name="shoulder" axis="0 -1 0" armature="0.5" damping="1.8"/>
+<body name="lower" pos="0.4 0 0"><inertial pos="0.15 0 0" mass="1" diaginertia="6e-3 6e-3 6e-3"/>
+<joint name="elbow" axis="0 -1 0" armature="0.075"/></body></body></worldbody>
+<actuator><motor joint="shoulder" gear="100"/><motor joint="elbow"/></actuator></mujoco>"""
+
+
+def test_a_robot_file_begins_from_a_model_and_logs_together(tmp_path):
+    """The example's own robot file states the same gears, rotors and gains."""
+    (tmp_path / "mine.xml").write_text(MINE)
+    assert main(["robot", str(tmp_path / "mine.xml"), "--logs", str(FOLDER / "friction-arm"),
+                 "-o", str(tmp_path)]) == 0
+    begun = read_robot(tmp_path / "robot.toml")
+    stated = read_robot(FOLDER / "friction-arm" / "robot.toml")
+    np.testing.assert_allclose(begun.motor.gear_ratio, stated.motor.gear_ratio)
+    np.testing.assert_allclose(begun.motor.inertia, stated.motor.inertia)
+    np.testing.assert_allclose(begun.controller.kp, stated.controller.kp, rtol=1e-3)
+    np.testing.assert_allclose(begun.controller.kd, stated.controller.kd, rtol=1e-3)
+    assert begun.tree.mass.sum() == 3.0
+
+
+def test_a_model_with_other_joints_than_the_logs_is_refused(tmp_path, capsys):
+    assert main(["robot", str(ARM), "--logs", str(FOLDER / "friction-arm"),
+                 "-o", str(tmp_path)]) == 2
+    assert "has 2 joints, and" in capsys.readouterr().err
+    assert not (tmp_path / "robot.toml").exists()
 
 
 def test_clie_robot_leaves_a_file_that_is_there(tmp_path, capsys):

@@ -23,6 +23,7 @@ from clie_blocks.effects import LIBRARY
 SHOWN = 8
 NO_RUN = " No experiment that was simulated would separate them: with these parameters their "  \
     "models move alike."
+IN_GENERAL = ", where their numbers differ more"
 MARKS = ((0.5, "good"), (0.05, "unsure"))
 SURE = 0.9  # probability of a cause that is established, whatever the others are
 SEPARATED_BY = {
@@ -82,7 +83,7 @@ def alternatives_section(answer: Answer) -> Section:
     text = (f"These logs cannot separate {join_words(map(effect_title, remaining))}: together "
             f"they hold at least 90 % of the probability{given}.")
     return Section("Alternative causes", (text if menu else text + NO_RUN,),
-                   tables=(Table(("causes", "what separates them"),
+                   tables=(Table(("causes", f"what separates them{'' if menu else IN_GENERAL}"),
                                  _separations(remaining, bool(menu))),
                            *menu),
                    points=confounders)

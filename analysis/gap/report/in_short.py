@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from clie_blocks.analysis.gap.report.summary import (
-    gap_places,
+    gap_shares,
     how_far,
     next_run,
     together,
@@ -32,7 +32,11 @@ def in_short(answer: Answer) -> tuple[tuple[str, str], ...]:
 def _where(answer: Answer) -> str:
     if answer["verdict"] == "none":
         return ""
-    return " ".join(gap_places(answer)).removeprefix("Where the gap lies: ").capitalize()
+    parts = gap_shares(answer)
+    text = "; ".join(f"{words} {parts[kind]}" for kind, words in (
+        ("joint", "at"), ("block", "in the loop below in"), ("cause", "by cause"))
+        if parts[kind])
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _how_sure(answer: Answer) -> str:
@@ -41,7 +45,8 @@ def _how_sure(answer: Answer) -> str:
     listed = [f"{effect_title(name)} {percent(found[name])}" for name in answer["set_90"]
               if name in found]
     if len(listed) < 2:
-        return f"{join_words(listed)}; nothing else is needed for 90 %." if listed else ""
+        return (f"{join_words(listed)}; all else together holds less than 10 % of the "
+                "probability." if listed else "")
     alike = next((row for row in answer["effects"] if set(answer["set_90"]) <= {
         row["effect"], *row.get("alike", ())}), None)
     if alike is not None:

@@ -72,14 +72,15 @@ def block_section(blocks: Sequence[Row]) -> Section:
     if sum(row["share"] for row in blocks) < LEAST:
         return Section(TITLE, ("There is no gap to assign: the model agrees with the robot down "
                                "to the sensor noise.",))
-    table = Table(("share of the gap", "block"),
-                  tuple((percent(row["share"]), row["block"]) for row in blocks))
+    table = Table(("share of the gap", "block"), tuple(
+        (percent(row["share"]), row["block"]) for row in blocks if row["share"] > 0.0))
     picture = Picture("diagram", loop_picture(blocks),
                       "The loop of one joint, coloured by the share of the gap that each block "
                       "is expected to cause.")
     return Section(TITLE, (
         "The share of the gap that a cause removes is assigned to its block, weighted with the "
-        "probability of the cause; parameter errors are attributed to the joint.",),
+        "probability of the cause; parameter errors are attributed to the joint. Blocks without a "
+        "share are not listed.",),
         tables=(table,), pictures=(picture,))
 
 

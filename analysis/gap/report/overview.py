@@ -36,7 +36,7 @@ def overview(answers: Mapping[str, Answer]) -> Document:
     table = Table(("robot", "cause", "joint", "probability", "gap removed"),
                   tuple(_row(name, answers[name], cause[name]) for name in order),
                   marks=tuple(_mark(cause[name]) for name in order))
-    said = join_words(f"{name} {robots}" for name, robots in count.most_common())
+    said = "; ".join(f"{robots} x {name}" for name, robots in count.most_common())
     return Document(f"{len(answers)} robots", f"Robots by cause: {said}.",
                     GOOD if set(count) == {HEALTHY} else UNSURE,
                     (Section("All robots", tables=(table,)),))

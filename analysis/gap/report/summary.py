@@ -359,15 +359,18 @@ def _correction(answer: Answer) -> str:
 
 def gap_places(answer: Answer) -> list[str]:
     """Shares by cause, by block and by joint, largest first; as a list of one or none."""
-    where = answer.get("where", {})
-    causes = _shares((row["share"]["mean"], effect_title(row["effect"]))
-                     for row in answer["effects"] if row.get("share"))
-    blocks = _shares((row["share"], row["block"]) for row in where.get("block", ()))
-    joints = _shares((row["share"], row["name"]) for row in where.get("joint", ()))
-    parts = [f"by cause {causes}" if causes else "", f"by block {blocks}" if blocks else "",
-             f"by joint {joints}" if joints else ""]
-    text = "; ".join(filter(None, parts))
+    text = "; ".join(f"by {kind} {shares}" for kind, shares in gap_shares(answer).items()
+                     if shares)
     return [f"Where the gap lies: {text}."] if text else []
+
+
+def gap_shares(answer: Answer) -> dict[str, str]:
+    """Shares by cause, block and joint in words, largest first; empty where there is none."""
+    where = answer.get("where", {})
+    return {"cause": _shares((row["share"]["mean"], effect_title(row["effect"]))
+                             for row in answer["effects"] if row.get("share")),
+            "block": _shares((row["share"], row["block"]) for row in where.get("block", ())),
+            "joint": _shares((row["share"], row["name"]) for row in where.get("joint", ()))}
 
 
 def _shares(pairs: Iterable[tuple[float, str]]) -> str:

@@ -54,12 +54,12 @@ def capabilities(record: Record, robot: Robot | None, known: Facts) -> list[Capa
     """What can be diagnosed from a log: one capability per question, in the diagnosis' order."""
     rate = 1 / record.sample_time
     moved = [known.motions[k] for k in known.alive]
-    driven = record.u is not None or record.tau is not None
+    driven = record.u is not None or record.tau is not None or record.qd is not None
     reversals = min((m.reversals for m in moved), default=0)
     sweep = max((m.sweep for m in moved), default=0.0)
     slow = max((m.slow_share for m in moved), default=0.0)
     return [
-        _parameters(record, known, driven),
+        _parameters(record, robot, known, driven),
         Capability("controller: gains, filter, timing", known.law == "understood", known.law),
         Capability("dry friction, backlash", driven and reversals >= 4,
                    _reason(driven, f"{reversals} reversals on the joint with fewest")),
@@ -77,7 +77,7 @@ def capabilities(record: Record, robot: Robot | None, known: Facts) -> list[Capa
         Capability("ripple, eccentricity", driven and _turns(robot, moved) > 1,
                    _reason(driven, f"the motor makes {_turns(robot, moved):.2g} turns")),
         Capability("coupling between joints", driven and len(known.alive) > 1,
-                   f"{len(known.alive)} of {record.n} joints move"),
+                   _reason(driven, f"{len(known.alive)} of {record.n} joints move")),
         Capability("drift, disturbance, fault", driven and record.duration >= LONG,
                    _reason(driven, f"{record.duration:.3g} s long")),
         Capability("how much of the gap is noise", not known.floor.caveat,
@@ -113,20 +113,28 @@ def best_experiment(record: Record, known: Facts) -> str:
     return f"Take another log with {ANY_REMEDY}, and keep it back for validation."
 
 
-def _parameters(record: Record, known: Facts, driven: bool) -> Capability:
+def _parameters(record: Record, robot: Robot | None, known: Facts, driven: bool) -> Capability:
+    subject = "inertia, viscous friction, offset"
     weak = [k for k in known.alive if known.motions[k].hidden]
-    if not driven:
-        return Capability("inertia, viscous friction, offset", False,
-                          "neither command nor torque is logged")
-    if not weak:
-        return Capability("inertia, viscous friction, offset", bool(known.alive),
-                          "on every joint that moves" if known.alive else "no joint moves")
-    return Capability("inertia, viscous friction, offset", len(weak) < len(known.alive),
-                      "not on " + ", ".join(record.joints[k] for k in weak))
+    if not driven or not known.alive:
+        return Capability(subject, False, _reason(driven, "no joint moves"))
+    where = f"not on {', '.join(record.joints[k] for k in weak)}" if weak else (
+        "on every joint that moves")
+    return Capability(subject, len(weak) < len(known.alive),
+                      where + _without_torque(record, robot))
+
+
+def _without_torque(record: Record, robot: Robot | None) -> str:
+    """What stands for a torque that was not logged, and what that costs."""
+    if record.u is not None or record.tau is not None:
+        return ""
+    if robot is not None and robot.controller.law != "unknown":
+        return "; the command is what the stated law gives"
+    return "; but over the gain of the servo, since neither command nor law is known"
 
 
 def _reason(driven: bool, reason: str) -> str:
-    return reason if driven else "neither command nor torque is logged"
+    return reason if driven else "neither command, torque nor reference is logged"
 
 
 def _turns(robot: Robot | None, moved: Sequence[Motion]) -> float:

@@ -38,6 +38,7 @@ OPPOSED, CLEARLY_OPPOSED = 1.1, 2.0
 EXPLAINED, WELL_EXPLAINED = 0.5, 0.1
 OTHER_BASE = 0.7  # cosine of the angle between two ways to mount a base
 HALF_TURN, QUARTER = np.pi, np.pi / 2  # rad: zeros of models differ by quarters of a turn
+MANIFOLD = 10.0  # from which a share is no percentage any more
 WHY = "A model in another pose than the robot makes its weight look like a fault."
 
 
@@ -139,11 +140,13 @@ def check_link_model(record: Record, robot: Robot | None) -> list[Finding]:
     k = int(np.argmax(left_as_stated))
     if left_as_stated[k] < CLEARLY_OPPOSED:
         return []
+    gear = ("State gear_ratio first: without it u counts as a torque at the joint. "
+            if robot.motor.gear_ratio is None else "")
     return [Finding(
         "warning", "links.opposed", f"{_leave(robot, left_as_stated[k])}: less is left without "
-        "them.", WHY, "Check the order of the joints, sign, zero_rad, gravity_m_s2, payload_kg "
-        "and the masses of the model; no change of one or two joints mends it. A counterbalance "
-        "that carries the links shows in this way, too.", joint=record.joints[k])]
+        "them.", WHY, f"{gear}Check the order of the joints, sign, zero_rad, gravity_m_s2, "
+        "payload_kg and the masses of the model; no change of one or two joints mends it. A "
+        "counterbalance that carries the links shows in this way, too.", joint=record.joints[k])]
 
 
 def _leave(robot: Robot, left: float) -> str:
@@ -152,6 +155,8 @@ def _leave(robot: Robot, left: float) -> str:
 
 
 def _percent(share: float) -> str:
+    if share > MANIFOLD:
+        return f"{share:.2g} times as much"
     return f"{100 * share:.0f} %" if share > 0.1 else f"{100 * share:.2g} %"
 
 

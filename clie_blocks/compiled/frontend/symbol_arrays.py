@@ -78,6 +78,11 @@ _ROUND = np.frompyfunc(round_to, 2, 1)
 class SymbolArray(np.ndarray):
     """Object array of symbols and floats that keeps numpy's functions symbolic."""
 
+    @property
+    def real(self) -> Any:  # type: ignore[misc]  # there is none to be written
+        """The signal, which is a real number; from NumPy 2.5 on objects are asked for theirs."""
+        return self
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
         return _call_ufunc(ufunc, method, inputs, options)
 

@@ -1,5 +1,7 @@
 """Predicted convergence rates against an independent study and against simulation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from clie_blocks.analysis.theory.bounds import ControlledJoints
 from clie_blocks.analysis.theory.convergence import (
     FloquetLoop,
     PeriodicLoop,
+    composite_rates,
     floquet_rates,
 )
 from clie_blocks.excitation import paper_excitation
@@ -66,6 +69,30 @@ def test_orbit_of_the_true_loop_is_periodic_with_exact_estimates():
     np.testing.assert_allclose(compiled.after_period(x[None], 20.0)[0], x, atol=1e-9)
     theta = x[[block == "update" for block in compiled.owners]]
     np.testing.assert_allclose(theta, paper.THETA, atol=1e-9)
+
+
+def test_states_of_different_joints_are_nudged_together_and_give_the_same_slopes():
+    for alpha in (0.0, 1e-2):
+        compiled = FloquetLoop(replace(LOOP, alpha=alpha))
+        x = compiled.start + np.random.default_rng(1).normal(size=compiled.start.size) * 1e-2
+        after, slopes = compiled.monodromy(x, 20.0)
+        nudges = 1e-5 * np.eye(x.size)
+        up, down = (compiled.after_period(x + sign * nudges, 20.0) for sign in (1, -1))
+        np.testing.assert_allclose(slopes, (up - down).T / 2e-5, atol=1e-9)
+        np.testing.assert_allclose(after, compiled.after_period(x[None], 20.0)[0], atol=1e-12)
+
+
+def test_joints_that_are_alike_have_the_same_rate():
+    alike = ControlledJoints(*(np.full(4, one) for one in (2.0, 0.5, 0.1, 10.0, 5.0)))
+    rates = floquet_rates(PeriodicLoop(alike, paper_excitation), [20.0])[0]
+    np.testing.assert_allclose(rates.per_joint, rates.slowest, rtol=1e-6)
+
+
+def test_rates_over_alpha_are_those_of_each_loop_alone():
+    together = composite_rates(LOOP, 20.0, (0.0, 1e-2, 1.0))
+    for alpha, rates in zip((0.0, 1e-2, 1.0), together):
+        alone = floquet_rates(replace(LOOP, alpha=alpha), [20.0])[0]
+        np.testing.assert_allclose(rates.per_joint, alone.per_joint, rtol=1e-5)
 
 
 def test_without_excitation_nothing_converges():
