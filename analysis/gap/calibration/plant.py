@@ -53,8 +53,8 @@ def simulate(lanes: Sequence[Mapping[str, Any]], rng: np.random.Generator,
         u = kp * (q_d[i] - seen) - p["kd"] * filtered + pe[i]
         u = np.round(u / (2e-4 * kp)) * 2e-4 * kp
         measured[i], commands[i] = seen, u
-        torque = drive.torque(i, u, q_d[i] - seen, rng.random(count))
-        joints.advance(i * PERIOD, torque, rng.standard_normal(count))
+        torque = drive.torque(i, u, q_d[i] - seen, rng.random((count,)))
+        joints.advance(i * PERIOD, torque, rng.standard_normal((count,)))
     return measured, commands
 
 

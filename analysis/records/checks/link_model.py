@@ -242,8 +242,8 @@ class _Comparison:
             tree = self.tree if base is None else self.tree.with_gravity(base)
             alike = list(group)
             for some in (alike[k:k + TOGETHER] for k in range(0, len(alike), TOGETHER)):
-                moved = map(np.stack, zip(*(one.of_model(motion) for one in some)))
-                for one, torque in zip(some, inverse_dynamics(tree, *moved)):
+                q, dq, ddq = map(np.stack, zip(*(one.of_model(motion) for one in some)))
+                for one, torque in zip(some, inverse_dynamics(tree, q, dq, ddq)):
                     torque = one.of_log(torque)
                     yield torque if self.coupling is None else motor_torques(self.coupling, torque)
 
