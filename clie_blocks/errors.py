@@ -56,8 +56,9 @@ def visible(text: object, keep: str = "") -> str:
     Texts from files are shown so: a terminal would obey them, and no XML may hold them.  Those in
     `keep` stay.
     """
-    return "".join(letter if letter.isprintable() or letter in keep else repr(letter)[1:-1]
-                   for letter in str(text))
+    text = str(text)
+    hidden = [letter for letter in set(text) if not letter.isprintable() and letter not in keep]
+    return text.translate({ord(letter): repr(letter)[1:-1] for letter in hidden})
 
 
 def nearest(name: object, known: Iterable[object]) -> str:

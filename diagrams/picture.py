@@ -14,8 +14,8 @@ from clie_blocks.diagrams.drawing.plan import Layout
 from clie_blocks.diagrams.drawing.single import alone
 from clie_blocks.diagrams.drawing.words import words_of
 from clie_blocks.errors import nearest
+from clie_blocks.labels import DiagramError
 from clie_blocks.output import describe, run_main, save_figure
-from clie_blocks.signals import DiagramError
 from clie_blocks.user_files import run_file
 
 if TYPE_CHECKING:
@@ -84,6 +84,12 @@ def draw(diagram: ct.InputOutputSystem, *, expand: bool | Collection[str] = Fals
     _check_names(_flat(columns), blocks, "columns")
     for keys, what in ((order, "order"), (names, "names"), (values, "values")):
         _check_names([keys] if isinstance(keys, str) else keys or (), plan.boxes, what)
+    return picture_of(plan, name, values=values, value_label=value_label, title=title)
+
+
+def picture_of(plan: Layout, name: str, *, values: Mapping[str, float] | None = None,
+               value_label: str = "", title: str = "") -> Figure:
+    """Paint a plan as `draw` does, with `name` for the diagram where there is no title."""
     figure = paint(plan, _shades(values) if values else None, value_label, title)
     _PLANS[figure] = plan
     describe(figure, title or f"Block diagram {name}",

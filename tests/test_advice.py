@@ -59,8 +59,13 @@ def options_of(verb):
     return frozenset(re.findall(r"--[a-z][-a-z]*", text.getvalue()))
 
 
+@functools.cache
 def texts(path):
     """Line and text of every string of a file that is not documentation; {} for what is put in."""
+    return list(_texts(path))
+
+
+def _texts(path):
     tree = ast.parse(path.read_text())
     documented = {id(node.body[0].value) for node in ast.walk(tree)
                   if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef))

@@ -107,7 +107,8 @@ def test_a_diagnosis_in_two_processes_runs_nothing_of_the_folder(folder, shared)
     source = shared / "blind" / "practice"
     for name in ("trial-000", "trial-001"):
         shutil.copytree(source / name, folder / name)
-    done = console(folder, "diagnose", "trial-000", "trial-001", "--jobs", "2", "-o", "out")
+    done = console(folder, "diagnose", "trial-000", "trial-001", "--effects", "coulomb,spring",
+                   "--jobs", "2", "-o", "out")  # two names load what all of them do
     assert done.returncode == 0, done.stderr
     assert {"trial-000.html", "trial-001.html"} <= {path.name
                                                     for path in (folder / "out").iterdir()}

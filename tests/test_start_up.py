@@ -51,6 +51,13 @@ def test_a_diagnosis_needs_neither_python_control_nor_scipy():
     assert not {"control", "scipy", "matplotlib", "pandas", "llvmlite"} & loaded
 
 
+def test_a_report_needs_no_python_control():
+    """Its picture of the loop is planned without a diagram: importing one takes a second."""
+    loaded = modules_after("from clie_blocks.analysis.gap.report import localisation\n"
+                           "localisation.loop_picture([{'block': 'joint', 'share': 1.0}])")
+    assert "matplotlib" in loaded and not {"control", "scipy.signal"} & loaded
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("start", [
     ["-m", "clie_blocks.analysis.stability_report"], ["-m", "clie_blocks.analysis.reproduction"],

@@ -5,6 +5,7 @@ in, and every guess or repair is a sentence in `decisions`.
 """
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
@@ -148,7 +149,7 @@ class Record:
         """Time from the first to the last stamp [s]."""
         return float(self.time[-1] - self.time[0])
 
-    @property
+    @functools.cached_property
     def sample_time(self) -> float:
         """Median of the positive steps of the clock [s]; NaN when there is none."""
         step = np.diff(self.time)

@@ -59,14 +59,16 @@ class _Pattern:
     def _literals(self) -> list[str]:
         return [part.casefold() for part in self._parts if part not in self.places]
 
-    def match(self, name: str, unit: str | None) -> re.Match[str] | None:
-        """Match of a column's name, alone or with its unit."""
-        written = name if unit is None else f"{name}[{unit}]"
-        folded = written.casefold()
+    @functools.cached_property
+    def longest(self) -> str:
+        """The most letters in a row that a name must have to fit, in lower case."""
+        return max(self._literals, key=len)
+
+    def match(self, name: str, written: str, folded: str) -> re.Match[str] | None:
+        """Match of a column's name, alone or as written with its unit."""
         if not all(letters in folded for letters in self._literals):
             return None
-        return self.regex.fullmatch(name) or (
-            self.regex.fullmatch(written) if unit is not None else None)
+        return self.regex.fullmatch(name) or self.regex.fullmatch(written)
 
 
 def assign(headers: Sequence[tuple[str, str | None]], user_map: Mapping[str, str],
@@ -135,8 +137,11 @@ def _take(found: dict[tuple[str | None, str], Group], index: int,
           header: tuple[str, str | None], patterns: Iterable[_Pattern]) -> bool:
     """Put one column where it belongs; whether it belongs anywhere."""
     name, unit = header
-    for pattern in patterns:
-        match = pattern.match(name, unit)
+    written = name if unit is None else f"{name}[{unit}]"
+    folded = written.casefold()
+    near = (pattern for pattern in patterns if pattern.longest in folded)  # a few of hundreds
+    for pattern in near:
+        match = pattern.match(name, written, folded)
         if match:
             parts = match.groupdict()
             text = pattern.text

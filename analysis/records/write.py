@@ -43,7 +43,7 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> Path:
     text = _text(record)
     if path.suffix == ".gz":
         buffer = io.BytesIO()
-        with gzip.GzipFile(fileobj=buffer, mode="wb", mtime=0) as file:
+        with gzip.GzipFile(fileobj=buffer, mode="wb", compresslevel=6, mtime=0) as file:
             file.write(text.encode())
         return write(path, buffer.getvalue())
     return write(path, text)

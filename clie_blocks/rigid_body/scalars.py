@@ -14,18 +14,15 @@ Three = Sequence[Scalar]
 Rows = Sequence[Three]
 
 ZERO: Three = (0.0, 0.0, 0.0)
+_NEUTRAL = {0.0, 1.0, -1.0}
 
 
 def times(a: Scalar, b: Scalar) -> Scalar:
     """Product of two scalars."""
-    for one, other in ((a, b), (b, a)):
-        if isinstance(one, float):
-            if one == 0.0:
-                return 0.0
-            if one == 1.0:
-                return other
-            if one == -1.0:
-                return -other
+    if isinstance(a, float) and a in _NEUTRAL:
+        return 0.0 if a == 0.0 else b if a == 1.0 else -b
+    if isinstance(b, float) and b in _NEUTRAL:
+        return 0.0 if b == 0.0 else a if b == 1.0 else -a
     return a * b
 
 

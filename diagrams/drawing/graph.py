@@ -1,13 +1,18 @@
 """Blocks and wires of a diagram, with vector signals merged and sums made visible."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import control as ct
 import numpy as np
 
 from clie_blocks.diagrams.drawing.icons import Icon, icon_of
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
+
+if TYPE_CHECKING:
+    import control as ct
 
 Pin = tuple[str, str]  # key of a block, and one of its ports
 Owner = int | None  # position of a block in its diagram; None for the diagram's own terminals
@@ -27,7 +32,7 @@ class Block:
     outputs: tuple[str, ...] = ()
     icon: Icon | None = None
     signs: tuple[str, ...] = ()
-    inner: "Graph | None" = None
+    inner: Graph | None = None
 
 
 @dataclass(frozen=True)
@@ -191,7 +196,7 @@ def _bundles(ends: _Ends, split: set[End]) -> Bundles:
 def _block(system: ct.NonlinearIOSystem, inputs: tuple[str, ...], outputs: tuple[str, ...],
            key: str, expand: bool | Collection[str]) -> Block:
     common = {"key": key, "name": system.name, "inputs": inputs, "outputs": outputs}
-    if isinstance(system, ct.InterconnectedSystem):
+    if hasattr(system, "syslist"):
         opened = expand is True or (expand is not False and key in expand)
         inner = read_graph(system, expand, f"{key}/") if opened else None
         if inner and {block.name for block in inner.blocks.values()

@@ -4,14 +4,18 @@ A block may say so itself: ``block.icon = ("curve", f)`` with f on [-1, 1], ``("
 with the points of a path such as a hysteresis loop, or ``("text", "$1/s$")``.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import control as ct
 import numpy as np
 
-from clie_blocks.signals import ports
+from clie_blocks.labels import ports
+
+if TYPE_CHECKING:
+    import control as ct
 
 SPANS = np.logspace(-4, 4, 17)
 
@@ -30,6 +34,8 @@ def icon_of(system: ct.NonlinearIOSystem, inputs: Sequence[str],
 
     There is none for a block that is best drawn by its name.
     """
+    import control as ct
+
     declared = getattr(system, "icon", None)
     if declared is not None:
         return _declared(*declared), ()
@@ -79,6 +85,8 @@ def _linear_icon(system: ct.StateSpace) -> Icon | None:
 
 def _formula(system: ct.StateSpace) -> str:
     """Transfer function of the first channel as mathtext."""
+    import control as ct
+
     channel = ct.ss(system.A, system.B[:, :1], system.C[:1], system.D[:1, :1], system.dt)
     zeros, poles = _cancel(list(ct.zeros(channel)), list(ct.poles(channel)))
     s = "z" if system.isdtime(strict=True) else "s"

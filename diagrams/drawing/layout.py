@@ -31,7 +31,12 @@ def layout(diagram: ct.InterconnectedSystem, expand: bool | Collection[str] = Fa
 
     `expand` is as in `read_graph`; `names` are shown instead of the blocks' own, by block key.
     """
-    return _plan(_renamed(read_graph(diagram, expand), names or {}), hints, outside=True)
+    return plan_of(_renamed(read_graph(diagram, expand), names or {}), hints)
+
+
+def plan_of(graph: Graph, hints: Hints = FREE) -> Layout:
+    """Plan the picture of blocks and wires, whichever diagram they come from, or none."""
+    return _plan(graph, hints, outside=True)
 
 
 def _renamed(graph: Graph, names: Mapping[str, str]) -> Graph:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from clie_blocks.signals import DiagramError
+from clie_blocks.labels import DiagramError
 
 if TYPE_CHECKING:
     import control as ct

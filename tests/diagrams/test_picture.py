@@ -1,6 +1,6 @@
 """Pictures of diagrams: what is drawn, read from the plan, not from pixels."""
 
-import time
+import cProfile
 from pathlib import Path
 
 import control as ct
@@ -194,20 +194,16 @@ def test_the_cost_of_a_picture_grows_slower_than_the_cube_of_its_blocks(textbook
 
     plant = decoupled_joints([1, 2], [1, 2], [0, 0])
     loop = clie_composite(plant, [10, 10], [5, 5], 20.0, 0.1, velocity="filtered-both")
-    draw(textbook), draw(loop)  # fonts and modules are read once
     assert len(loop.syslist) >= 14
     blocks = len(loop.syslist) / len(textbook.syslist)
-    assert processor_time(draw, loop) < blocks**3 * processor_time(draw, textbook)
+    assert calls_to_plan(loop) < blocks**3 * calls_to_plan(textbook)
 
 
-def processor_time(function, diagram):
-    """Shortest of three runs: another process in the way lengthens some, never shortens one."""
-    def once():
-        start = time.process_time()
-        function(diagram)
-        return time.process_time() - start
-
-    return min(once() for _ in range(3))
+def calls_to_plan(diagram):
+    """Calls of functions that the plan of a picture takes, on any machine as many."""
+    calls = cProfile.Profile()
+    calls.runcall(layout, diagram)
+    return sum(entry.callcount for entry in calls.getstats())
 
 
 def test_a_single_block_and_the_algebra_of_python_control_are_drawn(tmp_path):

@@ -56,7 +56,7 @@ class Export:
         (folder / ROBOT).write_text(self.robot)
         for name, table in self.logs.items():
             text = _text(table, self.clock_digits).encode()
-            packed = gzip.compress(text, mtime=0) if name.endswith(".gz") else text
+            packed = gzip.compress(text, 6, mtime=0) if name.endswith(".gz") else text
             (folder / name).write_bytes(packed)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,13 +18,19 @@ from clie_blocks.analysis.gap.report.wording import (
 from clie_blocks.analysis.report.document import Picture, Section, Table
 
 if TYPE_CHECKING:
-    import control as ct
     from matplotlib.figure import Figure
+
+    from clie_blocks.diagrams.drawing.plan import Layout
 
 TITLE = "Where in the loop"
 RANKED = 12
 LEAST = 0.1  # of the gap that has a block
 EVEN = 0.25  # share of a quarter if the gap were spread evenly
+# What each block of the picture takes and gives; a wire joins equal names.
+PARTS = {"controller": (("q_d", "pe", "q_seen"), "u"), "drive": (("u",), "tau"),
+         "joint": (("tau", "tau_gear", "tau_else"), "q_motor"), "unassigned": ((), "tau_else"),
+         "gear": (("q_motor", "q"), "tau_gear"), "links": (("tau_gear",), "q"),
+         "encoder": (("q",), "q_seen")}
 
 
 def loop_picture(shares: Sequence[Row]) -> Figure:
@@ -31,40 +38,28 @@ def loop_picture(shares: Sequence[Row]) -> Figure:
 
     What no hypothesis removes is drawn as an unassigned torque, so that the colours add up.
     """
-    from clie_blocks.diagrams.picture import draw
+    from clie_blocks.diagrams.picture import picture_of
 
     values = {row["block"]: 100.0 * row["share"] for row in shares}
-    return draw(_loop(), values=values, value_label="share of the gap [%]",
-                columns=[[name] for name in ("controller", "drive", "joint", "gear", "links",
-                                             "encoder")])
+    return picture_of(_plan(), "robot", values=values, value_label="share of the gap [%]")
 
 
-def _loop() -> ct.InterconnectedSystem:
-    from clie_blocks.signals import interconnect
+@functools.cache
+def _plan() -> Layout:
+    """Plan of the picture, which only the colours change."""
+    from clie_blocks.diagrams.drawing.graph import Block, Graph, Wire
+    from clie_blocks.diagrams.drawing.hints import hints_of
+    from clie_blocks.diagrams.drawing.layout import plan_of
 
-    blocks = [_block("controller", ("q_d", "pe", "q_seen"), "u"), _block("drive", ("u",), "tau"),
-              _block("joint", ("tau", "tau_gear", "tau_else"), "q_motor"),
-              _block("unassigned", (), "tau_else"),
-              _block("gear", ("q_motor", "q"), "tau_gear"), _block("links", ("tau_gear",), "q"),
-              _block("encoder", ("q",), "q_seen")]
-    wires = (("drive.u", "controller.u"), ("joint.tau", "drive.tau"),
-             ("joint.tau_else", "unassigned.tau_else"),
-             ("joint.tau_gear", "gear.tau_gear"), ("gear.q_motor", "joint.q_motor"),
-             ("gear.q", "links.q"), ("links.tau_gear", "gear.tau_gear"),
-             ("encoder.q", "links.q"), ("controller.q_seen", "encoder.q_seen"))
-    return interconnect(blocks, name="robot", connections=list(wires),
-                        inputs={"q_d": "controller.q_d", "pe": "controller.pe"},
-                        outputs={"q": "encoder.q_seen"})
-
-
-def _block(name: str, inputs: tuple[str, ...], output: str) -> ct.NonlinearIOSystem:
-    """Block of the drawing: it shows where signals go, and is never run."""
-    import control as ct
-
-    from clie_blocks.signals import signals
-
-    return ct.nlsys(lambda t, x, u, params: -x, lambda t, x, u, params: x, states=1, name=name,
-                    inputs=signals(*inputs, n=1), outputs=signals(output, n=1))
+    blocks = [*(Block(f">{name}", name, "input", outputs=(name,)) for name in ("q_d", "pe")),
+              *(Block(name, name, "block", inputs, (output,))
+                for name, (inputs, output) in PARTS.items()),
+              Block("q>", "q", "output", inputs=("q_seen",))]
+    source = {port: (block.key, port) for block in blocks for port in block.outputs}
+    wires = [Wire(source[port], (block.key, port), 1) for block in blocks for port in block.inputs]
+    columns = [[name] for name in PARTS if name != "unassigned"]
+    return plan_of(Graph("robot", {block.key: block for block in blocks}, wires),
+                   hints_of(None, columns, ()))
 
 
 def block_section(blocks: Sequence[Row]) -> Section:

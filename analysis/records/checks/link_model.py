@@ -28,6 +28,7 @@ from clie_blocks.rigid_body.motor_coupling import Matrix, mapped, motor_torques
 from clie_blocks.rigid_body.tree import Tree
 
 ENOUGH = 500  # poses that settle the question
+TOGETHER = 20  # readings whose torques are computed at once: more do not fit into the cache
 MOST_CHANGED, KEPT = 2, 10  # joints at once, and readings of which further changes are tried
 CLEAR = 4.0  # logarithm of the factor by which all joints together must be explained better
 FAIR = 1.5  # the same of one change of several
@@ -63,17 +64,20 @@ class _Reading:
     def stated(cls, n: int) -> "_Reading":
         return cls(tuple(range(n)), np.ones(n), np.zeros(n))
 
-    def torque(self, tree: Tree, motion: Sequence[np.ndarray],
-               coupling: Matrix | None) -> np.ndarray:
-        """Torque that the links cause at the motors of the log, joint side of their gears."""
-        if self.gravity is not None:
-            tree = tree.with_gravity(self.gravity.tolist())
-        if coupling is not None:
-            motion = [mapped(coupling, x) for x in motion]
+    def of_model(self, motion: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+        """Position, velocity and acceleration of the joints of the model, each (samples, n)."""
         q, dq, ddq = (self.scale * self.sign * x[:, self.order] for x in motion)
-        torque = np.empty_like(q)
-        torque[:, self.order] = self.sign * inverse_dynamics(tree, q + self.zero, dq, ddq)
-        return torque if coupling is None else motor_torques(coupling, torque)
+        return q + self.zero, dq, ddq
+
+    def of_log(self, torque: np.ndarray) -> np.ndarray:
+        """Torque at the joints of the log for one at those of the model, (samples, n)."""
+        found = np.empty_like(torque)
+        found[:, self.order] = self.sign * torque
+        return found
+
+    def base(self) -> tuple[float, ...] | None:
+        """Gravity that was changed, as something to compare."""
+        return None if self.gravity is None else tuple(self.gravity.tolist())
 
     def others(self, names: Sequence[str], tree: Tree) -> Iterator["_Reading"]:
         """Readings with one more change."""
@@ -125,7 +129,7 @@ def check_link_model(record: Record, robot: Robot | None) -> list[Finding]:
     if comparison is None:
         return []
     stated = _Reading.stated(record.n)
-    left_as_stated = comparison.left(stated)
+    (left_as_stated,) = comparison.left([stated])
     if _is_right(left_as_stated, WELL_EXPLAINED):
         return []
     best, left = _best(stated, comparison, record.joints)
@@ -171,11 +175,11 @@ def _best(stated: _Reading, comparison: "_Comparison", names: Sequence[str],
 
     Two changes may help together where neither does alone, so several readings are followed.
     """
-    best, left = [stated], comparison.left(stated)
+    best, (left,) = [stated], comparison.left([stated])
     followed = [stated]
     for _ in range(MOST_CHANGED):
         changed = [other for one in followed for other in one.others(names, comparison.tree)]
-        ranked = sorted(((comparison.left(one), one) for one in changed),
+        ranked = sorted(zip(comparison.left(changed), changed),
                         key=lambda pair: _misfit(pair[0]))
         followed = [one for _, one in ranked[:KEPT]]
         least = _misfit(ranked[0][0])
@@ -224,12 +228,29 @@ class _Comparison:
         return cls(tree, (q, dq, ddq), command, np.ones(record.n) if ratio is None else ratio, own,
                    robot.motor_coupling)
 
-    def left(self, reading: _Reading) -> np.ndarray:
-        """Share of the torque beyond its own motion that the links leave at each joint, (n,)."""
-        links = reading.torque(self.tree, self.motion, self.coupling)
-        links = links / self.ratio**float(reading.gear)
+    def left(self, readings: Sequence[_Reading]) -> np.ndarray:
+        """Share of the torque beyond its own motion that the links leave, (readings, n)."""
+        gears = self.ratio ** np.array([[float(one.gear)] for one in readings])
         floor = np.finfo(float).eps * self.command.var(axis=0)
-        return (self._beyond(self.command - links) + floor) / (self._beyond(self.command) + floor)
+        whole = self._beyond(self.command) + floor
+        return np.array([(self._beyond(self.command - links / gear) + floor) / whole
+                         for links, gear in zip(self._torques(readings), gears)])
+
+    def _torques(self, readings: Sequence[_Reading]) -> Iterator[np.ndarray]:
+        """Torques that the links cause at the motors of the log, joint side of their gears.
+
+        Many readings on one base take little longer than one, each operation being in Python.
+        """
+        motion = self.motion if self.coupling is None else [mapped(self.coupling, x)
+                                                            for x in self.motion]
+        for base, group in itertools.groupby(readings, _Reading.base):
+            tree = self.tree if base is None else self.tree.with_gravity(base)
+            alike = list(group)
+            for some in (alike[k:k + TOGETHER] for k in range(0, len(alike), TOGETHER)):
+                q, dq, ddq = map(np.stack, zip(*(one.of_model(motion) for one in some)))
+                for one, torque in zip(some, inverse_dynamics(tree, q, dq, ddq)):
+                    torque = one.of_log(torque)
+                    yield torque if self.coupling is None else motor_torques(self.coupling, torque)
 
     def _beyond(self, torque: np.ndarray) -> np.ndarray:
         """Mean square of torques beyond the motion of their own joints, shape (n,)."""

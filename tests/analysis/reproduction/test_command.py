@@ -1,5 +1,6 @@
 """The paper's results: verdicts follow from the numbers, and the numbers are the known ones."""
 
+import functools
 import json
 
 import numpy as np
@@ -27,6 +28,11 @@ from clie_blocks.analysis.reproduction.runs import (
 )
 
 
+@pytest.fixture(scope="module")
+def bounds():
+    return bound_items()
+
+
 @pytest.mark.parametrize("ours, literal, erratum, verdict", [
     (1.004, True, "", REPRODUCED), (1.004, False, "", UNSTATED), (1.1, True, "k_1", ERRATUM),
     (1.1, True, "", MISSED), (1.1, False, "", MISSED)])
@@ -40,8 +46,8 @@ def test_a_picture_has_no_verdict():
     assert Item("Fig. 3", "y", (), (1.0,), 0.0).verdict == PICTURE
 
 
-def test_bounds_are_as_printed_but_for_the_errata():
-    found = {(item.place, item.name, item.reading): item.verdict for item in bound_items()}
+def test_bounds_are_as_printed_but_for_the_errata(bounds):
+    found = {(item.place, item.name, item.reading): item.verdict for item in bounds}
     assert all(verdict == REPRODUCED for (place, _, _), verdict in found.items()
                if place in ("section 5.1", "(18)", "(31)", "(46)"))
     assert found["Theorem 2", "k_1", "as defined"] == ERRATUM
@@ -49,19 +55,25 @@ def test_bounds_are_as_printed_but_for_the_errata():
     assert found["Theorem 4", "k_3, CASE 2", "as defined"] == ERRATUM
 
 
+@functools.cache
+def row_of(case, reading=-1):
+    """Estimates of a row of Table 2 under a reading."""
+    return estimates(READINGS[reading], case, [0])[0]
+
+
 def test_row_of_case_1_holds_only_under_the_fitted_reading():
     fitted = READINGS[-1]
     assert not fitted.literal and not fitted.noisy
-    row = estimates(fitted, 1, [0])[0]
+    row = row_of(1)
     np.testing.assert_allclose(row, paper.THETA_HAT[1], atol=4e-4)
-    assert np.max(np.abs(estimates(READINGS[0], 1, [0])[0] - paper.THETA_HAT[1])) > 0.1
+    assert np.max(np.abs(row_of(1, reading=0) - paper.THETA_HAT[1])) > 0.1
 
 
 @pytest.mark.parametrize("case", [2, 3])
 def test_rows_of_case_2_and_3_do_not_follow(case):
-    row = estimates(READINGS[-1], case, [0])[0]
+    row = row_of(case)
     assert np.max(np.abs(row - paper.THETA_HAT[case])) > 4e-4
-    shift = row - estimates(READINGS[-1], 1, [0])[0]
+    shift = row - row_of(1)
     printed = paper.THETA_HAT[case] - paper.THETA_HAT[1]
     assert np.all(shift[:2] < 0) and np.all(printed[:2] > 0)  # the opposite sign
 
@@ -97,8 +109,8 @@ def test_reproduce_writes_report_and_json(tmp_path, capsys):
     assert "| reading | a1 |" in (tmp_path / "reproduction.md").read_text()
 
 
-def test_the_headline_says_what_agrees_and_what_does_not():
-    agree, unstated, contradict, missed = headline([*bound_items(), *table_3_items()])
+def test_the_headline_says_what_agrees_and_what_does_not(bounds):
+    agree, unstated, contradict, missed = headline([*bounds, *table_3_items()])
     assert agree.startswith("Agree as printed (10): ") and "mu_0 of (18)" in agree
     assert "k_1 of Theorem 2" in unstated and "k_1 of Theorem 2" in contradict
     assert "mean of eps" in missed and "mean of eps" not in agree + unstated + contradict

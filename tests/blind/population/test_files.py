@@ -37,8 +37,8 @@ def test_a_trial_is_read_by_the_package_and_does_not_reveal_its_label(healthy_tr
     robot, records = read_trial(tmp_path)
     assert robot.n == trial.robot.n and len(records) == 3
     for record, (q, u) in zip(records, trial.runs):
-        assert record.q == pytest.approx(q, abs=1e-12)
-        assert record.u == pytest.approx(u, abs=1e-9)
+        np.testing.assert_allclose(record.q, q, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(record.u, u, rtol=0.0, atol=1e-9)
     head = gzip.decompress((tmp_path / "log-1.csv.gz").read_bytes()).split(b"\n")[0].decode()
     assert head == ",".join(["time"] + [f"{name}{k + 1}" for name in ("q", "u", "qd", "pe")
                                         for k in range(robot.n)])

@@ -1,5 +1,6 @@
 """Robots of another engine whose law carries the weight of the links, stated or not."""
 
+import functools
 import re
 
 import numpy as np
@@ -15,16 +16,23 @@ from clie_blocks.analysis.gap.controller.terms import REMEDY, WEIGHT  # noqa: E4
 from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
 
 
+@functools.cache
+def drawn(effects, masses, seed):
+    """Trial of an arm of two links whose law adds their weight, of masses times some factors."""
+    def wrong(rng, robot, truth):
+        return {**truth, "carried_links": np.array(masses)}
+
+    made = draw_trial(np.random.default_rng(seed), 0, "parametric", effects,
+                      "medium" if effects else None, "arm", wrong=wrong)
+    assert made.robot.n == 2 and made.robot.gravity
+    return made
+
+
 @pytest.fixture
 def arm(tmp_path):
-    """Folder of an arm of two links whose law adds their weight, of masses times some factors."""
+    """Function that writes such an arm into the folder, and changes lines of its file."""
     def make(effects=(), masses=(1.0, 1.0), stated=True, seed=31):
-        def wrong(rng, robot, truth):
-            return {**truth, "carried_links": np.array(masses)}
-
-        made = draw_trial(np.random.default_rng(seed), 0, "parametric", effects,
-                          "medium" if effects else None, "arm", wrong=wrong)
-        assert made.robot.n == 2 and made.robot.gravity
+        made = drawn(effects, masses, seed)
         write_trial(made, tmp_path)
         if stated:
             change("[controller]", '[controller]\ncompensation = "gravity"')

@@ -22,7 +22,7 @@ from clie_blocks.analysis.records import read_trial
 pytestmark = pytest.mark.slow
 
 NO_LIMIT = 3600.0  # s: a busy machine does not change an answer
-TRUE_OVER_STATED = 0.6, 0.75, 0.9, 1.1, 1.25, 1.4
+TRUE_OVER_STATED = 0.6, 1.1, 1.4  # the farthest, and one near; a fit passes those between
 ROBOTS = {"pendulum": ("pendulum", 1, True, 1), "arm": ("arm", 2, True, 1),
           "arm in a plane": ("arm", 2, False, 1), "pendulum in a plane": ("pendulum", 1, False, 1),
           "axes without links": ("axes", 2, False, 1)}
@@ -105,7 +105,7 @@ def with_weak_drive(records, share):
         for record in records])
 
 
-@pytest.mark.parametrize("share", [0.6, 0.75, 0.9, 1.1, 1.25, 1.4])
+@pytest.mark.parametrize("share", TRUE_OVER_STATED)
 @pytest.mark.parametrize("name", ["pendulum", "arm"])
 def test_a_torque_constant_that_is_off_is_found(records_of, name, share):
     answer = diagnose(with_weak_drive(records_of(name), share), seconds=NO_LIMIT).to_dict()

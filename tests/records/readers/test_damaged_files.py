@@ -16,7 +16,7 @@ import fuzzing
 import pytest
 
 TOTAL = 100_000
-PART = 2500  # inputs of one process
+PART = 10_000  # inputs of one process, which starts as long as it reads a thousand
 STUCK = 30.0  # s without a further input
 FEW = {"robot": 150, "text": 100, "franka": 40, "packed": 40, "arrays": 60, "parquet": 40,
        "folders": 40, "mcap": 10}

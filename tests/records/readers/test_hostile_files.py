@@ -120,7 +120,7 @@ def test_a_hundred_thousand_columns(tmp_path):
     ("joints = 2\nname = '" + "x" * 5000 + "'", "more than 100 of them"),
     ("joints = 1\njoint_names = [\"a\\u001b[2J\"]", r"joint name 'a\\x1b\[2J' has characters"),
     ("joints = 1\nname = \"a\\nb\"", "the name .* has characters that cannot be printed"),
-    ("joints = 2\n" + "".join(f"k{k} = 1\n" for k in range(20_000)), "k0 is not a key"),
+    ("joints = 2\n" + "".join(f"k{k} = 1\n" for k in range(2_000)), "k0 is not a key"),
 ], ids=range(12))
 def test_robot_files_that_a_parser_chokes_on(text, words, tmp_path):
     (tmp_path / "robot.toml").write_text(text)
