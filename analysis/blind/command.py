@@ -22,7 +22,8 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, or if fewer faults of simulators are named than sought, else 0.
+    target for certain, if fewer faults of simulators are named than sought, or if exported
+    corrections leave more than sought, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -32,6 +33,8 @@ def main(argv: list[str] | None = None) -> int:
         return _imperfect(options)
     if options.simulator_faults:
         return _simulator_faults(options)
+    if options.exported:
+        return _exported(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -80,6 +83,19 @@ def _simulator_faults(options: argparse.Namespace) -> int:
     write(options.output / "simulator_faults.json", text)
     print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
     return int(board["named_first"]["rate"] < study.TARGET)
+
+
+def _exported(options: argparse.Namespace) -> int:
+    """Run the study of exported corrections, and return the exit code."""
+    from clie_blocks.analysis.blind.exported import study
+
+    board = {"schema_version": 1, "command": _command(options),
+             **study.run_study(options.output, options.exported, options.seed[0], options.jobs)}
+    text = to_json(board)
+    write(options.output / "exported.json", text)
+    print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
+    median = board["ratio"]["median"]
+    return int(median is not None and median > study.LARGEST_RATIO)
 
 
 def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
@@ -173,6 +189,7 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 def _command(options: argparse.Namespace) -> str:
     count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
+             else f"--exported {options.exported}" if options.exported
              else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
@@ -204,6 +221,11 @@ def _parser() -> argparse.ArgumentParser:
                         help="instead, N simulators with each of sixteen faults and N sound ones: "
                              "one joint in MuJoCo, whose run is not what its model file says; "
                              "goes with --seed")
+    parser.add_argument("--exported", type=_count, metavar="N",
+                        help="instead, N robots of one joint, whose right diagnoses are exported "
+                             "to MuJoCo and replayed there on the log that no fit has seen: the "
+                             "gap beside that of the true model, and how often the band of "
+                             "--samples holds the motion; goes with --seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",
