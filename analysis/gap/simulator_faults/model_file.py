@@ -19,6 +19,8 @@ from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.rigid_body.model_file import read_model
 
 if TYPE_CHECKING:
+    import mujoco
+
     from clie_blocks.rigid_body.tree import Tree
 
 
@@ -36,8 +38,10 @@ class ModelFile:
         Names, in the order of the logs.
     armature, damping, friction : ndarray
         Of the joints [kg m^2, N m s/rad, N m].
+    stiffness, rest : ndarray
+        Springs of the joints [N m/rad, rad].
     limit : ndarray
-        Largest control of each drive; infinite without one.
+        Largest control of each drive that takes a torque; infinite without one.
     delay : ndarray
         From a control to its effect [s].
     step : float
@@ -51,6 +55,8 @@ class ModelFile:
     armature: np.ndarray
     damping: np.ndarray
     friction: np.ndarray
+    stiffness: np.ndarray
+    rest: np.ndarray
     limit: np.ndarray
     delay: np.ndarray
     step: float
@@ -117,19 +123,42 @@ def read_model_file(path: str | PathLike[str], joints: Sequence[str]) -> ModelFi
                 f"{nearest(name, list(joints_of(document)))}. Name the joints in robot.toml as in "
                 "the model, joint_names = [...]")
     compiled = load(text, str(path), path.parent)
-    dofs = [int(compiled.joint(name).dofadr[0]) for name in joints]
-    drives = [np.flatnonzero(compiled.actuator_trnid[:, 0] == compiled.joint(name).id)
-              for name in joints]
-
-    def of_drives(values: np.ndarray, default: float) -> np.ndarray:
-        return np.array([float(values[found[0]]) if len(found) else default for found in drives])
-
-    limit = np.where(compiled.actuator_ctrllimited, compiled.actuator_ctrlrange[:, 1], np.inf)
+    ids = [int(compiled.joint(name).id) for name in joints]
+    dofs = compiled.jnt_dofadr[ids]
     return ModelFile(
         path, document, joints, compiled.dof_armature[dofs], compiled.dof_damping[dofs],
-        compiled.dof_frictionloss[dofs], of_drives(limit, np.inf),
-        of_drives(getattr(compiled, "actuator_delay", np.zeros(compiled.nu)), 0.0),
+        compiled.dof_frictionloss[dofs], compiled.jnt_stiffness[ids],
+        compiled.qpos_spring[compiled.jnt_qposadr[ids]],
+        np.array([_limit(compiled, k) for k in ids]), np.array([_delay(compiled, k) for k in ids]),
         float(compiled.opt.timestep))
+
+
+def _drive(compiled: mujoco.MjModel, joint: int) -> int | None:
+    """Number of the actuator of a joint that takes a torque; None without one."""
+    found = np.flatnonzero((compiled.actuator_trnid[:, 0] == joint)
+                           & (compiled.actuator_trntype == 0) & (compiled.actuator_biastype == 0))
+    return int(found[0]) if len(found) else None
+
+
+def _limit(compiled: mujoco.MjModel, joint: int) -> float:
+    """Largest control that a joint gets, by all that limits it."""
+    drive = _drive(compiled, joint)
+    if drive is None:
+        return np.inf
+    gain, gear = compiled.actuator_gainprm[drive, 0], compiled.actuator_gear[drive, 0]
+    limits = [
+        (compiled.actuator_ctrllimited[drive], compiled.actuator_ctrlrange[drive, 1]),
+        (compiled.actuator_forcelimited[drive], compiled.actuator_forcerange[drive, 1] / gain),
+        (compiled.jnt_actfrclimited[joint],
+         compiled.jnt_actfrcrange[joint, 1] / abs(gain * gear))]
+    return min((float(limit) for is_limited, limit in limits if is_limited), default=np.inf)
+
+
+def _delay(compiled: mujoco.MjModel, joint: int) -> float:
+    """Delay of the actuator of a joint [s]; engines before 3.5 have none."""
+    drive = _drive(compiled, joint)
+    known = drive is not None and hasattr(compiled, "actuator_delay")
+    return float(compiled.actuator_delay[drive]) if known else 0.0
 
 
 def _read(path: Path) -> tuple[XmlText, str]:

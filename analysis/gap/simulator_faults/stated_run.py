@@ -19,6 +19,7 @@ from clie_blocks.analysis.gap.causes.drive import (
     TORQUE_GAIN_ERROR,
 )
 from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
@@ -156,7 +157,7 @@ def stated_run(robot: Robot, records: Sequence[Record], model: ModelFile) -> Sta
                                    "[controller] with its gains in the robot file")
     travel = np.max([np.ptp(log.q, axis=0) for log in problem.logs], axis=0)
     problem = without_noise(dataclasses.replace(
-        _nearly_exact(problem), resolution=np.maximum(problem.resolution, FLOOR * travel),
+        _nearly_exact(problem, model), resolution=np.maximum(problem.resolution, FLOOR * travel),
         inside=_members(problem, model)))
     lead = max(LEAD * model.step / problem.period, LEAST_LEAD)
     return StatedRun(with_integrator(problem, lead), model, np.ones(problem.n, bool))
@@ -170,21 +171,28 @@ def _with_drives_of(robot: Robot, model: ModelFile) -> Robot:
     return dataclasses.replace(robot, motor=dataclasses.replace(robot.motor, **missing))
 
 
-def _nearly_exact(problem: Problem) -> Problem:
-    """Problem whose joint model is known as well as a file states it."""
+def _nearly_exact(problem: Problem, model: ModelFile) -> Problem:
+    """Problem whose joint model is known as well as a file states it.
+
+    What a spring of the joint pulls at its zero is a part of the constant load.
+    """
     torque = np.sqrt(np.mean(np.concatenate([log.u for log in problem.logs]) ** 2, axis=0))
     scale = {"inertia": problem.nominal.inertia, "damping": problem.nominal.damping,
              "load": torque}
     tolerances = {f"{name}_tolerance": ROUNDED * share * np.abs(scale[name]) + 1e-12
                   for name, share in SAME_JOINT_MODEL.items()}
     change: Callable[..., Nominal] = dataclasses.replace
-    return dataclasses.replace(problem, nominal=change(problem.nominal, **tolerances))
+    return dataclasses.replace(problem, nominal=change(
+        problem.nominal, **tolerances, load=-model.stiffness * model.rest / problem.gear_ratio))
 
 
 def _members(problem: Problem, model: ModelFile) -> tuple[Member, ...]:
     """All that a fault could change, as it is stated."""
     one, nominal = np.ones(problem.n), problem.nominal
+    springs = [_held(SPRING, stiffness=model.stiffness / problem.gear_ratio)
+               ] if model.stiffness.any() else []
     return (
+        *springs,
         _held(PACKET_HOLD, hold=0.0 * one, interval=problem.period * one, phase=0.0 * one),
         _held(ACTUATOR_SATURATION, limit=np.minimum(model.limit, NO_LIMIT)),
         _held(TIME_DELAY, delay=model.delay),
