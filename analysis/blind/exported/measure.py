@@ -11,6 +11,7 @@ import numpy as np
 from scipy.stats import norm
 
 from clie_blocks.analysis.export.correction import Correction, correction_of
+from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.analysis.export.replay import SimulatedModel
 from clie_blocks.analysis.export.samples import BAND, draw
@@ -80,10 +81,11 @@ def measure(trial: Path, answer: dict[str, Any], samples: int = SAMPLES) -> dict
         gap = float(np.sqrt(np.mean(errors**2)))
         if module:
             return {"gap": gap, "coverage": None, "module": True}
-        drawn = [_errors(export_mujoco(one, own), Path(folder), problem)
-                 for one in _draws(correction, samples)]
-    return {"gap": gap, "module": False,
-            "coverage": coverage(np.array(drawn), float(answer["gap_floor"]))}
+        sigma, rng = float(answer["noise"][0]["sigma"]), np.random.default_rng(0)
+        drawn = [_errors(export_mujoco(one, own), Path(folder), problem, sigma * noise)
+                 for one, noise in zip(_draws(correction, samples), rng.standard_normal(
+                     (samples, *problem.held_out[-1].q.shape)), strict=True)]
+    return {"gap": gap, "module": False, "coverage": coverage(np.array(drawn), sigma)}
 
 
 def coverage(errors: np.ndarray, noise: float) -> float:
@@ -92,9 +94,9 @@ def coverage(errors: np.ndarray, noise: float) -> float:
     Parameters
     ----------
     errors : ndarray, shape (samples, N)
-        Measured less simulated position of each model [rad].
+        Measured position less that of each model, whose law saw noise, too [rad].
     noise : float
-        Standard deviation that noise alone causes in the closed loop [rad].
+        Standard deviation of the noise of the sensor [rad].
 
     """
     below = norm.cdf(errors / noise).mean(axis=0)  # quantile of the measured position
@@ -105,9 +107,10 @@ def _draws(correction: Correction, samples: int) -> tuple[Correction, ...]:
     return draw(correction, samples).corrections
 
 
-def _errors(found: Any, folder: Path, problem: Problem) -> np.ndarray:
+def _errors(found: Exported, folder: Path, problem: Problem, noise: np.ndarray | None = None,
+            ) -> np.ndarray:
     """Measured less simulated position on the log that was held out (N,) [rad]."""
     paths = found.save(folder)
     model = next(path for path in paths if path.name.endswith(".corrected.xml"))
     log = problem.held_out[-1]
-    return (log.law_q - SimulatedModel(model, problem).run(log))[:, 0]
+    return (log.law_q - SimulatedModel(model, problem).run(log, noise))[:, 0]

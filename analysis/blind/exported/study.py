@@ -44,7 +44,7 @@ def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, 
 def _row(trial: Path, answer: dict[str, Any], label: dict[str, Any]) -> dict[str, Any]:
     if "error" in answer or not leads(label, Answer(answer)):
         return {"right": False}
-    floor = label["gap"]["true_model"]
+    floor = label["gap"]["replayed_truth"]
     try:
         found = measure(trial, answer)
     except ClieError as error:

@@ -1,6 +1,7 @@
 """The study of simulator faults: sealed, examined, scored."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from clie_blocks.analysis.blind.simulator_faults.joint import (  # noqa: E402
     experiments,
 )
 from clie_blocks.analysis.blind.simulator_faults.run import Run, simulate  # noqa: E402
+from clie_blocks.analysis.gap.simulator_faults.faults import FAULTS  # noqa: E402
 
 
 @pytest.fixture
@@ -64,3 +66,16 @@ def test_a_sound_joint_follows_its_set_points_with_the_stated_law():
     np.testing.assert_allclose(u, joint.kp * (reference - q) - joint.kd * rate + excitation,
                                atol=1e-12)
     assert np.abs(q - reference).max() < 0.5 and time[-1] == pytest.approx(399 * PERIOD)
+
+
+def test_the_page_holds_the_published_figures():
+    docs = Path(__file__).resolve().parents[3] / "docs"
+    board = json.loads((docs / "blind" / "simulator_faults.json").read_text())
+    page = " ".join((docs / "simulator_faults.md").read_text().split())
+    for key in ("named_first", "false_alarm"):
+        low, high = board[key]["interval"]
+        assert f"{board[key]['hits']} of {board[key]['of']} ({low:.2f} to {high:.2f})" in page
+    assert f"{board['command']} -o study" in page
+    assert set(board["by_fault"]) == set(INJECTED)
+    listed = {name for name in page.split("`") if name in {fault.name for fault in FAULTS}}
+    assert listed == {fault.name for fault in FAULTS}
