@@ -14,7 +14,8 @@ FILES = [path for folder in LAYERS for path in sorted((ROOT / folder).rglob("*.p
 GAP = "clie_blocks.analysis.gap"
 # What stands on the stages, in the order in which it may be imported.
 ABOVE = ("explain", "command_reading", "backlash", "simulator_comparison", "diagnosis", "tasks",
-         "batch", "interface", "load_comparison", "fleet", "calibration", "command")
+         "batch", "interface", "load_comparison", "simulator_faults", "fleet", "calibration",
+         "command")
 
 
 def load_structure():

@@ -21,8 +21,9 @@ FAIR = 0.5  # share of single effects named right below which the result is nega
 def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
-    It is 1 if less than half of the single effects were named right, or if imperfect logs miss a
-    target for certain, else 0.
+    It is 1 if less than half of the single effects were named right, if imperfect logs miss a
+    target for certain, if fewer faults of simulators are named than sought, or if exported
+    corrections leave more than sought, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -30,6 +31,10 @@ def main(argv: list[str] | None = None) -> int:
         raise MissingExtraError("making blind trials", "mujoco", "mujoco")
     if options.imperfect:
         return _imperfect(options)
+    if options.simulator_faults:
+        return _simulator_faults(options)
+    if options.exported:
+        return _exported(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -61,6 +66,36 @@ def _imperfect(options: argparse.Namespace) -> int:
     print(text if options.json else "\n".join(imperfect.terminal_lines(json.loads(text))))
     print(f"page: {page}", file=sys.stderr)
     return int(any(row["reached"] == MISSED for row in board["targets"]))
+
+
+def _simulator_faults(options: argparse.Namespace) -> int:
+    """Run the study of simulators with a fault, and return the exit code."""
+    from clie_blocks.analysis.blind.protocol.study import merge_seeds, seed_folders
+    from clie_blocks.analysis.blind.simulator_faults import study
+
+    runs = {seed: study.run_study(folder, options.simulator_faults, seed)
+            for seed, folder in seed_folders(options.output, options.seed).items()}
+    answers, labels = (merge_seeds({seed: run[part] for seed, run in runs.items()})
+                       for part in (0, 1))
+    board = {"schema_version": 1, "command": _command(options), "seeds": options.seed,
+             **study.score(answers, labels)}
+    text = to_json(board)
+    write(options.output / "simulator_faults.json", text)
+    print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
+    return int(board["named_first"]["rate"] < study.TARGET)
+
+
+def _exported(options: argparse.Namespace) -> int:
+    """Run the study of exported corrections, and return the exit code."""
+    from clie_blocks.analysis.blind.exported import study
+
+    board = {"schema_version": 1, "command": _command(options),
+             **study.run_study(options.output, options.exported, options.seed[0], options.jobs)}
+    text = to_json(board)
+    write(options.output / "exported.json", text)
+    print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
+    median = board["ratio"]["median"]
+    return int(median is not None and median > study.LARGEST_RATIO)
 
 
 def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
@@ -153,7 +188,9 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 
 def _command(options: argparse.Namespace) -> str:
-    count = (f"--catalogue {options.catalogue}" if options.catalogue
+    count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
+             else f"--exported {options.exported}" if options.exported
+             else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
              "--seed " + " ".join(map(str, options.seed))]
@@ -180,6 +217,15 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--arms", type=_count, metavar="N",
                         help="instead, N arms of four to seven axes in space for each seed, whose "
                              "links a URDF or MJCF states within a tolerance")
+    parser.add_argument("--simulator-faults", type=_count, metavar="N",
+                        help="instead, N simulators with each of sixteen faults and N sound ones: "
+                             "one joint in MuJoCo, whose run is not what its model file says; "
+                             "goes with --seed")
+    parser.add_argument("--exported", type=_count, metavar="N",
+                        help="instead, N robots of one joint, whose right diagnoses are exported "
+                             "to MuJoCo and replayed there on the log that no fit has seen: the "
+                             "gap beside that of the true model, and how often the band of "
+                             "--samples holds the motion; goes with --seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",

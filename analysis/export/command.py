@@ -25,7 +25,7 @@ def main(argv: list[str] | None = None) -> int:
 
         with progress(f"drawing {args.samples} samples"):
             found = with_samples(found, correction, draw(correction, args.samples, args.seed),
-                                 args.model, renamed)
+                                 args.model, renamed, args.step)
     paths = found.save(args.output)
     if args.json:
         print(to_json({"schema_version": 1, "target": found.target, "files": paths,
@@ -82,8 +82,8 @@ def _parser() -> argparse.ArgumentParser:
                              "fraction of that period below")
     parser.add_argument("--samples", type=int, metavar="N",
                         help="draw N corrections within what the logs leave uncertain: "
-                             "samples.json, with ranges and correlations, and for mujoco a model "
-                             "each")
+                             "samples.json, with ranges and correlations, for mujoco a model "
+                             "each, and for isaac an event term that draws them")
     parser.add_argument("--seed", type=int, default=0, help="of the random numbers of --samples")
     return parser
 

@@ -123,8 +123,11 @@ class SimulatedModel:
                             "the logs needs one, whose control is its command: a <motor>")
         return found[0]
 
-    def run(self, log: Log) -> np.ndarray:
-        """Positions under the law of the problem in the experiment of a log, shape (N, n)."""
+    def run(self, log: Log, noise: np.ndarray | None = None) -> np.ndarray:
+        """Positions under the law of the problem in the experiment of a log, shape (N, n).
+
+        The law sees them with some noise of the sensor (N, n) [rad], by default with none.
+        """
         import mujoco
 
         data, shift = mujoco.MjData(self.model), turn(self.problem)
@@ -132,6 +135,7 @@ class SimulatedModel:
         if self.blocks is not None:
             self.blocks.reset()
         command, factor = law_in_steps(self.problem, log), logged_command(self.problem)[0]
+        seen = np.zeros_like(log.q) if noise is None else noise
         positions, reach = np.empty_like(log.q), FAR * max(float(np.ptp(log.q)), 1e-6)
         for i in range(len(log)):
             positions[i] = self._measured(data) - shift
@@ -139,7 +143,7 @@ class SimulatedModel:
                 raise DivergedError(
                     f"{self.name} diverges in {log.name} after {i * self.problem.period:.3g} s "
                     "under the law of the robot file: check gains and units, or the time step")
-            self._advance(data, command(i, positions[i]) / factor)
+            self._advance(data, command(i, positions[i] + seen[i]) / factor)
         return positions
 
     def _place(self, data: mujoco.MjData, q: np.ndarray, dq: np.ndarray) -> None:

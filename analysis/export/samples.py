@@ -10,6 +10,7 @@ import numpy as np
 
 from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.exported import Exported
+from clie_blocks.analysis.export.isaac_events import isaac_events
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import ClieError
@@ -89,9 +90,18 @@ def draw(correction: Correction, count: int, seed: int = 0) -> Samples:
 
 
 def with_samples(exported: Exported, correction: Correction, samples: Samples,
-                 model: Any = None, renamed: Mapping[str, str] | None = None) -> Exported:
-    """Return an export with the samples: as JSON, and of MuJoCo as a model each."""
+                 model: Any = None, renamed: Mapping[str, str] | None = None,
+                 step: float | None = None) -> Exported:
+    """Return an export with the samples.
+
+    They are JSON, of MuJoCo also a model each, and of Isaac Lab an event term that draws them.
+    """
     files = {**exported.files, "samples.json": to_json(samples.plain(correction))}
+    if exported.target == "isaac":
+        files["corrected_events.py"] = isaac_events(
+            correction.renamed(renamed or {}),
+            [one.renamed(renamed or {}) for one in samples.corrections],
+            correction.period if step is None else step)
     if exported.target == "mujoco":
         for place, one in enumerate(samples.corrections):
             found = export_mujoco(one, model, renamed)

@@ -65,6 +65,10 @@ class XmlText:
         shown = {key: _shown(value) for key, value in attributes.items()}
         self._changed.setdefault(element, {}).update(shown)
 
+    def line(self, element: Element) -> int:
+        """Return the line of the original text in which an element begins, from 1."""
+        return self._data.count(b"\n", 0, element.start) + 1
+
     def rename(self, element: Element, name: str) -> None:
         """Give an element another name; it must be empty (``<motor .../>``)."""
         self._renamed[element] = name

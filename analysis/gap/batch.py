@@ -117,7 +117,7 @@ def state(task: Task, options: Options = Options()) -> Problem:
     """Problem of a task, with the hold-out log and the simulator's logs that the user named."""
     from clie_blocks.analysis.gap.problem.problem import Problem
 
-    robot, records = _read_logs(task, options.reading)
+    robot, records = read_task(task, options.reading)
     if options.run_law:
         from clie_blocks.analysis.records.law_file import with_law_of_file
 
@@ -131,7 +131,8 @@ def state(task: Task, options: Options = Options()) -> Problem:
     return problem.beside(read_logs(options.simulated, robot, **options.reading.keywords()))
 
 
-def _read_logs(task: Task, reading: Reading) -> tuple[Robot, list[Record]]:
+def read_task(task: Task, reading: Reading) -> tuple[Robot, list[Record]]:
+    """Read the robot file and the logs of a task."""
     from clie_blocks.analysis.records import read_robot, read_trial
     from clie_blocks.analysis.records.read import no_robot, read_logs
 

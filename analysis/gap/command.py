@@ -10,7 +10,7 @@ from typing import Any
 
 from clie_blocks.analysis.records.reading import add_reading_options, reading
 from clie_blocks.errors import ClieError
-from clie_blocks.output import command_parser, run_main, to_json, wrapped, write
+from clie_blocks.output import command_parser, json_types, run_main, to_json, wrapped, write
 
 ALL = "answers.json"  # all answers by name, in the folder of the results
 OVERVIEW = "answers.html"  # the same as a page that leads to the reports
@@ -23,6 +23,8 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
     if args.compare:
         return _compare(args)
+    if args.model:
+        return _suspect(args)
     if not args.paths:
         parser.error("name a folder with robot.toml and logs, or logs; or --compare LOADED "
                      "UNLOADED")
@@ -84,6 +86,23 @@ def _compare(args: argparse.Namespace) -> int:
     if args.output:
         write(Path(args.output) / "load.json", to_json(answer.to_dict()))
     print(to_json(answer.to_dict()) if args.json else answer)
+    return 0
+
+
+def _suspect(args: argparse.Namespace) -> int:
+    """Print what a simulator does wrong, by its own logs and its model file."""
+    from clie_blocks.analysis.gap.simulator_faults.command import lines, suspect_paths
+    from clie_blocks.output import progress
+
+    if args.paths or not args.simulated:
+        raise ClieError("--model is the file of the simulator that made the logs behind "
+                        "--simulated, without logs of a robot; to compare the two, leave it out")
+    with progress("examining the simulator"):
+        found = suspect_paths(args.simulated, args.model, args.robot, reading(args))
+    answer = json_types(found.to_dict())
+    if args.output:
+        write(Path(args.output) / "simulator.json", to_json(answer))
+    print(to_json(answer) if args.json else "\n".join(lines(answer)))
     return 0
 
 
@@ -151,6 +170,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")
+    parser.add_argument("--model", type=Path, metavar="FILE",
+                        help="MJCF that the simulator of --simulated was to run, without logs of "
+                             "a robot: find what the simulator does wrong")
     parser.add_argument("--compare", type=Path, nargs=2, metavar=("LOADED", "UNLOADED"),
                         help="folders or logs of one robot in one motion, with and without a "
                              "load: how heavy it is, and where it sits")

@@ -11,6 +11,7 @@ from clie_blocks.analysis.export.core import core
 from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.export import export
 from clie_blocks.analysis.export.joint_block import joint_block
+from clie_blocks.analysis.export.samples import draw, with_samples
 from tests.export import robots
 from tests.export.test_cores import MIXTURES, STEP, expected, signals
 
@@ -168,3 +169,65 @@ def test_a_joint_driven_by_it_moves_as_the_corrected_robot(torch, name, inertia)
     if name:
         moved = wanted - robots.reference([], robots.set_points(0.5))
         assert np.sqrt(np.mean(moved ** 2)) > 1.5e-3
+
+
+class Scene(dict):
+    """Robots by name, in some environments."""
+
+    num_envs = ENVIRONMENTS
+
+
+class Robot:
+    """What an event term reads and writes of an articulation, with the documented arguments."""
+
+    device = "cpu"
+
+    def __init__(self, one):
+        self.actuators, self.written = {"corrected": one}, None
+        names = ["other", *one.joint_names]
+        self.data = types.SimpleNamespace(default_joint_armature=sys.modules["torch"].as_tensor(
+            np.full((ENVIRONMENTS, len(names)), 0.5)))
+        self.find_joints = lambda wanted, preserve_order: (
+            [names.index(name) for name in wanted], wanted)
+
+    def write_joint_armature_to_sim(self, armature, joint_ids, env_ids):
+        """Keep what was written."""
+        self.written = np.asarray(armature), joint_ids, np.asarray(env_ids)
+
+
+def test_an_event_term_gives_each_environment_a_draw_as_a_whole(torch, monkeypatch):
+    correction = dataclasses.replace(robots.correction(robots.setting("coulomb")), uncertainty={
+        "numbers": ["joint.j1.inertia", "joint.j1.damping", "effect.0.level.0"],
+        "covariance": np.diag([1e-6, 1e-4, 1e-6]).tolist()})
+    drawn = draw(correction, 5, seed=2)
+    found = with_samples(export(correction, "isaac", step=STEP), correction, drawn, step=STEP)
+    events = types.ModuleType("corrected_events")
+    if isinstance(torch, Tensors):
+        chosen = np.random.default_rng(0)
+        monkeypatch.setattr(torch, "arange", lambda n, device: np.arange(n), raising=False)
+        monkeypatch.setattr(torch, "randint", lambda high, shape, device: chosen.integers(
+            high, size=shape), raising=False)
+    exec(found.files["corrected_events.py"], vars(events))
+    one = actuator(correction)
+    robot = Robot(one)
+    env = types.SimpleNamespace(scene=Scene(robot=robot))
+    events.draw_corrected_joints(env, None, types.SimpleNamespace(name="robot"))
+    joint = one.joints[0]
+    columns = np.asarray(joint.p).T
+    rows = np.array(events.DRAWS["j1"][0])
+    places = [int(np.abs(rows - column).sum(axis=1).argmin()) for column in columns]
+    np.testing.assert_allclose(columns, rows[places], rtol=1e-14)
+    inertias = [drawn.corrections[place].joints[0].inertia for place in places]
+    np.testing.assert_allclose(np.asarray(joint.inertia), inertias, rtol=1e-12)
+    armature, ids, where = robot.written
+    np.testing.assert_allclose(armature[:, 0] - 0.5,
+                               np.array(inertias) - correction.joints[0].inertia, atol=1e-15)
+    assert ids == [1] and where.tolist() == [0, 1, 2]
+    kept = columns[0].copy()
+    events.draw_corrected_joints(env, torch.as_tensor(np.array([1])),
+                                 types.SimpleNamespace(name="robot"))
+    np.testing.assert_array_equal(np.asarray(joint.p).T[0], kept)  # the others go on with theirs
+    torques = step(torch, one, np.zeros((3, 1)), np.ones((3, 1)), np.zeros((3, 1)))[:, 0]
+    moving = drawn.corrections[places[0]]
+    level = float(np.ravel(moving.effects[0].values["level"])[0])
+    assert torques[0] == pytest.approx(-moving.joints[0].damping - robots.LOAD - level)

@@ -20,13 +20,17 @@ class RejectedError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """The robot as stated, its experiments and logs, and the label that is sealed."""
+    """The robot as stated, its experiments and logs, and the label that is sealed.
+
+    `truth` are the parameters with which the engine ran, for what a population adds to its label.
+    """
 
     robot: DrawnRobot
     experiments: list[Experiment]
     runs: list[Run]
     label: dict[str, Any]
     others: Sequence[np.ndarray] = ()  # positions of the other encoders [rad], where there are two
+    truth: dict[str, np.ndarray] | None = None
 
 
 @dataclass(frozen=True)

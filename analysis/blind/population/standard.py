@@ -120,7 +120,7 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
                         [noise_factor * noise for noise in noises], seed=index)
     logs = [(q, logged_command(u, robot.period, affected)) for q, u, _ in both]
     return Trial(restate_links(robot, affected), experiments, logs, label,
-                 [other for _, _, other in both] if robot.two_encoders else ())
+                 [other for _, _, other in both] if robot.two_encoders else (), affected)
 
 
 def _check_healthy(experiments: list[Experiment], runs: list[Run],

@@ -32,11 +32,10 @@ LEAD = Cause("integrator_lead", (Piece("sensor", _ahead, states=2),),
              (Number("lead", "s", scope="robot"),), lambda scene: [])
 
 
-def with_integrator(problem: Problem) -> Problem:
-    """Problem of a simulator whose positions may lead or lag the motion."""
+def with_integrator(problem: Problem, largest: float = LARGEST_LEAD) -> Problem:
+    """Problem of a simulator whose positions may lead or lag the motion by some periods."""
     bounded = dataclasses.replace(LEAD, numbers=(dataclasses.replace(
-        LEAD.numbers[0], lower=-LARGEST_LEAD * problem.period,
-        upper=LARGEST_LEAD * problem.period),))
+        LEAD.numbers[0], lower=-largest * problem.period, upper=largest * problem.period),))
     zero = np.zeros(problem.n)
     lead = Member(bounded, tuple(range(problem.n)), {"lead": zero},
                   {"lead": zero + problem.period / 2})

@@ -1,0 +1,1 @@
+"""Simulators with a fault: a joint in MuJoCo whose run is not what its model file says."""

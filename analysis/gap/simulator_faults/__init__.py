@@ -1,0 +1,1 @@
+"""The simulator as suspect: what it does otherwise than its files state."""
