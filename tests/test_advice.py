@@ -17,7 +17,8 @@ SOURCES = [path for folder in ("clie_blocks", "diagrams", "analysis")
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 READING = ("check", "identify", "diagnose")
 # Whose advice it is: what a folder says must run with each of these verbs.
-VERBS_OF = {"analysis/records/corrections.py": ("diagnose",), "analysis/records": READING,
+VERBS_OF = {"analysis/records/corrections.py": ("diagnose",),
+            "analysis/records/robot_template.py": ("robot",), "analysis/records": READING,
             "analysis/gap": ("diagnose",), "analysis/identification": ("identify",),
             "analysis/stability_report": ("bounds",), "analysis/reproduction": ("reproduce",),
             "analysis/blind": ("blind",), "analysis/catalogue": ("effects",)}

@@ -68,7 +68,7 @@ QUICK = ("arm", "set", "lone.csv", "missing")
 
 def before_diagnosing(task, options):
     """What comes before a diagnosis: logs are read, and the hold-out log is found."""
-    robot, records = batch._read_logs(task, options.reading)
+    robot, records = batch.read_task(task, options.reading)
     batch._held_out(options.holdout, records)
     raise NotIdentifiableError(f"stopped: {robot.n} {len(records)}")
 
@@ -104,7 +104,7 @@ def test_what_is_diagnosed_together(place, monkeypatch, paths, options, robots, 
     monkeypatch.chdir(place)
     found = tasks.find_tasks(paths, *options)
     assert len({task.name for task in found}) == len(found) == robots
-    read = [len(batch._read_logs(task, batch.Options().reading)[1]) for task in found]
+    read = [len(batch.read_task(task, batch.Options().reading)[1]) for task in found]
     assert sorted(read) == sorted(logs)
 
 
@@ -153,7 +153,7 @@ def test_the_command_that_a_refusal_names_is_understood(place, monkeypatch, firs
 
 
 def test_a_log_is_held_out_by_name_beginning_or_number(place):
-    records = batch._read_logs(*[tasks.find_tasks([place / "arm"])[0], batch.Options().reading])[1]
+    records = batch.read_task(*[tasks.find_tasks([place / "arm"])[0], batch.Options().reading])[1]
     assert [batch._held_out(name, records) for name in
             ("log-2.csv", "log-2", "2", "arm/log-2.csv", None)] == [[1]] * 4 + [None]
     for wrong in ("log-9", "0", "4", ""):

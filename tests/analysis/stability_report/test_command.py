@@ -89,7 +89,7 @@ def test_report_is_written_and_its_verdict_comes_first(reused, tmp_path, capsys)
 
 def test_nominally_safe_gains_that_the_box_breaks_are_unsure(analysed, monkeypatch):
     monkeypatch.setattr(loop_bounds, "identification_errors",  # the verdict needs no runs
-                        lambda *arguments, **options: analysed.bounds.errors)
+                        lambda *arguments, **options: (analysed.bounds.errors, None))
     edge = paper_study().with_gains(kp=22.47, kd=5.0)  # joint 2 holds, its worst case does not
     bounds = analyse_bounds(edge.with_gains(kp=[10.0, 22.4675]))
     sentence, mood, advice = verdict(edge.with_gains(kp=[10.0, 22.4675]),
