@@ -78,8 +78,8 @@ _ROUND = np.frompyfunc(round_to, 2, 1)
 class SymbolArray(np.ndarray):
     """Object array of symbols and floats that keeps numpy's functions symbolic."""
 
-    @property
-    def real(self) -> Any:  # type: ignore[misc]  # there is none to be written
+    @property  # type: ignore[misc]  # nothing is written to it
+    def real(self) -> Any:
         """The signal, which is a real number; from NumPy 2.5 on objects are asked for theirs."""
         return self
 
