@@ -134,7 +134,9 @@ def test_motion(problem: Problem, limits: Limits, name: str, motion: np.ndarray,
     The motion [rad] and the torque [N m] have shape (N, n).
     """
     q_d, zero = limits.centre + motion, np.zeros_like(motion)
-    return Log(name, q_d, zero, q_d, torque, limits.centre, problem.fit[0].at_rest, zero)
+    supply = problem.fit[0].supply
+    return Log(name, q_d, zero, q_d, torque, limits.centre, problem.fit[0].at_rest, zero,
+               supply=None if supply is None else zero + supply.mean(axis=0))
 
 
 def scale_inside(model: Hypothesis, log: Log, limits: Limits, method: AssessmentMethod,

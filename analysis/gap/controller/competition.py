@@ -315,7 +315,8 @@ def _piece(problem: Problem) -> Problem:
     rows = slice(first, first + PIECE)
     part = dataclasses.replace(
         log, at_rest=False, law_state=None, start=log.q[rows][0], **{
-            name: value[rows] for name in ("q", "u", "q_d", "pe", "dither", "measured", "other_q")
+            name: value[rows] for name in ("q", "u", "q_d", "pe", "dither", "measured", "other_q",
+                                         "supply")
             if (value := getattr(log, name)) is not None},
         added=log.added[rows] if isinstance(log.added, np.ndarray) else log.added)
     return dataclasses.replace(problem, fit=(part,), held_out=())

@@ -366,6 +366,10 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
     by_record = [[_begun(log, law) for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
+    if any(log.supply is None for log in logs):  # one program runs all logs
+        by_record = [[dataclasses.replace(log, supply=None) for log in pieces]
+                     for pieces in by_record]
+        logs = [log for pieces in by_record for log in pieces]
     shortest = min(logs, key=Log.sample_count)
     if shortest.sample_count() < LEAST_SAMPLES:
         raise NotIdentifiableError(

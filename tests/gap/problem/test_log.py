@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import as_log
+from clie_blocks.analysis.gap.problem.problem import Problem
 
 
 def test_a_stated_start_counts_unless_the_log_begins_elsewhere(case):
@@ -35,3 +36,14 @@ def test_the_voltage_of_a_servo_counts_over_its_nominal_one(case):
     np.testing.assert_allclose(log.supply[:, -1], np.linspace(8.4, 6.0, len(record)) / 8.0,
                                rtol=1e-4)
     np.testing.assert_array_equal(log.supplied_u, log.u * log.supply)
+
+
+def test_a_voltage_that_one_log_lacks_counts_in_none(case):
+    made = case("none")
+    robot = dataclasses.replace(made.robot, controller=dataclasses.replace(
+        made.robot.controller, supply=8.0))
+    volts = [record.replace(extra={"supply": np.full(len(record), 7.0)})
+             for record in made.records]
+    assert all(log.supply is not None for log in Problem.from_logs(robot, volts).logs)
+    some = Problem.from_logs(robot, [*volts[:-1], made.records[-1]])
+    assert all(log.supply is None for log in some.logs)
