@@ -65,6 +65,12 @@ def test_what_cannot_be_compared_is_refused_with_the_remedy():
         compare_units(other)
 
 
+def test_one_unit_is_no_fleet_and_is_said_so_before_the_work(tmp_path):
+    law_robots.Robot(law_robots.pd, law_robots.STATED_PD).write(tmp_path, seconds=1.0)
+    with pytest.raises(ClieError, match="and there is one: name a folder with a folder of logs"):
+        main([str(tmp_path), "--fleet"])
+
+
 def test_a_parameter_that_the_logs_do_not_show_is_not_compared():
     several = copy.deepcopy(units(0.2, 0.2, 0.2))
     several["unit-2"]["by_log"][0]["deviation"][1] = 0.0
