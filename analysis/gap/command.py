@@ -40,8 +40,8 @@ def main(argv: list[str] | None = None) -> int:
         raise ClieError(f"--simulated is for the logs of one robot, and there are {len(tasks)}: "
                         "name one folder")
     if args.fleet and len(tasks) == 1:
-        raise ClieError("--fleet compares units of one robot, and there is one: name a folder with "
-                        "a folder of logs for each unit")
+        raise ClieError("--fleet compares units of one robot, and there is one: name a folder "
+                        "with a folder of logs for each unit")
     answers = dict(sorted(_diagnose(tasks, options, args).items()))
     content = to_json(answers if len(tasks) > 1 else next(iter(answers.values())))
     if args.output and len(tasks) > 1:
