@@ -14,8 +14,8 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.initial_state import LEAST_INITIAL_SPEED
 from clie_blocks.analysis.records import Record, Robot
+from clie_blocks.analysis.records.checks.law import explained_rms
 from clie_blocks.analysis.records.control_law import control_law, gains, stated_variant
-from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.replay import replay, sample_time
 from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import ClieError
@@ -24,7 +24,7 @@ EXACT = "exact"
 CORNERS = 24  # of filters that are tried, evenly apart on a logarithmic scale
 SLOWEST = 2 * np.pi  # rad/s, of them
 ROWS = 20000  # of the first log, by which they are compared
-# Beyond these a law does not add -Kd dq to the rest of its command.
+# Parts beside which a law does not simply add -Kd dq to the rest of its command.
 NOT_BESIDE = ("error_filter", "command_filter", "command_rate", "dead_band", "punch")
 PASSED_ON = (None, "gravity", "inverse_dynamics")  # compensations beside which it does
 
@@ -73,20 +73,14 @@ def _ran_on_logged_velocity(records: Sequence[Record], robot: Robot) -> bool:
 
 
 def _leaves_rounding(record: Record, robot: Robot, variant: str | None) -> bool:
-    """Whether the law leaves no more than rounding with one velocity, or with any but the logged.
-
-    A logged velocity is rounded, too, which its own digits show no more finely than the command.
-    """
+    """Whether the law leaves no more than rounding, with one velocity or any but the logged."""
     if variant is None:
         record = record.replace(dq=None)
     try:
         result = replay(record, robot.controller, variant)
     except ClieError:
         return False
-    step = robot.encoder.resolution
-    of_position = 0.0 if step is None else step * result.law.position_gain()
-    limit = rounding_limit(record.signal("u")[result.used], result.law.resolution, of_position)
-    return bool(np.all(result.rms <= limit))
+    return bool(np.all(result.rms <= explained_rms(record, robot, result)))
 
 
 def _nearest_filter(record: Record, controller: Controller) -> Controller:
