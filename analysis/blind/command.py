@@ -22,8 +22,8 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, if fewer faults of simulators are named than sought, or if exported
-    corrections leave more than sought, else 0.
+    target for certain, if fewer faults of simulators or laws are named than sought, or if
+    exported corrections leave more than sought, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -35,6 +35,8 @@ def main(argv: list[str] | None = None) -> int:
         return _simulator_faults(options)
     if options.exported:
         return _exported(options)
+    if options.laws:
+        return _laws(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -96,6 +98,18 @@ def _exported(options: argparse.Namespace) -> int:
     print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
     median = board["ratio"]["median"]
     return int(median is not None and median > study.LARGEST_RATIO)
+
+
+def _laws(options: argparse.Namespace) -> int:
+    """Run the study of control laws, and return the exit code."""
+    from clie_blocks.analysis.blind.laws import scoring, study
+
+    board = {"schema_version": 1, "command": _command(options),
+             **study.run_study(options.output, options.laws, options.seed[0], options.jobs)}
+    text = to_json(board)
+    write(options.output / "laws.json", text)
+    print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
+    return int(board["law_named"]["rate"] < scoring.NAMED)
 
 
 def scoreboard(options: argparse.Namespace) -> dict[str, Any]:
@@ -190,6 +204,7 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 def _command(options: argparse.Namespace) -> str:
     count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
              else f"--exported {options.exported}" if options.exported
+             else f"--laws {options.laws}" if options.laws
              else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
@@ -226,6 +241,10 @@ def _parser() -> argparse.ArgumentParser:
                              "to MuJoCo and replayed there on the log that no fit has seen: the "
                              "gap beside that of the true model, and how often the band of "
                              "--samples holds the motion; goes with --seed and --jobs")
+    parser.add_argument("--laws", type=_count, metavar="N",
+                        help="instead, N robots under seventeen control laws, half of them "
+                             "described wrong or not at all, a third sound, the others beside "
+                             "themselves under PD as stated; goes with --seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",

@@ -1,6 +1,6 @@
 """Small robots of MuJoCo under control laws of many kinds, with the logs and files of an owner.
 
-The laws here are written out sample by sample and use no block of the package.
+The laws are those of the blind study, sample by sample, and use no block of the package.
 """
 
 from __future__ import annotations
@@ -9,6 +9,16 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
+
+from clie_blocks.analysis.blind.laws import control_laws
+from clie_blocks.analysis.blind.laws.arm import Arm
+from clie_blocks.analysis.blind.laws.control_laws import (
+    Law,
+    Signals,
+    cascade,
+    servo,
+    with_low_pass,
+)
 
 PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
 NOISE, STEP = 2e-5, 1e-4  # rad, N m: of the encoder, and rounding of the command
@@ -19,20 +29,6 @@ SPIN = MASS * LENGTH**2 / 12
 KP, KD = 30.0, 1.6
 FRICTION, DELAY, BACKLASH = 0.25, 3, 0.012  # N m, periods, rad
 ALONE = ARMATURE + SPIN + MASS * COM**2  # kg m^2, of a single joint
-
-
-@dataclasses.dataclass
-class Signals:
-    """What a law reads in one sample, each of shape (n,)."""
-
-    q_d: np.ndarray
-    dq_d: np.ndarray
-    ddq_d: np.ndarray
-    q: np.ndarray
-    rate: np.ndarray  # backward difference of the measured position, or what the drive measures
-
-
-Law = Callable[[Signals], np.ndarray]
 
 
 class Reference:
@@ -118,88 +114,22 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
                                     for i, name in enumerate(names)}}
 
 
-def pd(kp: float = KP, kd: float = KD, velocity: float = 0.0, acceleration: float = 0.0,
-       coulomb: float = 0.0) -> Law:
+def pd(kp: float = KP, kd: float = KD, **fed: float) -> Law:
     """PD with feedforward of the reference."""
-    return lambda s: (kp * (s.q_d - s.q) - kd * s.rate + velocity * s.dq_d
-                      + acceleration * s.ddq_d + coulomb * np.tanh(s.dq_d / 0.02))
+    return control_laws.pd(kp, kd, **fed)
 
 
 def pid(ki: float, limit: float = np.inf, held: bool = True, velocity: float = 0.0,
         kp: float = KP, kd: float = KD) -> Law:
     """PID on the joint's velocity; the integral stands still at the limit, or winds up."""
-    total = 0.0
-
-    def law(s: Signals) -> np.ndarray:
-        nonlocal total
-        error = s.q_d - s.q
-        grown = total + ki * PERIOD * error
-        free = kp * error + grown - kd * s.rate + velocity * s.dq_d
-        limited = np.clip(free, -limit, limit)
-        stands = held & (free != limited) & (error * free > 0)
-        total = np.where(stands, total, grown)
-        return limited
-    return law
-
-
-def cascade(kp: float, kv: float, ki: float, every: int = 1) -> Law:
-    """Position P around velocity PI, the outer loop `every` samples."""
-    total, wanted, count = 0.0, 0.0, 0
-
-    def law(s: Signals) -> np.ndarray:
-        nonlocal total, wanted, count
-        if count % every == 0:
-            wanted = kp * (s.q_d - s.q)
-        count += 1
-        error = wanted - s.rate
-        total = total + ki * PERIOD * error
-        return kv * error + total
-    return law
-
-
-def low_passed(law: Law, corner: float) -> Law:
-    """A law whose command passes a first-order low-pass [rad/s]."""
-    share, state = 1.0 - np.exp(-corner * PERIOD), None
-
-    def filtered(s: Signals) -> np.ndarray:
-        nonlocal state
-        u = law(s)
-        state = (0.0 if state is None else state) + share * (u - (0.0 if state is None else state))
-        return state
-    return filtered
+    return control_laws.pid(kp, ki, kd, limit, held, velocity)
 
 
 def computed_torque(n: int, off: float, kp: float = 250.0, kd: float = 22.0) -> Law:
-    """M(q) (ddq_d + kp e + kd de) + C dq + G of an arm of one or two links, times a factor."""
-    def law(s: Signals) -> np.ndarray:
-        wanted = s.ddq_d + kp * (s.q_d - s.q) + kd * (s.dq_d - s.rate)
-        mass, bias = arm_terms(s.q, s.rate)
-        return off * (mass @ wanted + bias)
-    return law
-
-
-def arm_terms(q: np.ndarray, dq: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mass matrix with rotors, and velocity and weight torques of the arm."""
-    own = SPIN + MASS * COM**2
-    if len(q) == 1:
-        return (np.array([[ARMATURE + own]]),
-                DAMPING * dq + np.array([MASS * G * COM * np.cos(q[0])]))
-    c2, s2 = MASS * LENGTH * COM * np.cos(q[1]), MASS * LENGTH * COM * np.sin(q[1])
-    mass = np.array([[ARMATURE + 2 * own + MASS * LENGTH**2 + 2 * c2, own + c2],
-                     [own + c2, ARMATURE + own]])
-    second = MASS * G * COM * np.cos(q.sum())
-    first = MASS * G * (COM + LENGTH) * np.cos(q[0]) + second
-    return mass, (np.array([-s2 * (2 * dq[0] * dq[1] + dq[1] ** 2), s2 * dq[0] ** 2])
-                  + DAMPING * dq + np.array([first, second]))
-
-
-def servo(kp: float, dead: float, punch: float) -> Law:
-    """Duty cycle of a hobby servo: dead band, punch, full duty at most."""
-    def law(s: Signals) -> np.ndarray:
-        error = s.q_d - s.q
-        beyond = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
-        return np.clip(kp * beyond + punch * np.sign(beyond), -1.0, 1.0)
-    return law
+    """Computed torque of an arm of one or two links, by a model that is off by a factor."""
+    every = np.ones(n)
+    arm = Arm(MASS * every, LENGTH * every, ARMATURE * every, DAMPING * every, every, True)
+    return control_laws.computed_torque(arm, kp, kd, off)
 
 
 def robot_text(n: int, controller: str, gravity: bool = False, motor: str = "") -> str:
@@ -307,7 +237,7 @@ ROBOTS: dict[str, Robot] = {
         lambda: pid(0.0, limit=1.6), STATED_PD, options={"fastest": 2.0}),
     "cascade with a slower outer loop": Robot(
         lambda: cascade(18.0, 1.7, 8.0, every=4), stated(CASCADE_TEXT)),
-    "command low-pass": Robot(lambda: low_passed(pd(velocity=KD), 180.0), STATED_PD),
+    "command low-pass": Robot(lambda: with_low_pass(pd(velocity=KD), 180.0), STATED_PD),
     "hobby servo with dead band and punch": Robot(
         lambda: servo(6.0, 0.01, 0.04), SERVO_TEXT, motor=SERVO_MOTOR,
         options={"torque": _of_servo}),

@@ -28,6 +28,7 @@ ENOUGH = 1e-9  # of what a step removes of the squares that are left: the last o
 STEP = 1e-5  # of a parameter, in the differences by which it is found
 LEAST_SIZE = 1e-3  # of a parameter that is stated as zero
 RANK = 1e-10  # of the largest singular value: below it, states do not show in the commands
+ALIKE = 1e-7  # likewise, below it a mixture of parameters does not; differences are no finer
 STATE_ROUNDS = 2  # steps in which the first state is found; a linear law takes one
 DIVERGED = 1e6  # limits that a law counts to leave under parameters with which it diverges
 MOST_LEVELS = 100  # values of a reference that does not follow a course
@@ -157,7 +158,7 @@ def _gauss_newton(regression: Callable[[np.ndarray], tuple[np.ndarray, np.ndarra
     while evaluations > 0:
         scale = np.linalg.norm(columns, axis=0)
         scale = np.where(scale > 0.0, scale, 1.0)
-        step = np.linalg.lstsq(columns / scale, left, rcond=RANK)[0] / scale
+        step = np.linalg.lstsq(columns / scale, left, rcond=ALIKE)[0] / scale
         for _ in range(HALVINGS):
             after = regression(change + step)
             evaluations -= 1

@@ -255,25 +255,33 @@ def _models(base: Controller, problem: Problem) -> Iterator[Variant]:
     robot = problem.robot
     if robot is None or robot.motor.inertia is None or base.law == "cascade":
         return
-    for form, words in (("inverse_dynamics", "inverse dynamics at the reference"),
+    for form, words in (("gravity", "the weight of the links"),
+                        ("inverse_dynamics", "inverse dynamics at the reference"),
                         ("pd_plus", "the dynamics of PD+"),
                         ("computed_torque", "computed torque")):
-        of_law = base
+        of_law, shares = base, ["mass", "rotor"]  # damping times the reference is fed forward, too
+        if form == "gravity":
+            if not problem.links.has_gravity:
+                continue
+            shares = ["mass"]
         if form == "computed_torque":
+            shares.append("friction")
             per_inertia = {name: value / problem.nominal.inertia for name in ("kp", "ki", "kd")
                            if (value := getattr(base, name)) is not None}
             of_law = dataclasses.replace(base, **per_inertia)
         yield Variant(words, dataclasses.replace(
-            _fed_forward(of_law, "trajectory"), compensation=form,
-            model_shares={key: np.ones(problem.n) for key in ("mass", "rotor", "friction")}), 1)
+            of_law, compensation=form, reference_rate="trajectory",
+            feedforward={"velocity": np.zeros(problem.n)} | dict(base.feedforward or {}),
+            model_shares={key: np.ones(problem.n) for key in shares}), 1)
 
 
 def _others(base: Controller, problem: Problem) -> Iterator[Variant]:
     n, period = problem.n, problem.period
     change = np.max([np.abs(np.diff(log.u, axis=0)).max(axis=0) for log in problem.logs], axis=0)
+    change = change - problem.law.resolution  # by which rounding enlarges it
     if np.all(change > 0.0):
-        yield Variant("a limit of its rate", dataclasses.replace(
-            base, command_rate=change / period), 1)
+        limited = dataclasses.replace(base, command_rate=change / period)
+        yield Variant("a limit of its rate", limited, 1, start=limited)  # seldom met in a piece
     for notch in NOTCHES:
         yield Variant("a notch in the command", dataclasses.replace(base, command_filter={
             "notch_rad_s": np.full(n, notch / period), "notch_width": np.full(n, 0.5)}), 1)

@@ -9,7 +9,7 @@ import numpy as np
 from clie_blocks.analysis.gap.controller.competition import Competition, compete
 from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
-from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -75,14 +75,18 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
         return None
     closed = without_recorded_excitation(problem)
     limit = rounding_limit(np.concatenate([log.u for log in closed.logs]), law.resolution)
-    base = _first_guess(closed, robot.controller)
-    found = compete(closed, base, limit, range(problem.n), Controller(law="unknown"))
-    if found.law is None or len(found.found) < problem.n:
-        return None
-    if any(_is_limited(found, problem, k) for k in range(problem.n)):
+    for base in (_first_guess(closed, robot.controller), _first_cascade(closed, robot.controller)):
+        found = compete(closed, base, limit, range(problem.n), Controller(law="unknown"))
+        if found.law is not None and len(found.found) == problem.n:
+            break
+    else:
         return None
     said = tuple(one.describe(problem.joints[one.joint], learned=True) for one in found.found)
-    zero = np.zeros(problem.n)
+    zero, joints = np.zeros(problem.n), range(problem.n)
+    if any(_is_limited(found, problem, k) for k in joints):
+        return dataclasses.replace(
+            replay_controller(problem), laws=found.found, learned=True, followed=tuple(joints),
+            differences=said).with_decisions(said)
     return ControllerCheck(
         found.error, found.limit, (), np.full((2, problem.n), np.nan), (), zero, found.law, said,
         said, laws=found.found, learned=True)
@@ -111,6 +115,29 @@ def _first_guess(problem: Problem, stated: Controller) -> Controller:
         kp[k], kd[k] = max(gains[0], 1e-6), max(gains[1], 0.0)
     return Controller(law="pid", kp=kp, ki=np.zeros(problem.n), kd=kd,
                       velocity_filter="difference", sample_time=stated.sample_time,
+                      command_resolution=stated.command_resolution, u_is=stated.u_is,
+                      saturation=stated.saturation)
+
+
+def _first_cascade(problem: Problem, stated: Controller) -> Controller:
+    """Cascade with gains that leave least of the commands, to start from.
+
+    Its command is kv kp e - kv v + ki (kp times the sum of e, less the way that q went).
+    """
+    kp, kv, ki = (np.zeros(problem.n) for _ in range(3))
+    for k in range(problem.n):
+        columns, u = [], []
+        for log in problem.logs:
+            q, error = log.law_q[:, k], log.q_d[:, k] - log.law_q[:, k]
+            rate = np.diff(q, prepend=q[0]) / problem.period
+            total = problem.period * np.cumsum(error)
+            columns.append(np.stack([error, -rate, total, q[0] - q, np.ones_like(q)], axis=1))
+            u.append(log.u[:, k] - log.pe[:, k])
+        gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(u), rcond=None)[0]
+        kv[k], ki[k] = max(gains[1], 1e-6), max(gains[3], 0.0)
+        kp[k] = max(gains[0] / kv[k], 1e-6)
+    return Controller(law="cascade", kp=kp, kv=kv, ki=ki, velocity_filter="difference",
+                      sample_time=stated.sample_time,
                       command_resolution=stated.command_resolution, u_is=stated.u_is,
                       saturation=stated.saturation)
 

@@ -174,7 +174,7 @@ class ControllerCheck:
         """Problem with the law that ran."""
         if self.open_loop:
             return with_unknown_law(problem)
-        if self.learned:
+        if self.learned and not self.followed:
             problem = without_recorded_excitation(problem)
         corrected = dataclasses.replace(with_law_states(problem, self.law), law=self.law)
         if self.delayed:

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.robot_loop.sampled_law import PARAMETERS
 
 
 def with_observer(problem: Problem, method: Method) -> Problem:
@@ -38,7 +39,8 @@ def without_observer(model: Hypothesis, problem: Problem) -> Hypothesis:
         return model
     alone = dataclasses.replace(model.problem, law=problem.law, fit=problem.fit,
                                 held_out=problem.held_out)
-    values = {**model.values, "kp": problem.law.kp, "kd": problem.law.kd}
+    values = {key: value for key, value in model.values.items() if key != PARAMETERS}
+    values |= {"kp": problem.law.kp, "kd": problem.law.kd}
     return dataclasses.replace(model, problem=alone, values=values)
 
 

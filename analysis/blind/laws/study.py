@@ -1,0 +1,60 @@
+"""The study of laws: made, sealed, diagnosed, unsealed, scored."""
+
+from concurrent.futures import as_completed
+from pathlib import Path
+from typing import Any
+
+from clie_blocks.analysis.blind.laws.scoring import score
+from clie_blocks.analysis.blind.laws.trials import (
+    TRIAL,
+    TWIN,
+    draw_trial,
+    write_trial,
+    write_twin,
+)
+from clie_blocks.analysis.blind.protocol import seal, study
+from clie_blocks.output import json_types, progress
+
+
+def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, Any]:
+    """Make, diagnose and open a study, and return its figures.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the study; one that is there is continued.
+    trials : int
+        Robots under laws; those with an effect are also run under PD as stated.
+    seed : int
+        Of the random numbers.
+    jobs : int
+        Processes.
+
+    """
+    from clie_blocks.analysis.gap.causes.vocabulary import class_of
+
+    if not study.already_made(folder, trials, seed):
+        _make(folder, trials, seed, jobs)
+    return score(study.diagnose_trials(folder, jobs), seal.unseal(folder), class_of)
+
+
+def _make(folder: Path, trials: int, seed: int, jobs: int) -> None:
+    from clie_blocks.analysis.workers import workers
+
+    labels = {}
+    with workers(jobs) as pool, progress("making trials", trials) as advance:
+        running = [pool.submit(_make_one, folder / study.TRIALS, seed, index)
+                   for index in range(trials)]
+        for future in as_completed(running):
+            name, labels[name] = future.result()
+            advance(1)
+    study.commit(folder, trials, seed, dict(sorted(labels.items())))
+
+
+def _make_one(folder: Path, seed: int, index: int) -> tuple[str, dict[str, Any]]:
+    trial = draw_trial(seed, index)
+    name = f"{TRIAL}-{index:03d}"
+    write_trial(trial, folder / name)
+    if trial.effect.name:
+        write_twin(trial, folder / f"{TWIN}-{index:03d}")
+    return name, json_types(trial.label)

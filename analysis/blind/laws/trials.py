@@ -1,0 +1,200 @@
+"""Trials of the study: robots with a law, what their file says of it, and their logs."""
+
+import dataclasses
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.analysis.blind.laws import control_laws as laws
+from clie_blocks.analysis.blind.laws.arm import LOOSE, PERIOD, SOFT, Arm, draw_arm
+from clie_blocks.analysis.blind.laws.drawn import (
+    KINDS,
+    WITH_GRAVITY,
+    Bench,
+    DrawnLaw,
+    Statement,
+    pd_statement,
+    row,
+)
+from clie_blocks.analysis.blind.laws.run import DELAY, DRAG, SOUND, Effect, Reference, run
+from clie_blocks.output import write
+
+LOGS, SECONDS = 3, 8.0  # of each robot, s
+RINGING = 3.0  # times the largest command of a sound robot
+RIGHT, WRONG, UNKNOWN = "right", "wrong", "unknown"
+# How the trials of one kind are described, and whether the robot is sound: half and a third.
+TURNS = ((RIGHT, True), (WRONG, False), (RIGHT, False), (UNKNOWN, False), (RIGHT, False),
+         (WRONG, True))
+TRIAL, TWIN = "trial", "twin"  # a robot under its law, and the same under PD as stated
+_FRICTION, _TWO_PI = "coulomb", 2.0 * math.pi
+EFFECTS = (_FRICTION, LOOSE, SOFT, DELAY, DRAG)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Trial:
+    """A robot of the study.
+
+    Parameters
+    ----------
+    bench : Bench
+        The robot.
+    kind : str
+        Of its law.
+    law : DrawnLaw
+        Its law.
+    described : str
+        `RIGHT`, `WRONG` or `UNKNOWN`.
+    effect : Effect
+        What it has beyond its model.
+    step : float
+        To which commands are rounded [N m].
+    fastest : float
+        Highest frequency of its motion [Hz].
+    seeds : tuple of int
+        Of its experiments.
+
+    """
+
+    bench: Bench
+    kind: str
+    law: DrawnLaw
+    described: str
+    effect: Effect
+    step: float
+    fastest: float
+    seeds: tuple[int, ...]
+
+    @property
+    def label(self) -> dict[str, Any]:
+        """What is sealed."""
+        name = self.effect.name
+        return {"law": self.kind, "described": self.described,
+                "kind": "single" if name else "none", "labels": [name or "none"],
+                "effects": [{"effect": name, "joint": self.effect.joint + 1,
+                             "size": self.effect.size}] if name else [],
+                "words": list(self.law.words), "numbers": {
+                    key: np.atleast_1d(value).tolist()
+                    for key, value in self.law.numbers.items()}}
+
+
+def draw_trial(seed: int, index: int) -> Trial:
+    """Draw a trial; its place in the study decides kind, description and soundness."""
+    rng = np.random.default_rng([seed, index])
+    lap, place = divmod(index, len(KINDS))
+    kind = list(KINDS)[place]
+    described, sound = TURNS[(lap + place) % len(TURNS)]
+    arm = draw_arm(rng, int(rng.integers(1, 3)), kind in WITH_GRAVITY or rng.random() < 0.3)
+    fastest = float(rng.uniform(1.2, 2.0))
+    seeds = tuple(int(one) for one in rng.integers(2**31, size=LOGS))
+    bench = _bench(rng, arm, fastest, seeds[0])
+    step = 10.0 ** math.floor(math.log10(3e-4 * float(bench.peak.min())))
+    effect = SOUND if sound else _draw_effect(rng, bench, fastest, seeds[0])
+    trial = Trial(bench, kind, KINDS[kind](rng, bench), described, effect, step, fastest, seeds)
+    while not _is_steady(trial):  # no one keeps a loop that rings
+        trial = dataclasses.replace(trial, effect=_milder(trial.effect))
+    return trial
+
+
+def _is_steady(trial: Trial) -> bool:
+    """Whether the loop stays near its motion under both laws."""
+    arm, count = trial.bench.arm, round(SECONDS / PERIOD)
+    for start in (trial.law.start, trial.bench.pd) if trial.effect.name else ():
+        log = _experiment(arm, start(), trial.seeds[0], trial.fastest, trial.step, trial.effect)
+        u = log[:, 1 + arm.n:1 + 2 * arm.n]
+        if len(log) < count or np.any(np.abs(u).max(axis=0) > RINGING * trial.bench.peak):
+            return False
+    return True
+
+
+def _milder(effect: Effect) -> Effect:
+    """A softness or a delay with which a loop rings less."""
+    size = {SOFT: 1.5 * effect.size, DELAY: effect.size - 1.0}.get(effect.name, 0.7 * effect.size)
+    return dataclasses.replace(effect, size=size)
+
+
+def _bench(rng: np.random.Generator, arm: Arm, fastest: float, seed: int) -> Bench:
+    """PD gains, and the commands that they give in the first motion."""
+    speed = _TWO_PI * rng.uniform(2.5, 4.0)
+    kp = arm.inertia * speed**2 / arm.gear
+    kd = rng.uniform(1.2, 1.7) * arm.inertia * speed / arm.gear
+    log = _experiment(arm, laws.pd(kp, kd), seed, fastest, 1e-9)
+    u = log[:, 1 + arm.n:1 + 2 * arm.n]
+    fastest_change = np.abs(np.diff(u, axis=0)).max(axis=0) / PERIOD
+    return Bench(arm, kp, kd, np.abs(u).max(axis=0), fastest_change)
+
+
+def _draw_effect(rng: np.random.Generator, bench: Bench, fastest: float, seed: int) -> Effect:
+    arm, joint = bench.arm, int(rng.integers(bench.arm.n))
+    name = str(rng.choice(EFFECTS))
+    torque = arm.gear[joint] * bench.peak[joint]  # joint side
+    if name == DELAY:
+        return Effect(name, joint, int(rng.integers(2, 6)))
+    if name == LOOSE:
+        return Effect(name, joint, rng.uniform(0.006, 0.02))
+    if name == SOFT:
+        link = arm.inertia[joint] - arm.armature[joint]
+        return Effect(name, joint, link * (_TWO_PI * rng.uniform(6.0, 14.0))**2)
+    if name == _FRICTION:
+        return Effect(name, joint, torque * rng.uniform(0.1, 0.3))
+    reference = Reference(np.random.default_rng(seed), arm.n, fastest)
+    speeds = [abs(reference(t)[1][joint]) for t in np.arange(0.0, SECONDS, 0.05)]
+    return Effect(name, joint, torque * rng.uniform(0.1, 0.3) / max(speeds)**2)
+
+
+def _experiment(arm: Arm, law: laws.Law, seed: int, fastest: float, step: float,
+                effect: Effect = SOUND) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    return run(arm, law, Reference(rng, arm.n, fastest), rng, SECONDS, step, effect)
+
+
+def write_trial(trial: Trial, folder: Path) -> None:
+    """Write the files of an owner."""
+    statement = {RIGHT: trial.law.right, WRONG: trial.law.wrong,
+                 UNKNOWN: {"law": '"unknown"'}}[trial.described]
+    _write(trial, folder, trial.law.start, statement)
+
+
+def write_twin(trial: Trial, folder: Path) -> None:
+    """Write the files of the same robot under its PD law, as stated."""
+    bench = trial.bench
+    _write(trial, folder, bench.pd, pd_statement(bench.kp, bench.kd))
+
+
+def _write(trial: Trial, folder: Path, start: Any, statement: Statement) -> None:
+    arm = trial.bench.arm
+    write(folder / "robot.toml", robot_text(arm, statement, trial.step))
+    names = ["time", *(f"{name}{k + 1}" for name in ("q", "u", "qd") for k in range(arm.n))]
+    for k, seed in enumerate(trial.seeds, 1):
+        log = _experiment(arm, start(), seed, trial.fastest, trial.step, trial.effect)
+        table = io.StringIO()
+        np.savetxt(table, log, delimiter=",", fmt="%.10g", header=",".join(names), comments="")
+        write(folder / f"log-{k}.csv", table.getvalue())
+
+
+def robot_text(arm: Arm, statement: Statement, step: float) -> str:
+    """Robot file of an arm; its datasheet numbers are the true ones."""
+    controller = "\n".join(f"{key} = {value}" for key, value in statement.items())
+    return f"""name = "arm"
+joints = {arm.n}
+[motor]
+gear_ratio = {row(arm.gear)}
+inertia_kgm2 = {row(arm.armature / arm.gear**2)}
+inertia_tolerance = 0.05
+viscous_friction_nms = {row(arm.damping / arm.gear**2)}
+viscous_friction_tolerance = 0.1
+[links]
+mass_kg = {row(arm.mass)}
+length_m = {row(arm.length)}
+com_m = {row(arm.com)}
+inertia_kgm2 = {row(arm.spin)}
+[nominal]
+gravity = {str(arm.has_gravity).lower()}
+coupling = {str(arm.n > 1).lower()}
+[controller]
+{controller}
+sample_time_s = {PERIOD}
+command_resolution_nm = {step!r}
+"""

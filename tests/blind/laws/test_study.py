@@ -1,0 +1,100 @@
+"""Study of laws: what is drawn, right statements give the commands, and how answers count."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+
+from clie_blocks.analysis.blind.laws import trials as made  # noqa: E402
+from clie_blocks.analysis.blind.laws.drawn import KINDS  # noqa: E402
+from clie_blocks.analysis.blind.laws.scoring import (  # noqa: E402
+    is_law_named,
+    score,
+    terminal_lines,
+)
+from clie_blocks.analysis.cli import main as clie  # noqa: E402
+from clie_blocks.analysis.gap.batch import read  # noqa: E402
+from clie_blocks.analysis.gap.controller.check import check_controller  # noqa: E402
+
+SEED = 23  # of robots that no study has
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(made, "SECONDS", 4.0)
+    monkeypatch.setattr(made, "LOGS", 1)
+
+
+def test_six_laps_have_every_law_in_every_turn():
+    turns = {(place % len(KINDS), made.TURNS[(place // len(KINDS) + place % len(KINDS))
+                                             % len(made.TURNS)])
+             for place in range(len(KINDS) * len(made.TURNS))}
+    sound = [sound for _, sound in made.TURNS]
+    right = [described == made.RIGHT for described, _ in made.TURNS]
+    assert len(turns) == len(KINDS) * len(set(made.TURNS))
+    assert sum(sound) * 3 == len(sound) and sum(right) * 2 == len(right)
+
+
+@pytest.mark.parametrize("kind", [
+    "old_gains", "integral_that_winds_up", "slower_position_loop", "computed_torque",
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in (
+        "velocity_of_error", "limit", "cascade", "feedforward_of_acceleration", "weight",
+        "inverse_dynamics", "command_low_pass", "error_low_pass", "rate_limit"))])
+def test_a_right_statement_gives_the_commands(kind, tmp_path, short):
+    index = next(k for k in range(200) if list(KINDS)[k % len(KINDS)] == kind
+                 and made.draw_trial(SEED, k).described == made.RIGHT)
+    made.write_trial(made.draw_trial(SEED, index), tmp_path)
+    check = check_controller(read(tmp_path))
+    assert check.as_stated and not check.differences
+
+
+LABEL = {"law": "integral", "described": "wrong", "kind": "none", "labels": ["none"],
+         "effects": [], "words": ["PID"], "numbers": {"ki": [2.0]}}
+ANSWER = {"verdict": "none", "effects": [{"effect": "none", "joint": None, "probability": 0.9}],
+          "unexplained": False, "set_90": ["none"], "laws": [],
+          "controller_as_stated": False, "controller_differences": [], "log": {}}
+
+
+def found(ki):
+    return [{"joint": 1, "law": "PID", "numbers": {"ki": {"value": ki, "half": 0.0, "unit": ""}}}]
+
+
+def test_a_law_counts_as_named_with_its_numbers():
+    assert is_law_named(LABEL, {**ANSWER, "laws": found(2.05)})
+    assert not is_law_named(LABEL, {**ANSWER, "laws": found(2.5)})
+    assert not is_law_named(LABEL, ANSWER)
+    right = {**LABEL, "described": "right"}
+    assert is_law_named(right, {**ANSWER, "controller_as_stated": True})
+    assert not is_law_named(right, {**ANSWER, "laws": found(2.0)})
+
+
+def test_what_is_said_of_the_law_accuses_no_robot():
+    effect = {"effect": "hidden_integral", "joint": [1], "probability": 0.97}
+    of_law = {**ANSWER, "verdict": "effect", "effects": [effect], "laws": found(2.0)}
+    robot = {**ANSWER, "verdict": "effect",
+             "effects": [{"effect": "coulomb", "joint": [1], "probability": 0.6}]}
+    board = score({"trial-0": of_law, "trial-1": robot},
+                  {"trial-0": LABEL, "trial-1": LABEL}, str)
+    assert board["accused"]["hits"] == 1 and board["none_of_sound"]["hits"] == 1
+    assert board["law_named"]["hits"] == 1
+
+
+def test_effects_are_compared_with_the_same_robots_under_pd():
+    label = {**LABEL, "kind": "single", "labels": ["coulomb"], "effects": [
+        {"effect": "coulomb", "joint": 1, "size": 1.0}]}
+    named = {**ANSWER, "effects": [{"effect": "coulomb", "joint": [1], "probability": 0.8}]}
+    board = score({"trial-0": ANSWER, "twin-0": named}, {"trial-0": label}, str)
+    assert (board["right_first"]["hits"], board["right_first_of_twins"]["hits"]) == (0, 1)
+    assert board["beside_twins"]["value"] == -1.0
+    assert len(terminal_lines({**board, "command": "clie blind"})) >= 8
+
+
+@pytest.mark.slow
+def test_a_study_from_one_command(tmp_path, short, capsys):
+    clie(["blind", "--laws", "1", "--seed", str(SEED), "-o", str(tmp_path)])
+    assert "law accepted, or named with its numbers" in capsys.readouterr().out
+    board = json.loads((tmp_path / "laws.json").read_text())
+    assert board["trials"] == 1 and board["command"] == f"clie blind --laws 1 --seed {SEED}"
+    assert np.isfinite(board["law_named"]["rate"])
