@@ -8,10 +8,13 @@ import types
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.export import truth_table
 from clie_blocks.analysis.export.c_target import export_c
 from clie_blocks.analysis.export.core import Core, core, identifier
+from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.fmu import COMPILERS, export_fmu
 from clie_blocks.analysis.export.joint_block import OUTPUTS, joint_block
+from clie_blocks.effects import LIBRARY
 from tests.export import robots
 
 COMPILER = next((found for name in COMPILERS if (found := shutil.which(name))), None)
@@ -101,6 +104,27 @@ def test_the_fmu_is_valid_and_computes_what_the_block_does(tmp_path):
     run = held_run(fmpy, path, rows)
     one = core(joint_block(robots.correction(*effects), 0, STEP))
     np.testing.assert_allclose(run, expected(one, rows), rtol=1e-12, atol=1e-12)
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_every_effect_that_is_native_in_code_runs_in_fmpy_as_in_the_block(tmp_path):
+    """One unit per effect, all in one export: the joints of a robot with one effect each."""
+    fmpy = pytest.importorskip("fmpy", reason="needs the extra clie-blocks[fmi]")
+    names = [name for name in LIBRARY if str(truth_table.support(name, "code")) == "native"
+             and name not in truth_table.IN_THE_MODEL]
+    assert len(names) >= 38
+    joints = tuple(robots.joint(name=name, inertia=0.06) for name in names)
+    effects = tuple(LIBRARY[name](joints=[k], **robots.setting(name).values)
+                    for k, name in enumerate(names))
+    robot = Correction(joints, robots.PERIOD, effects)
+    rows = signals(40)
+    paths = {path.stem: path for path in export_fmu(robot, STEP).save(tmp_path)}
+    assert set(paths) == set(names)
+    for k, name in enumerate(names):
+        one = core(joint_block(robot, k, STEP))
+        np.testing.assert_allclose(held_run(fmpy, paths[name], rows), expected(one, rows),
+                                   rtol=1e-12, atol=1e-12, err_msg=name)
 
 
 def held_run(fmpy, path, rows):
