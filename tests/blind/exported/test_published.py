@@ -1,4 +1,4 @@
-"""The study of exported corrections that is published in docs/blind, and the page that tells it."""
+"""The published study of exported corrections, and the page that tells it."""
 
 import json
 from pathlib import Path
