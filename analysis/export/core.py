@@ -6,7 +6,7 @@ import dataclasses
 import json
 import re
 import textwrap
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,8 @@ from clie_blocks.analysis.export.correction import before
 from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, JointBlock
 
 if TYPE_CHECKING:
+    import jinja2
+
     from clie_blocks.compiled.program import Program
 
 TEMPLATES = Path(__file__).parent
@@ -158,10 +160,15 @@ def identifier(text: str) -> str:
 
 def fill(template: str, **values: Any) -> str:
     """Return a template of this folder with values filled in; an unknown name is an error."""
+    return _templates().get_template(template).render(inputs=INPUTS, outputs=OUTPUTS, **values)
+
+
+@cache
+def _templates() -> jinja2.Environment:
     import jinja2
 
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
     environment.filters["text"] = lambda text: re.sub(r"\s+", " ", str(text)).replace("*/", "* /")
-    return environment.get_template(template).render(inputs=INPUTS, outputs=OUTPUTS, **values)
+    return environment

@@ -48,6 +48,17 @@ def mass_matrix(compiled: mujoco.MjModel) -> np.ndarray:
     return full
 
 
+def free_inertia(compiled: mujoco.MjModel, dof: int) -> float:
+    """Return what bodies bring about one joint while all others are free [kg m^2 or kg].
+
+    An armature that takes off less than this leaves the mass matrix positive definite.
+    """
+    of_bodies = mass_matrix(compiled)
+    of_bodies[dof, dof] -= compiled.dof_armature[dof]
+    of_bodies += 1e-12 * np.eye(compiled.nv)  # two joints about one axis: none of them is free
+    return float(1.0 / np.linalg.inv(of_bodies)[dof, dof])
+
+
 def joint_type(compiled: mujoco.MjModel, name: str) -> str:
     """Return the type of a joint as an MJCF names it: ``hinge``, ``slide``, ``ball``, ``free``."""
     import mujoco

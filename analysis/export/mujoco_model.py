@@ -26,7 +26,12 @@ from clie_blocks.analysis.export.mjcf_elements import (
     tag,
 )
 from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
-from clie_blocks.analysis.export.mujoco_engine import joint_type, load, mass_matrix
+from clie_blocks.analysis.export.mujoco_engine import (
+    free_inertia,
+    joint_type,
+    load,
+    mass_matrix,
+)
 from clie_blocks.analysis.export.mujoco_split import NEEDS, Split, armature, split
 from clie_blocks.analysis.export.xml_text import Element, XmlText
 from clie_blocks.effects.effect import Setting
@@ -36,6 +41,7 @@ if TYPE_CHECKING:
     import mujoco
 
 LONGEST_STEP = 1.25e-4  # s, of a stub: dry friction then holds as in the corrected model
+LARGEST_SHARE = 0.5  # of what the bodies bring about a joint, that a negative armature takes off
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,11 +227,13 @@ class _Patch:
                 self.document.set(inertial, {"mass": mass})
                 return 0.0
         unit = "kg" if piece.joint.slides else "kg m^2"
+        least = -LARGEST_SHARE * free_inertia(self.compiled, dof)
         self.notes.append(
             f"The bodies of the model bring {-inertia:.6g} {unit} more about "
             f"{piece.joint.name} than the logs show ({piece.joint.inertia:.6g} {unit}); its "
-            "armature is 0 now, and the masses of the bodies need a look.")
-        return 0.0
+            f"armature is {'negative' if inertia >= least else 0} now, and the masses of the "
+            "bodies need a look.")
+        return inertia if inertia >= least else 0.0
 
     def _elastic(self, piece: Split, element: Element, name: str, inertia: float,
                  found: Mapping[str, float | str]) -> str:

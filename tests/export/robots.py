@@ -54,9 +54,9 @@ def correction(*effects, **changes):
     return Correction((joint(**changes),), PERIOD, effects)
 
 
-def reference(effects, q_d):
+def reference(effects, q_d, inertia=INERTIA, damping=DAMPING, load=LOAD):
     """Positions of the package's sampled robot, shape (N,)."""
-    robot = robot_loop(period=PERIOD, inertia=[INERTIA], damping=[DAMPING], load=[LOAD],
+    robot = robot_loop(period=PERIOD, inertia=[inertia], damping=[damping], load=[load],
                        kp=[KP], kd=[KD], start=[0.0], saturation=[1e9], gear_ratio=[1.0],
                        effects=list(effects))
     run = compile_diagram(robot).run(len(q_d) * PERIOD, inputs={

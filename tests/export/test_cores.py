@@ -8,10 +8,13 @@ import types
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.export import truth_table
 from clie_blocks.analysis.export.c_target import export_c
 from clie_blocks.analysis.export.core import Core, core, identifier
+from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.fmu import COMPILERS, export_fmu
 from clie_blocks.analysis.export.joint_block import OUTPUTS, joint_block
+from clie_blocks.effects import LIBRARY
 from tests.export import robots
 
 COMPILER = next((found for name in COMPILERS if (found := shutil.which(name))), None)
@@ -21,6 +24,7 @@ MIXTURES = [("coulomb",), ("stribeck", "actuator_lag", "torque_ripple"),
             ("time_delay", "presliding", "encoder_quantization"),
             ("backlash", "coulomb", "actuator_saturation"), ("torsional_hysteresis",),
             ("rest_time_breakaway", "maxwell_slip")]
+UNITS = 14  # that hold all effects together
 
 
 def made(names):
@@ -101,6 +105,27 @@ def test_the_fmu_is_valid_and_computes_what_the_block_does(tmp_path):
     run = held_run(fmpy, path, rows)
     one = core(joint_block(robots.correction(*effects), 0, STEP))
     np.testing.assert_allclose(run, expected(one, rows), rtol=1e-12, atol=1e-12)
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_every_effect_that_is_native_in_code_runs_in_fmpy_as_in_the_block(tmp_path):
+    """A few in each unit, and no two gears; all units in one export, as joints of one robot."""
+    fmpy = pytest.importorskip("fmpy", reason="needs the extra clie-blocks[fmi]")
+    names = [name for name in LIBRARY if str(truth_table.support(name, "code")) == "native"
+             and name not in truth_table.IN_THE_MODEL]
+    assert len(names) >= 38
+    units = [names[k::UNITS] for k in range(UNITS)]  # neighbours in the catalogue are alike
+    effects = tuple(LIBRARY[name](joints=[k], **robots.setting(name).values)
+                    for k, unit in enumerate(units) for name in unit)
+    robot = Correction(tuple(robots.joint(name=f"unit{k}", inertia=0.06) for k in range(UNITS)),
+                       robots.PERIOD, effects)
+    rows = signals(40)
+    for k, path in enumerate(export_fmu(robot, STEP).save(tmp_path)):
+        one = core(joint_block(robot, k, STEP))
+        assert one.name == path.stem
+        np.testing.assert_allclose(held_run(fmpy, path, rows), expected(one, rows), rtol=1e-12,
+                                   atol=1e-12, err_msg=", ".join(units[k]))
 
 
 def held_run(fmpy, path, rows):

@@ -1,9 +1,12 @@
 """Every effect that MuJoCo holds moves the joint there as the corrected model does here."""
 
+import numpy as np
 import pytest
 
 from clie_blocks.analysis.export import truth_table
+from clie_blocks.analysis.export.mujoco_model import stub
 from clie_blocks.analysis.export.mujoco_split import split
+from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.effects import LIBRARY
 from tests.export import robots
 
@@ -20,6 +23,43 @@ BESIDE = ("stribeck", "presliding", "maxwell_slip", "backlash", "dead_zone", "ti
 def test_the_joint_model_alone_moves_as_here():
     left, _ = robots.difference()
     assert left < ALLOWED / 2
+
+
+NUMBERS = {  # of the joint: in the answer, and how the package's own robot is told the same
+    "inertia": ({"inertia": 0.03, "beside_links": 0.03}, {"inertia": 0.03}, ()),
+    "viscous": ({"damping": 0.09}, {"damping": 0.09}, ()),
+    "offset": ({"offset": 0.06}, {"load": -0.06}, ()),
+    "torque_gain": ({"gain": 1.2}, {}, (robots.setting("torque_gain_error", error=0.2),))}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_a_number_of_the_joint_moves_as_here(name):
+    assert set(NUMBERS) == set(truth_table.IN_THE_MODEL) - {"coupling"}  # which the bodies hold
+    exported, here, effects = NUMBERS[name]
+    q_d = robots.set_points(0.6)
+    found = robots.in_mujoco(export_mujoco(robots.correction(**exported)), q_d)
+    expected = robots.reference(effects, q_d, **here)
+    moved = rms(expected - robots.reference((), q_d))
+    assert rms(found - expected) < ALLOWED and rms(found - expected) < moved / 10
+
+
+def test_a_payload_weighs_and_swings_as_here(tmp_path):
+    """For one joint it is an inertia and a weight; the arm is along x, and lifts by +q."""
+    mass, length, g = 0.1, 0.3, 9.81
+    own = tmp_path / "own.xml"
+    own.write_text(stub(robots.correction()).replace('gravity="0 0 0"', 'gravity="0 0 -9.81"'))
+    load = robots.setting("payload", mass=mass, length=length, gear_ratio=1.0)
+    weight = robots.setting("gravity", weight=mass * length * g, gear_ratio=1.0)
+    q_d = robots.set_points(0.6)
+    found = robots.in_mujoco(export_mujoco(robots.correction(load), own), q_d)
+    expected = robots.reference((weight,), q_d, inertia=robots.INERTIA + mass * length**2)
+    moved = rms(expected - robots.reference((), q_d))
+    assert rms(found - expected) < ALLOWED and rms(found - expected) < moved / 10
+
+
+def rms(values):
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 @pytest.mark.parametrize("name", IN_ELEMENTS)

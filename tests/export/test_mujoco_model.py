@@ -67,6 +67,26 @@ def test_bodies_that_bring_more_than_the_joint_has_are_said():
     assert any("more about j1 than the logs show" in note for note in found.notes)
 
 
+def test_bodies_that_bring_a_little_more_are_mended_by_a_negative_armature():
+    """As behind a loose gear, whose motor is found to be a little heavier than the datasheet's."""
+    whole = 0.9 * wheel_inertia()
+    found = patched(OWN, inertia=whole, beside_links=whole)
+    model = mujoco.MjModel.from_xml_string(found.text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert model.dof_armature[0] == pytest.approx(-wheel_inertia() / 10)
+    data.ctrl[0] = 1.0
+    mujoco.mj_step(model, data)
+    assert data.qacc[0] == pytest.approx((1.0 - robots.LOAD) / whole, rel=1e-6)
+    assert any("armature is negative" in note for note in found.notes)
+
+
+def wheel_inertia():
+    """Inertia of the wheel of the bench about its axis [kg m^2]."""
+    mass = 1000.0 * math.pi * 0.1**2 * 0.02
+    return mass * 0.1**2 / 2
+
+
 def test_stated_links_leave_the_armature_to_the_diagnosis():
     found = patched(OWN, links_known=True, beside_links=0.015)
     assert element(found.text, ".//worldbody//joint").get("armature") == "0.015"

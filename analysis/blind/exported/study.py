@@ -1,5 +1,6 @@
 """The study of exported corrections: sealed trials of one joint, diagnosed, exported, replayed."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from clie_blocks.analysis.blind.protocol import study
 from clie_blocks.analysis.blind.scoring.decisions import Answer, leads
 from clie_blocks.analysis.blind.scoring.intervals import estimate, summary
 from clie_blocks.errors import ClieError
-from clie_blocks.output import progress
+from clie_blocks.output import progress, to_json, write
 
+MEASURED = "measured"  # folder of the rows of a study
 LARGEST_RATIO, COVERAGE, WITHIN = 1.1, 0.90, 0.03
 
 
@@ -36,9 +38,19 @@ def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, 
     with progress("exporting and replaying", trials) as advance:
         for name in sorted(labels):
             rows.append({"trial": name, "effect": labels[name]["labels"][0],
-                         **_row(folder / study.TRIALS / name, answers[name], labels[name])})
+                         **_kept_row(folder, name, answers[name], labels[name])})
             advance(1)
     return {"seed": seed, **score(rows), "trials": rows}
+
+
+def _kept_row(folder: Path, name: str, answer: dict[str, Any],
+              label: dict[str, Any]) -> dict[str, Any]:
+    """Row of a trial, from the disk where a run that was stopped has left it."""
+    kept = folder / MEASURED / f"{name}.json"
+    if not kept.is_file():
+        write(kept, to_json(_row(folder / study.TRIALS / name, answer, label)))
+    row: dict[str, Any] = json.loads(kept.read_text())
+    return row
 
 
 def _row(trial: Path, answer: dict[str, Any], label: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from clie_blocks.analysis.blind.exported import study
 from clie_blocks.analysis.blind.exported.measure import coverage, own_model
 from clie_blocks.analysis.blind.exported.study import score, terminal_lines
 from clie_blocks.analysis.records.robot import Links, Motor, Nominal, Robot
@@ -67,3 +68,13 @@ def test_only_right_diagnoses_are_scored():
     told = "\n".join(terminal_lines({**board, "command": "clie blind", "trials": rows}))
     assert "b: dahl, 1.300, module" in told and "not exported: no link" in told
     assert types.SimpleNamespace(**score([])).ratio["median"] is None
+
+
+def test_a_study_that_was_stopped_measures_only_what_is_missing(tmp_path, monkeypatch):
+    measured = []
+    monkeypatch.setattr(study, "_row", lambda trial, answer, label: (
+        measured.append(trial.name), {"right": True, "ratio": 1.25})[1])
+    for _ in range(2):
+        rows = [study._kept_row(tmp_path, name, {}, {}) for name in ("trial-000", "trial-001")]
+    assert measured == ["trial-000", "trial-001"]
+    assert [row["ratio"] for row in rows] == [1.25, 1.25]
