@@ -1,0 +1,144 @@
+"""A formula of at most five terms for a torque that has no name: chosen, fitted, and tried.
+
+What no cause explains a simulator can still hold.  Terms of place, speed, load and direction are
+chosen by what they predict of parts of the logs that took no part in the choice, fitted in closed
+loop with the joint model, and judged on unseen data as a cause is.  The formula names no cause
+and changes no probability.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.analysis.gap.assessment.formula_choice import choose
+from clie_blocks.analysis.gap.assessment.formula_terms import (
+    RAMP,
+    WAVE,
+    Motion,
+    Term,
+    candidates,
+    motions_of,
+    responses,
+)
+from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
+from clie_blocks.analysis.gap.causes.cause import Cause, cause_of
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
+from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.residual.noise import rows_of
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.effects.torque_term import TORQUE_TERM
+
+_JOINT_MODEL = 3  # columns: inertia, damping, offset
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Formula:
+    """A formula for what a model leaves.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model with the terms as further members, refitted.
+    terms : tuple of Member
+        Its members that are terms.
+    reduction : GapReduction
+        What they remove of the reducible gap that the model without them leaves.
+
+    """
+
+    fit: Fit
+    terms: tuple[Member, ...]
+    reduction: GapReduction
+
+
+def formula_of(hypothesis: Hypothesis, residuals: ResidualModel) -> Formula | None:
+    """Return a formula for what a model leaves; None where nothing is left or it does not pay.
+
+    The model is the corrected one, or the refitted nominal one where no cause is believed.
+    """
+    method, joints = residuals.method.assessment, _with_a_gap(hypothesis, residuals)
+    terms = [term for k in joints for term in _chosen(hypothesis, k, method)]
+    if not terms:
+        return None
+    start = with_terms(hypothesis, terms)
+    fitted = fit(start, residuals, method.formula_steps)
+    if fitted.has_diverged:
+        return None
+    reduction = gap_reduction(hypothesis, fitted.hypothesis, residuals)
+    if (reduction.percent is None or reduction.percent < method.map_least_percent
+            or (reduction.interval and reduction.interval[0] < 0.0)):
+        return None
+    return Formula(fitted, fitted.hypothesis.members[len(hypothesis.members):], reduction)
+
+
+def _with_a_gap(hypothesis: Hypothesis, residuals: ResidualModel) -> list[int]:
+    """Joints whose gap on the validation logs is well above the noise."""
+    errors = [hypothesis.error(j, dithered=False) for j in validation_logs(hypothesis.problem)]
+    left = np.sqrt(np.mean(np.concatenate(errors)**2, axis=0))
+    least = residuals.method.assessment.map_least_gap * residuals.floors
+    return [int(k) for k in np.flatnonzero(left > least)]
+
+
+def _chosen(hypothesis: Hypothesis, k: int, method: AssessmentMethod) -> list[Term]:
+    """Terms at joint k that predict parts of the logs which took no part in their choice."""
+    problem = hypothesis.problem
+    logs = range(len(problem.fit))
+    motions = [motions_of(hypothesis, j, method)[k] for j in logs]
+    tried = candidates(motions, float(problem.gear_ratio[k]), method)
+    parts = [_normal_equations(hypothesis, motion, tried.torques(motion), j, k, method)
+             for j, motion in enumerate(motions)]
+    grams, rights = (np.concatenate(some) for some in zip(*parts))
+    groups = [tuple(_JOINT_MODEL + i for i in group) for group in tried.groups]
+    choice = choose(grams, rights, groups, _JOINT_MODEL, method.formula_terms,
+                    method.formula_least_gain)
+    theta, terms = choice.theta[_JOINT_MODEL:], []
+    for group in choice.groups:
+        own, theta = np.split(theta, [len(groups[group])])
+        terms.append(tried.term(k, group, own))
+    return terms
+
+
+def _normal_equations(hypothesis: Hypothesis, motion: Motion, torques: np.ndarray, j: int, k: int,
+                      method: AssessmentMethod) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrices and right sides of the parts of log j."""
+    problem = hypothesis.problem
+    rows = rows_of(problem.logs[j], problem.period)
+    first = round(method.map_settling / (rows.ticks * problem.period))
+    columns = responses(hypothesis, motion, torques, j, k)[first:]
+    left = rows.of_samples(hypothesis.error(j))[first:, k]
+    parts = list(zip(np.array_split(columns, method.map_parts),
+                     np.array_split(left, method.map_parts)))
+    return (np.array([some.T @ some for some, _ in parts]),
+            np.array([some.T @ part for some, part in parts]))
+
+
+def with_terms(hypothesis: Hypothesis, terms: Sequence[Term]) -> Hypothesis:
+    """Return a hypothesis with further members, one per term, that starts from its values."""
+    members = [_member(term, place, hypothesis.problem.n) for place, term in enumerate(terms)]
+    built = build_hypothesis(hypothesis.problem, (*hypothesis.members, *members))
+    return built.with_values({**built.values, **hypothesis.values})
+
+
+def _member(term: Term, place: int, n: int) -> Member:
+    values: dict[str, Any] = {p.name: np.full(n, p.default) for p in TORQUE_TERM.parameters
+                              if p.of == "effect"}
+    for name, value in {**term.shape, **term.amplitudes}.items():
+        if name in values:
+            values[name][term.joint] = value
+    sizes = {name: np.abs(value) * 0.05 for name, value in values.items()}
+    scale = 0.05 * max(map(abs, term.amplitudes.values()))
+    sizes |= {name: np.full(n, scale) for name in term.amplitudes}
+    return Member(_cause(tuple(term.amplitudes), place), (term.joint,), values, sizes)
+
+
+def _cause(free: tuple[str, ...], place: int) -> Cause:
+    """A term as a cause with its own numbers; a fit moves its amplitudes alone."""
+    names = [p.name for p in TORQUE_TERM.parameters if p.of == "effect"]
+    return cause_of(TORQUE_TERM, names, lambda scene: [],
+                    fixed=[name for name in names if name not in free],
+                    variant=str(place + 1))
