@@ -14,10 +14,8 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.formula_choice import choose
 from clie_blocks.analysis.gap.assessment.formula_terms import (
-    RAMP,
-    WAVE,
-    Motion,
     Term,
+    base_responses,
     candidates,
     motions_of,
     responses,
@@ -33,7 +31,7 @@ from clie_blocks.analysis.gap.residual.noise import rows_of
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.effects.torque_term import TORQUE_TERM
 
-_JOINT_MODEL = 3  # columns: inertia, damping, offset
+_SHAPES = ("order", "edge", "slowness")  # that a fit moves where a term has them
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -90,26 +88,27 @@ def _chosen(hypothesis: Hypothesis, k: int, method: AssessmentMethod) -> list[Te
     logs = range(len(problem.fit))
     motions = [motions_of(hypothesis, j, method)[k] for j in logs]
     tried = candidates(motions, float(problem.gear_ratio[k]), method)
-    parts = [_normal_equations(hypothesis, motion, tried.torques(motion), j, k, method)
+    parts = [_normal_equations(hypothesis, tried.torques(motion), j, k, method)
              for j, motion in enumerate(motions)]
+    base = parts[0][1].shape[1] - sum(map(len, tried.groups))
     grams, rights = (np.concatenate(some) for some in zip(*parts))
-    groups = [tuple(_JOINT_MODEL + i for i in group) for group in tried.groups]
-    choice = choose(grams, rights, groups, _JOINT_MODEL, method.formula_terms,
-                    method.formula_least_gain)
-    theta, terms = choice.theta[_JOINT_MODEL:], []
+    groups = [tuple(base + i for i in group) for group in tried.groups]
+    choice = choose(grams, rights, groups, base, method.formula_terms, method.formula_least_gain)
+    theta, terms = choice.theta[base:], []
     for group in choice.groups:
         own, theta = np.split(theta, [len(groups[group])])
         terms.append(tried.term(k, group, own))
     return terms
 
 
-def _normal_equations(hypothesis: Hypothesis, motion: Motion, torques: np.ndarray, j: int, k: int,
+def _normal_equations(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: int,
                       method: AssessmentMethod) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrices and right sides of the parts of log j."""
+    """Gram matrices and right sides of the parts of log j: free parameters, then torques."""
     problem = hypothesis.problem
     rows = rows_of(problem.logs[j], problem.period)
     first = round(method.map_settling / (rows.ticks * problem.period))
-    columns = responses(hypothesis, motion, torques, j, k)[first:]
+    columns = np.concatenate([base_responses(hypothesis, j, k),
+                              responses(hypothesis, torques, j, k)], axis=1)[first:]
     left = rows.of_samples(hypothesis.error(j))[first:, k]
     parts = list(zip(np.array_split(columns, method.map_parts),
                      np.array_split(left, method.map_parts)))
@@ -133,7 +132,8 @@ def _member(term: Term, place: int, n: int) -> Member:
     sizes = {name: np.abs(value) * 0.05 for name, value in values.items()}
     scale = 0.05 * max(map(abs, term.amplitudes.values()))
     sizes |= {name: np.full(n, scale) for name in term.amplitudes}
-    return Member(_cause(tuple(term.amplitudes), place), (term.joint,), values, sizes)
+    free = (*term.amplitudes, *(name for name in _SHAPES if term.shape.get(name)))
+    return Member(_cause(free, place), (term.joint,), values, sizes)
 
 
 def _cause(free: tuple[str, ...], place: int) -> Cause:

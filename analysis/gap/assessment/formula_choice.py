@@ -1,8 +1,9 @@
-"""Which few terms describe what is left: orthogonal forward selection, counted on left-out parts.
+"""Which few terms describe what is left: stepwise least squares, counted on parts left out.
 
-Each step takes the group of columns that removes most of what the ones before leave (orthogonal
-least squares).  How many steps are worth it, parts of the logs decide from which nothing was
-chosen and nothing fitted: the whole choice is made again without each part.
+Each step takes the group of columns that removes most of what those before leave (orthogonal
+forward selection); then each group makes room for a better one, if there is one.  How many groups
+are worth it, parts of the logs decide from which nothing was chosen and nothing fitted: the whole
+choice is made again without each part.
 """
 
 import dataclasses
@@ -10,24 +11,109 @@ from collections.abc import Sequence
 
 import numpy as np
 
-_DEPENDENT = 1e-4  # of its square, that the chosen columns must leave of a new one
+_DEPENDENT = 1e-4  # of its square, that the columns beside it must leave of a new one
+_ROUNDS = 4  # of exchanges
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Choice:
-    """Groups that were chosen.
+    """Groups of columns that were chosen.
 
     Parameters
     ----------
     groups : list of int
-        In the order of choice.
+        Their numbers.
     theta : ndarray
-        Coefficients of the base, then of the columns of each chosen group.
+        Coefficients of the base, then of the columns of each group.
 
     """
 
     groups: list[int]
     theta: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Columns:
+    """Normal equations of columns in groups of one or two, beside a base that is always in.
+
+    Parameters
+    ----------
+    gram, right : ndarray, shapes (c, c) and (c,)
+        In units in which every column has about the same square.
+    first, last : ndarray of int
+        First and last column of each group; the same for a group of one.
+    base : int
+        Columns in front that are always in.
+
+    """
+
+    gram: np.ndarray
+    right: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    base: int
+
+    def of(self, chosen: Sequence[int]) -> list[int]:
+        """Columns of the base and of some groups."""
+        return [*range(self.base), *(column for group in chosen for column in sorted(
+            {int(self.first[group]), int(self.last[group])}))]
+
+    def theta(self, chosen: Sequence[int]) -> np.ndarray:
+        """Coefficients of the base and of some groups."""
+        at = self.of(chosen)
+        return np.linalg.pinv(self.gram[np.ix_(at, at)], hermitian=True) @ self.right[at]
+
+    def removed(self, chosen: Sequence[int], theta: np.ndarray) -> float:
+        """Drop of the sum of squares by some groups with given coefficients."""
+        at = self.of(chosen)
+        return float(2 * theta @ self.right[at] - theta @ self.gram[np.ix_(at, at)] @ theta)
+
+    def gains(self, chosen: Sequence[int]) -> np.ndarray:
+        """Drop of the sum of squares by each group beside some; none of those themselves."""
+        at, diagonal = self.of(chosen), np.diag(self.gram)
+        values, vectors = np.linalg.eigh(self.gram[np.ix_(at, at)])
+        kept = values > 1e-10 * values.max(initial=0.0)
+        rotated = (vectors[:, kept] / np.sqrt(values[kept])).T
+        beside = rotated @ self.gram[at]
+        right = self.right - (rotated @ self.right[at]) @ beside
+        first, last = self.first, self.last
+        a = diagonal[first] - (beside[:, first]**2).sum(axis=0)
+        c = diagonal[last] - (beside[:, last]**2).sum(axis=0)
+        b = self.gram[first, last] - (beside[:, first] * beside[:, last]).sum(axis=0)
+        gains = _gains(a, b, c, right[first], right[last],
+                       (a > _DEPENDENT * diagonal[first]) & (c > _DEPENDENT * diagonal[last]),
+                       first != last)
+        gains[list(chosen)] = -np.inf
+        return gains
+
+    def forward(self, most: int) -> list[list[int]]:
+        """Best groups found of each count, from none to `most`, each from those of one less."""
+        path: list[list[int]] = [[]]
+        for _ in range(min(most, len(self.first))):
+            path.append(self.exchanged([*path[-1], int(np.argmax(self.gains(path[-1])))]))
+        return path
+
+    def exchanged(self, chosen: list[int]) -> list[int]:
+        """Groups after each has made room for a better one, until none is better."""
+        for _ in range(_ROUNDS if len(chosen) > 1 else 0):
+            before = chosen
+            for place in range(len(chosen)):
+                others = [*chosen[:place], *chosen[place + 1:]]
+                chosen = [*others, int(np.argmax(self.gains(others)))]
+            if set(chosen) == set(before):
+                break
+        return chosen
+
+
+def _gains(a: np.ndarray, b: np.ndarray, c: np.ndarray, x: np.ndarray, y: np.ndarray,
+           is_new: np.ndarray, is_pair: np.ndarray) -> np.ndarray:
+    """Drops by one or two columns of squares a and c, product b, right sides x and y."""
+    determinant = a * c - b * b
+    is_pair = is_pair & (determinant > _DEPENDENT * a * c)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alone = x * x / a
+        both = (c * x * x - 2 * b * x * y + a * y * y) / determinant
+    return np.where(is_new, np.where(is_pair, both, alone), 0.0)
 
 
 def choose(grams: np.ndarray, rights: np.ndarray, groups: Sequence[tuple[int, ...]], base: int,
@@ -45,74 +131,23 @@ def choose(grams: np.ndarray, rights: np.ndarray, groups: Sequence[tuple[int, ..
     most : int
         Groups at most.
     least_gain : float
-        Share of what is left, on parts left out, that one more group has to remove.
+        Share of what all groups remove, on parts left out, that the last one has to remove.
 
     """
     scale = np.sqrt(np.diag(grams.sum(axis=0))) + 1e-300
     grams, rights = grams / np.outer(scale, scale), rights / scale
-    gram, right = grams.sum(axis=0), rights.sum(axis=0)
+    ends = np.array([group[0] for group in groups]), np.array([group[-1] for group in groups])
+    whole = Columns(grams.sum(axis=0), rights.sum(axis=0), *ends, base)
     drops = np.zeros(most + 1)
-    for own_gram, own_right in zip(grams, rights):
-        chosen = _forward(gram - own_gram, right - own_right, groups, base, most)
-        for count in range(most + 1):
-            columns = _columns(chosen[:count], groups, base)
-            theta = _solve(gram - own_gram, right - own_right, columns)
-            part = own_gram[np.ix_(columns, columns)]
-            drops[count] += 2 * theta @ own_right[columns] - theta @ part @ theta
-    count = _worth(drops, least_gain)
-    chosen = _forward(gram, right, groups, base, count)
-    columns = _columns(chosen, groups, base)
-    return Choice(chosen, _solve(gram, right, columns) / scale[columns])
+    for gram, right in zip(grams, rights):
+        others = Columns(whole.gram - gram, whole.right - right, *ends, base)
+        part = Columns(gram, right, *ends, base)
+        drops += [part.removed(chosen, others.theta(chosen)) for chosen in others.forward(most)]
+    count = _worth(drops - drops[0], least_gain)
+    chosen = whole.forward(count)[-1]
+    return Choice(chosen, whole.theta(chosen) / scale[whole.of(chosen)])
 
 
-def _worth(drops: np.ndarray, least_gain: float) -> int:
-    """Groups whose last one still removes a share of all that the groups together remove."""
-    gained = drops.max() - drops[0]
-    if gained <= 0.0:
-        return 0
-    return int(np.flatnonzero(drops >= drops.max() - least_gain * gained)[0])
-
-
-def _forward(gram: np.ndarray, right: np.ndarray, groups: Sequence[tuple[int, ...]], base: int,
-             count: int) -> list[int]:
-    """Groups in the order in which each removes most of what those before leave."""
-    whole = np.diag(gram).copy()
-    gram, right = _without(gram, right, list(range(base)))
-    first = np.array([group[0] for group in groups])
-    last = np.array([group[-1] for group in groups])
-    chosen: list[int] = []
-    for _ in range(min(count, len(groups))):
-        gains = _gains(gram, right, whole, first, last)
-        gains[chosen] = -np.inf
-        chosen.append(int(np.argmax(gains)))
-        gram, right = _without(gram, right, list(groups[chosen[-1]]))
-    return chosen
-
-
-def _gains(gram: np.ndarray, right: np.ndarray, whole: np.ndarray, first: np.ndarray,
-           last: np.ndarray) -> np.ndarray:
-    """Drop of the sum of squares by each group of one or two columns."""
-    a, b, c = gram[first, first], gram[first, last], gram[last, last]
-    x, y = right[first], right[last]
-    new = (a > _DEPENDENT * whole[first]) & (c > _DEPENDENT * whole[last])
-    alone = np.where(new, x * x / np.where(new, a, 1.0), 0.0)
-    determinant = a * c - b * b
-    is_pair = (first != last) & (determinant > _DEPENDENT * a * c)
-    both = (c * x * x - 2 * b * x * y + a * y * y) / np.where(is_pair, determinant, 1.0)
-    return np.where(new & is_pair, both, alone)
-
-
-def _without(gram: np.ndarray, right: np.ndarray, columns: list[int],
-             ) -> tuple[np.ndarray, np.ndarray]:
-    """Normal equations of what some columns leave."""
-    own = gram[:, columns]
-    share = own @ np.linalg.pinv(gram[np.ix_(columns, columns)], hermitian=True)
-    return gram - share @ own.T, right - share @ right[columns]
-
-
-def _columns(chosen: Sequence[int], groups: Sequence[tuple[int, ...]], base: int) -> list[int]:
-    return [*range(base), *(column for group in chosen for column in groups[group])]
-
-
-def _solve(gram: np.ndarray, right: np.ndarray, columns: list[int]) -> np.ndarray:
-    return np.linalg.pinv(gram[np.ix_(columns, columns)], hermitian=True) @ right[columns]
+def _worth(gained: np.ndarray, least_gain: float) -> int:
+    """Fewest groups that gain all but a small share of the most that is gained."""
+    return int(np.flatnonzero(gained >= (1.0 - least_gain) * gained.max())[0])

@@ -46,11 +46,10 @@ class Term:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Motion:
-    """Motion of one joint in one log at the rate of the diagnosis, arrays (N,): q, dq, ddq, u."""
+    """Motion of one joint in one log at the rate of the diagnosis, arrays (N,): q, dq, u."""
 
     q: np.ndarray
     dq: np.ndarray
-    ddq: np.ndarray
     u: np.ndarray
 
 
@@ -94,8 +93,7 @@ def motions_of(hypothesis: Hypothesis, j: int, method: AssessmentMethod) -> list
     q = q + low_pass(rows.of_samples(log.q) - q, 2, method.formula_corner, 1.0 / step)
     u = u + low_pass(rows.of_samples(log.u) - u, 2, method.formula_corner, 1.0 / step)
     dq = np.gradient(q, step, axis=0)
-    ddq = np.gradient(dq, step, axis=0)
-    return [Motion(*(x[:, k] for x in (q, dq, ddq, u))) for k in range(problem.n)]
+    return [Motion(*(x[:, k] for x in (q, dq, u))) for k in range(problem.n)]
 
 
 def candidates(motions: Sequence[Motion], gear_ratio: float, method: AssessmentMethod,
@@ -163,15 +161,18 @@ def _ramps(q: np.ndarray) -> _Found:
             yield RAMP, {"edge": float(low + share * travel), "side": side}
 
 
-def responses(hypothesis: Hypothesis, motion: Motion, torques: np.ndarray, j: int, k: int,
-              ) -> np.ndarray:
-    """What opposing torques (N, columns) at joint k do to its position in log j, to first order.
+def base_responses(hypothesis: Hypothesis, j: int, k: int) -> np.ndarray:
+    """What a small change of each free parameter does to joint k in log j, (rows, parameters)."""
+    moved = [hypothesis.moved([(one, hypothesis.get(one) + one.size)])
+             for one in hypothesis.free_parameters
+             if one.joint in (k, None) and one.log in (hypothesis.problem.runs[j], None)]
+    still, *runs = hypothesis.means(j, [hypothesis.values, *moved])
+    return np.stack([run[k] - still[k] for run in runs], axis=1)
 
-    In front stand the columns of the joint model: inertia, damping, offset.
-    """
+
+def responses(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: int) -> np.ndarray:
+    """What opposing torques (N, columns) at joint k do to its position in log j, first order."""
     problem, values = hypothesis.problem, hypothesis.values
     rows = rows_of(problem.logs[j], problem.period)
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
-    joint = np.stack([motion.ddq, motion.dq, np.ones_like(motion.q)], axis=1)
-    return -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride),
-                    np.concatenate([joint, torques], axis=1))
+    return -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), torques)
