@@ -60,18 +60,28 @@ def formula_of(hypothesis: Hypothesis, residuals: ResidualModel) -> Formula | No
     The model is the corrected one, or the refitted nominal one where no cause is believed.
     """
     method, joints = residuals.method.assessment, _with_a_gap(hypothesis, residuals)
-    terms = [term for k in joints for term in _chosen(hypothesis, k, method)]
-    if not terms:
-        return None
-    start = with_terms(hypothesis, terms)
-    fitted = fit(start, residuals, method.formula_steps)
-    if fitted.has_diverged:
-        return None
-    reduction = gap_reduction(hypothesis, fitted.hypothesis, residuals)
-    if (reduction.percent is None or reduction.percent < method.map_least_percent
+    model: Fit | None = None
+    for _ in range(method.formula_terms):
+        started = hypothesis if model is None else model.hypothesis
+        terms = [term for k in joints if (term := _next_term(started, k, method))]
+        if not terms:
+            break
+        better = fit(with_terms(started, terms), residuals, method.formula_steps)
+        if better.has_diverged or (model is not None and better.cost >= model.cost):
+            break
+        model, joints = better, [term.joint for term in terms]
+    return None if model is None else _where_it_pays(hypothesis, model, residuals)
+
+
+def _where_it_pays(hypothesis: Hypothesis, model: Fit, residuals: ResidualModel,
+                   ) -> Formula | None:
+    """The formula of a model with terms; None where unseen data do not bear it out."""
+    reduction = gap_reduction(hypothesis, model.hypothesis, residuals)
+    if (reduction.percent is None
+            or reduction.percent < residuals.method.assessment.map_least_percent
             or (reduction.interval and reduction.interval[0] < 0.0)):
         return None
-    return Formula(fitted, fitted.hypothesis.members[len(hypothesis.members):], reduction)
+    return Formula(model, model.hypothesis.members[len(hypothesis.members):], reduction)
 
 
 def _with_a_gap(hypothesis: Hypothesis, residuals: ResidualModel) -> list[int]:
@@ -82,34 +92,44 @@ def _with_a_gap(hypothesis: Hypothesis, residuals: ResidualModel) -> list[int]:
     return [int(k) for k in np.flatnonzero(left > least)]
 
 
-def _chosen(hypothesis: Hypothesis, k: int, method: AssessmentMethod) -> list[Term]:
-    """Terms at joint k that predict parts of the logs which took no part in their choice."""
+def _next_term(hypothesis: Hypothesis, k: int, method: AssessmentMethod) -> Term | None:
+    """The term that describes best what a model leaves at joint k; None where none is worth it."""
     problem = hypothesis.problem
     logs = range(len(problem.fit))
     motions = [motions_of(hypothesis, j, method)[k] for j in logs]
+    left = [_left_at(hypothesis, j, k, method) for j in logs]
     tried = candidates(motions, float(problem.gear_ratio[k]), method)
-    parts = [_normal_equations(hypothesis, tried.torques(motion), j, k, method)
-             for j, motion in enumerate(motions)]
-    base = parts[0][1].shape[1] - sum(map(len, tried.groups))
+    parts = [_normal_equations(hypothesis, tried.torques(motion), error, j, k, method)
+             for j, (motion, error) in enumerate(zip(motions, left))]
     grams, rights = (np.concatenate(some) for some in zip(*parts))
+    base = rights.shape[1] - sum(map(len, tried.groups))
     groups = [tuple(base + i for i in group) for group in tried.groups]
-    choice = choose(grams, rights, groups, base, method.formula_terms, method.formula_least_gain)
-    theta, terms = choice.theta[base:], []
-    for group in choice.groups:
-        own, theta = np.split(theta, [len(groups[group])])
-        terms.append(tried.term(k, group, own))
-    return terms
+    best, theta, gained = choose(grams, rights, groups, base)
+    whole = sum(float(error @ error) for error in left)
+    return tried.term(k, best, theta) if gained > method.formula_least_gain * whole else None
 
 
-def _normal_equations(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: int,
-                      method: AssessmentMethod) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrices and right sides of the parts of log j: free parameters, then torques."""
+def _left_at(hypothesis: Hypothesis, j: int, k: int, method: AssessmentMethod) -> np.ndarray:
+    """Error of joint k in log j at the rate of the diagnosis, without the start [rad]."""
     problem = hypothesis.problem
     rows = rows_of(problem.logs[j], problem.period)
-    first = round(method.map_settling / (rows.ticks * problem.period))
+    error = rows.of_samples(hypothesis.error(j, dithered=False))[:, k]
+    return error[_settled(hypothesis, j, method):]
+
+
+def _settled(hypothesis: Hypothesis, j: int, method: AssessmentMethod) -> int:
+    """Row from which a log is fitted."""
+    problem = hypothesis.problem
+    return round(method.map_settling / (
+        rows_of(problem.logs[j], problem.period).ticks * problem.period))
+
+
+def _normal_equations(hypothesis: Hypothesis, torques: np.ndarray, left: np.ndarray, j: int,
+                      k: int, method: AssessmentMethod) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrices and right sides of the parts of log j: free parameters, then torques."""
     columns = np.concatenate([base_responses(hypothesis, j, k),
-                              responses(hypothesis, torques, j, k)], axis=1)[first:]
-    left = rows.of_samples(hypothesis.error(j))[first:, k]
+                              responses(hypothesis, torques, j, k)], axis=1)
+    columns = columns[_settled(hypothesis, j, method):]
     parts = list(zip(np.array_split(columns, method.map_parts),
                      np.array_split(left, method.map_parts)))
     return (np.array([some.T @ some for some, _ in parts]),
@@ -118,7 +138,9 @@ def _normal_equations(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: in
 
 def with_terms(hypothesis: Hypothesis, terms: Sequence[Term]) -> Hypothesis:
     """Return a hypothesis with further members, one per term, that starts from its values."""
-    members = [_member(term, place, hypothesis.problem.n) for place, term in enumerate(terms)]
+    first = sum(member.cause.name == TORQUE_TERM.name for member in hypothesis.members)
+    members = [_member(term, first + place, hypothesis.problem.n)
+               for place, term in enumerate(terms)]
     built = build_hypothesis(hypothesis.problem, (*hypothesis.members, *members))
     return built.with_values({**built.values, **hypothesis.values})
 

@@ -89,7 +89,7 @@ def motions_of(hypothesis: Hypothesis, j: int, method: AssessmentMethod) -> list
     problem = hypothesis.problem
     log, rows = problem.logs[j], rows_of(problem.logs[j], problem.period)
     step = rows.ticks * problem.period
-    q, u = (rows.of_samples(x) for x in hypothesis.simulator.run(log, hypothesis.of_log(j)))
+    q, u = (rows.of_samples(x) for x in hypothesis.simulator.run(log, hypothesis.of_log(j), dithered=False))
     q = q + low_pass(rows.of_samples(log.q) - q, 2, method.formula_corner, 1.0 / step)
     u = u + low_pass(rows.of_samples(log.u) - u, 2, method.formula_corner, 1.0 / step)
     dq = np.gradient(q, step, axis=0)

@@ -52,7 +52,7 @@ class AssessmentMethod:
     formula_corner: float = threshold(
         8.0, "Hz", "below it the measured motion, above it that of the model, which has no noise")
     formula_least_gain: float = threshold(
-        0.03, "share of what all terms remove", "that a further term has to remove")
+        0.03, "share of the squared gap", "that a term has to remove on parts left out")
     formula_steps: int = threshold(6, "iterations", "of the fit of the chosen terms in the loop")
 
     experiment_duration: float = threshold(20.0, "s", "of a recommended run")
