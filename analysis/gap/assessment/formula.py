@@ -19,6 +19,7 @@ from clie_blocks.analysis.gap.assessment.formula_terms import (
     candidates,
     motions_of,
     responses,
+    written,
 )
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
 from clie_blocks.analysis.gap.causes.cause import Cause, cause_of
@@ -28,10 +29,11 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.prediction_error import validation_logs
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.residual.noise import rows_of
-from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.effects.torque_term import TORQUE_TERM
 
 _SHAPES = ("order", "edge", "slowness")  # that a fit moves where a term has them
+_FASTEST_FADE = 200.0  # times the inverse of the top speed: below, no log tells it from rest
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -53,6 +55,26 @@ class Formula:
     terms: tuple[Member, ...]
     reduction: GapReduction
 
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Causes that the model holds beside the terms."""
+        return tuple(member.cause.name for member in self.fit.hypothesis.members
+                     if member not in self.terms)
+
+    def parameters(self, term: Member) -> dict[str, float]:
+        """Parameters of one term at its joint."""
+        return {number.name: float(
+            self.fit.hypothesis.values[f"{term.name}.{number.name}"][term.joints[0]])
+            for number in term.cause.numbers}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain types for the JSON answer; torques oppose the motion, on the motor side."""
+        return {"percent": self.reduction.percent, "interval": self.reduction.interval,
+                "gap": self.reduction.after, "judged_on": self.reduction.judged_on,
+                "beside": list(self.beside),
+                "terms": [{"joint": term.joints[0] + 1, "torque": written(self.parameters(term)),
+                           "parameters": self.parameters(term)} for term in self.terms]}
+
 
 def formula_of(hypothesis: Hypothesis, residuals: ResidualModel) -> Formula | None:
     """Return a formula for what a model leaves; None where nothing is left or it does not pay.
@@ -61,7 +83,7 @@ def formula_of(hypothesis: Hypothesis, residuals: ResidualModel) -> Formula | No
     """
     method, joints = residuals.method.assessment, _with_a_gap(hypothesis, residuals)
     model: Fit | None = None
-    for _ in range(method.formula_terms):
+    for _ in range(0 if residuals.is_out_of_time else method.formula_terms):
         started = hypothesis if model is None else model.hypothesis
         terms = [term for k in joints if (term := _next_term(started, k, method))]
         if not terms:
@@ -77,7 +99,7 @@ def _where_it_pays(hypothesis: Hypothesis, model: Fit, residuals: ResidualModel,
                    ) -> Formula | None:
     """The formula of a model with terms; None where unseen data do not bear it out."""
     reduction = gap_reduction(hypothesis, model.hypothesis, residuals)
-    if (reduction.percent is None
+    if (reduction.percent is None or not reduction.unseen
             or reduction.percent < residuals.method.assessment.map_least_percent
             or (reduction.interval and reduction.interval[0] < 0.0)):
         return None
@@ -88,6 +110,8 @@ def _with_a_gap(hypothesis: Hypothesis, residuals: ResidualModel) -> list[int]:
     """Joints whose gap on the validation logs is well above the noise."""
     errors = [hypothesis.error(j, dithered=False) for j in validation_logs(hypothesis.problem)]
     left = np.sqrt(np.mean(np.concatenate(errors)**2, axis=0))
+    if max(np.abs(error).max() for error in errors) >= DIVERGED:
+        return []
     least = residuals.method.assessment.map_least_gap * residuals.floors
     return [int(k) for k in np.flatnonzero(left > least)]
 
@@ -155,12 +179,13 @@ def _member(term: Term, place: int, n: int) -> Member:
     scale = 0.05 * max(map(abs, term.amplitudes.values()))
     sizes |= {name: np.full(n, scale) for name in term.amplitudes}
     free = (*term.amplitudes, *(name for name in _SHAPES if term.shape.get(name)))
-    return Member(_cause(free, place), (term.joint,), values, sizes)
+    slowest = _FASTEST_FADE / term.shape["speed"]
+    return Member(_cause(free, place, slowest), (term.joint,), values, sizes)
 
 
-def _cause(free: tuple[str, ...], place: int) -> Cause:
-    """A term as a cause with its own numbers; a fit moves its amplitudes alone."""
+def _cause(free: tuple[str, ...], place: int, slowest: float) -> Cause:
+    """A term as a cause with its own numbers, of which a fit moves some."""
     names = [p.name for p in TORQUE_TERM.parameters if p.of == "effect"]
     return cause_of(TORQUE_TERM, names, lambda scene: [],
                     fixed=[name for name in names if name not in free],
-                    variant=str(place + 1))
+                    within={"slowness": (0.0, slowest)}, variant=str(place + 1))

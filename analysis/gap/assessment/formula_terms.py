@@ -89,7 +89,8 @@ def motions_of(hypothesis: Hypothesis, j: int, method: AssessmentMethod) -> list
     problem = hypothesis.problem
     log, rows = problem.logs[j], rows_of(problem.logs[j], problem.period)
     step = rows.ticks * problem.period
-    q, u = (rows.of_samples(x) for x in hypothesis.simulator.run(log, hypothesis.of_log(j), dithered=False))
+    run = hypothesis.simulator.run(log, hypothesis.of_log(j), dithered=False)
+    q, u = map(rows.of_samples, run)
     q = q + low_pass(rows.of_samples(log.q) - q, 2, method.formula_corner, 1.0 / step)
     u = u + low_pass(rows.of_samples(log.u) - u, 2, method.formula_corner, 1.0 / step)
     dq = np.gradient(q, step, axis=0)
@@ -176,3 +177,30 @@ def responses(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: int) -> np
     rows = rows_of(problem.logs[j], problem.period)
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     return -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), torques)
+
+
+def written(parameters: Mapping[str, float]) -> str:
+    """Return the torque of a term in symbols, without the factors that are one."""
+    p = parameters
+    place = " + ".join(filter(None, (
+        _times(p["cosine"], f"cos({p['order']:.4g} q)" if p["order"] else ""),
+        _times(p["sine"], f"sin({p['order']:.4g} q)"),
+        _times(p["slope"], f"min(q - {p['edge']:.4g}, 0)" if p["side"] < 0 else
+               f"max(q - {p['edge']:.4g}, 0)")))) or "0"
+    factors = [f"({place})" if " + " in place else place]
+    speed = "|dq|" if not p["odd"] and not p["dry"] else "dq"
+    if p["linear"]:
+        factors.append(f"{speed}/{p['speed']:.4g}")
+    if p["square"]:
+        factors.append(f"(dq/{p['speed']:.4g})^2")
+    if p["slowness"]:
+        factors.append(f"exp(-({p['slowness']:.4g} dq)^2)")
+    if p["load"]:
+        factors.append(f"|u|/{p['torque']:.4g}")
+    if (p["dry"] or p["odd"]) and not p["linear"]:
+        factors.append("sign(dq)")
+    return " ".join(factors) + (" while u drives" if p["driving"] else "")
+
+
+def _times(amplitude: float, wave: str) -> str:
+    return f"{amplitude:.4g} {wave}".strip() if amplitude else ""
