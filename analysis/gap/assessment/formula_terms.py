@@ -187,7 +187,8 @@ def written(parameters: Mapping[str, float]) -> str:
         _times(p["sine"], f"sin({p['order']:.4g} q)"),
         _times(p["slope"], f"min(q - {p['edge']:.4g}, 0)" if p["side"] < 0 else
                f"max(q - {p['edge']:.4g}, 0)")))) or "0"
-    factors = [f"({place})" if " + " in place else place]
+    place = place.replace("+ -", "- ")
+    factors = [f"({place})" if " " in place else place]
     speed = "|dq|" if not p["odd"] and not p["dry"] else "dq"
     if p["linear"]:
         factors.append(f"{speed}/{p['speed']:.4g}")
