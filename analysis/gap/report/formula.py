@@ -24,10 +24,10 @@ def formula_section(answer: Answer, units: Units) -> Section | None:
     causes = join_words(map(effect_title, formula["beside"])) or "the refitted nominal model"
     text = (f"The terms below, added to {causes}, remove {number(formula['percent'])} %{interval} "
             f"of the remaining reducible gap, down to {with_prefix(formula['gap'], units['q'])}, "
-            f"judged on {formula['judged_on']}. They were chosen by what they predict of parts "
+            f"validated on {formula['judged_on']}. They were chosen by what they predict of parts "
             "of the logs that took no part in the choice. They are a model and no accusation: "
-            "they name no cause, change no probability, and hold for places, speeds and loads "
-            "that the logs hold. 'clie export' writes them as one block with the causes.")
+            "they name no cause, change no probability, and hold for the places, speeds and loads "
+            "of the logs. 'clie export' writes them as one block with the causes.")
     joints = joint_names(answer)
     table = Table(("joint", f"torque against the motion, motor side [{units['u']}]"),
                   tuple((joints[term["joint"] - 1], term["torque"]) for term in formula["terms"]),
