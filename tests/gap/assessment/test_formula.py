@@ -92,6 +92,14 @@ def test_its_terms_are_those_of_the_friction(found):
     assert np.sqrt(np.mean((torque - truth)**2)) < 0.35 * np.std(truth)
 
 
+def test_it_finds_the_wave_of_the_loss(found):
+    wave = max(map(found[1].parameters, found[1].terms), key=lambda p: p["order"])
+    assert wave["load"] == 1.0 and wave["odd"] + wave["dry"] == 1.0
+    assert wave["order"] == pytest.approx(ORDER, rel=0.02)
+    assert wave["cosine"] / wave["torque"] == pytest.approx(WAVE, rel=0.05)
+    assert abs(wave["sine"]) < 0.05 * wave["cosine"]
+
+
 def test_the_answer_says_it_in_symbols(found):
     told = json.loads(json.dumps(found[1].as_dict()))
     assert told["percent"] > 70.0 and told["beside"] == []
