@@ -13,6 +13,7 @@ import numpy as np
 
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import Setting
+from clie_blocks.effects.library import TERM, effect_of
 from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.labels import DiagramError
 
@@ -186,7 +187,8 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
     if plain["not_exported"]:
         raise RecordError(f"{source}: torques of this diagnosis are per unit of u, and a "
                           f"simulator needs N m: {plain['not_exported']}")
-    if answer["verdict"] in ("none", "unexplained"):
+    if answer["verdict"] in ("none", "unexplained") and not any(
+            row["effect"] == TERM for row in plain["effects"]):
         raise RecordError(f"{source}: the verdict is {answer['verdict']!r}, so there is no "
                           "correction to export; the report says what the logs do not show")
     joints = tuple(_joint(one) for one in plain["joints"])
@@ -210,15 +212,15 @@ def _settings(rows: Sequence[Mapping[str, Any]], source: str) -> list[Setting]:
     found: list[Setting] = []
     for row in rows:
         name = row["effect"]
-        if name not in LIBRARY:
+        if name != TERM and name not in LIBRARY:
             raise RecordError(f"{source}: the effect {name!r} is not in the catalogue; "
                               f"{nearest(name, LIBRARY)}")
         count = sum(one.effect.name == name for one in found)
         joints = None if row["joints"] is None else [k - 1 for k in row["joints"]]
         values = {key: np.asarray(value, float) for key, value in row["parameters"].items()}
         try:
-            found.append(LIBRARY[name](joints=joints, name=f"{name}_{count + 1}" if count
-                                       else name, **values))
+            found.append(effect_of(name)(joints=joints, name=f"{name}_{count + 1}" if count
+                                         else name, **values))
         except DiagramError as error:
             raise RecordError(f"{source}: {error}") from None
     return found

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from threadpoolctl import threadpool_limits
 
 from clie_blocks.analysis.gap.assessment.advice import advice
+from clie_blocks.analysis.gap.assessment.formula import Formula, formula_of
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
 from clie_blocks.analysis.gap.assessment.localisation import localise
 from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment, next_experiment
@@ -80,6 +81,7 @@ class Stages:
     refine_to_prior: Callable[..., Fit] = refine_to_prior
     gap_reduction: Callable[..., GapReduction] = gap_reduction
     torque_map: Callable[..., TorqueMap | None] = torque_map
+    formula: Callable[..., Formula | None] = formula_of
     localise: Callable[..., dict[str, Any]] = localise
     next_experiment: Callable[..., NextExperiment | None] = next_experiment
     steps: ExplainSteps = EXPLAIN_STEPS
@@ -90,6 +92,7 @@ TITLES = {"check_controller": "replaying the control law", "read_commands": "rea
           "against_simulator": "comparing with the simulator", "explain": "searching for causes",
           "explain_backlash": "checking for backlash", "prune_joints": "refining the model",
           "gap_reduction": "predicting unseen data", "torque_map": "looking for a torque map",
+          "formula": "looking for a formula",
           "localise": "locating the gap", "next_experiment": "planning the next experiment"}
 
 
@@ -195,7 +198,7 @@ class Diagnosis(Result):
         return figure(self, name)
 
     def effects(self, log: int = 0) -> "list[Setting]":
-        """Return the causes of the corrected model, and of the law, as effects of the catalogue.
+        """Return the causes of the corrected model, the formula beside them, and those of the law.
 
         Parameters
         ----------
@@ -210,7 +213,8 @@ class Diagnosis(Result):
         """
         from clie_blocks.analysis.gap.report.exports import law_settings, settings
 
-        return settings(self.model, log) + law_settings(self.controller.named, self.problem.n)
+        return (settings(self.with_formula.model, log)
+                + law_settings(self.controller.named, self.problem.n))
 
     def corrected(self, plant: "InputOutputSystem", log: int = 0) -> "InputOutputSystem":
         """Return a plant, or a law, with its effects of those that were found.
@@ -297,7 +301,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         alike=alike, numbers_alike=numbers, findings=findings,
         advice=advice(first.residuals.problem, ranking),
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
-        excluded=excluded, seconds=time.monotonic() - start)
+        excluded=excluded, formula=_formula(decision, mapped, first, start + seconds, stages),
+        seconds=time.monotonic() - start)
 
 
 def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],
@@ -375,6 +380,17 @@ def _reason(decision: str, first: Explanation, controller: ControllerCheck, earn
     if earned < LIKELY:
         return NOT_BORNE_OUT
     return COMMANDS_UNCLEAR if controller.reading < SET_PROBABILITY else ""
+
+
+def _formula(decision: str, model: Fit, first: Explanation, deadline: float, stages: Stages,
+             ) -> Formula | None:
+    """A formula for what a model of the stated robot leaves; None where that is noise."""
+    problem = first.residuals.problem
+    if decision == "none" or problem.simulated or problem.statement is None:
+        return None
+    seen = law_view(first.nominal, first.residuals)
+    return stages.formula(model.hypothesis.seen_by_law,
+                          dataclasses.replace(seen.residuals, deadline=deadline))
 
 
 def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Problem,

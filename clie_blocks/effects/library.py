@@ -76,6 +76,7 @@ _FILES = {
     "torque_gain": "mismatch",
     "offset": "mismatch",
 }
+TERM = "torque_term"
 
 
 class UnknownEffectError(ClieError, KeyError):
@@ -111,3 +112,20 @@ class Library(Mapping):
 
 
 LIBRARY = Library()
+
+
+def effect_of(name: str) -> Effect:
+    """Return an effect of the catalogue, or the term of a formula, which is none of it.
+
+    Such a term, `clie_blocks.effects.torque_term`, names no cause, so that no list holds it.
+
+    Raises
+    ------
+    UnknownEffectError
+        For another name; names the nearest one.
+
+    """
+    if name == TERM:
+        term: Effect = import_module("clie_blocks.effects.torque_term").TORQUE_TERM
+        return term
+    return LIBRARY[name]

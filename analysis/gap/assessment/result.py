@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any
 
+from clie_blocks.analysis.gap.assessment.formula import Formula
 from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction
 from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment
 from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap
@@ -66,6 +67,8 @@ class Result:
         Effects that were excluded, or not searched for: none of them is named.
     seconds : float
         Time it took.
+    formula : Formula or None
+        A model without a name for what the causes leave, where that pays on unseen data.
 
     """
 
@@ -90,3 +93,11 @@ class Result:
     is_complete: bool = True
     excluded: frozenset[str] = frozenset()
     seconds: float = 0.0
+    formula: Formula | None = None
+
+    @property
+    def with_formula(self) -> "Result":
+        """The same with the terms of the formula in the corrected model, where there is one."""
+        if self.formula is None:
+            return self
+        return dataclasses.replace(self, model=self.formula.fit, formula=None)

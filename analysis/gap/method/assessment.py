@@ -43,6 +43,18 @@ class AssessmentMethod:
     map_least_percent: float = threshold(
         10.0, "% of the reducible gap", "a map that removes less is not worth its parameters")
 
+    formula_terms: int = threshold(
+        5, "terms", "at most, at each joint: what a reader still takes in, and a simulator holds")
+    formula_waves: float = threshold(
+        12.0, "waves over the travel", "the finest that a formula may hold beside those of motors")
+    formula_highest: float = threshold(
+        20.0, "Hz", "of a wave at the typical speed: what is faster hardly moves a joint")
+    formula_corner: float = threshold(
+        8.0, "Hz", "below it the measured motion, above it that of the model, which has no noise")
+    formula_least_gain: float = threshold(
+        0.03, "share of the squared gap", "that a term has to remove on parts left out")
+    formula_steps: int = threshold(6, "iterations", "of the fit of the chosen terms in the loop")
+
     experiment_duration: float = threshold(20.0, "s", "of a recommended run")
     experiment_limit: float = threshold(
         0.9, "share of each limit", "that a recommended run may use")

@@ -89,6 +89,7 @@ def answer(result: Result) -> dict[str, Any]:
         "joint_model": _joint_model(result),
         "simulator": _simulator(result),
         "repeatable": result.torque_map and result.torque_map.as_dict(),
+        "formula": result.formula and result.formula.as_dict(),
         "locked": [twist.to_dict() for twist in result.problem.twists],
         "noise": [{"sigma": noise.sigma, "unit": "rad"} for noise in result.residuals.noises],
         "where": {**result.where, "block": block_shares(result)},

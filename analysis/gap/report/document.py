@@ -7,6 +7,7 @@ import dataclasses
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report import checks, localisation
 from clie_blocks.analysis.gap.report.causes import alternatives_section, causes_section
+from clie_blocks.analysis.gap.report.formula import formula_section
 from clie_blocks.analysis.gap.report.in_short import in_short
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
 from clie_blocks.analysis.gap.report.plots import motions
@@ -56,6 +57,7 @@ def document(result: Result, answer: Answer, name: str) -> Document:
         parameters_section(answer),
         Section("What Theorem 2 of the paper makes of it", (_theorem_2(answer["theorem_2"]),)),
         torque_map_section(result, units),
+        formula_section(answer, units),
         checks.not_shown_section(answer),
         checks.checks_section(result, units),
         checks.assumptions_section(answer),

@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
+from clie_blocks.effects.library import TERM, effect_of
 from clie_blocks.errors import ClieError
 
 if TYPE_CHECKING:
@@ -67,19 +68,20 @@ def member_settings(member: Member, problem: Problem, values: Mapping[str, np.nd
             f"by {known}, which is not the same here; call the effect with values of your own")
     per_joint = any(number.scope != "robot" for number in cause.numbers)
     joints = list(member.joints) if per_joint else None
-    return [_setting(LIBRARY[name], {**cause.held, **chosen}, joints, problem)
+    return [_setting(effect_of(name), {**cause.held, **chosen}, joints, problem,
+                     member.name if name == TERM else None)
             for name, chosen in by_name.items()]
 
 
 def _setting(effect: Effect, chosen: Mapping[str, np.ndarray | float], joints: list[int] | None,
-             problem: Problem) -> Setting:
+             problem: Problem, block: str | None = None) -> Setting:
     """An effect with some parameters at some joints, and the gear ratios that it reads."""
     known = {parameter.name: parameter for parameter in effect.parameters}
     of_robot = {p.name: problem.gear_ratio for p in effect.parameters
                 if p.of == "robot" and p.name == "gear_ratio"}
     arguments = {name: value if known[name].per_joint else np.ravel(value)[0]
                  for name, value in {**of_robot, **chosen}.items()}
-    return effect(joints=joints, name=None, **arguments)
+    return effect(joints=joints, name=block, **arguments)
 
 
 def law_settings(named: Sequence[NamedJoint], n: int) -> list[Setting]:

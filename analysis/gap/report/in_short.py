@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from clie_blocks.analysis.gap.report.summary import (
+    formula_sentence,
     gap_shares,
     how_far,
     next_run,
@@ -23,7 +24,7 @@ def in_short(answer: Answer) -> tuple[tuple[str, str], ...]:
         The JSON answer.
 
     """
-    buys = " ".join([how_far(answer), *torque_map_sentence(answer)])
+    buys = " ".join([how_far(answer), *torque_map_sentence(answer), *formula_sentence(answer)])
     sentences = (("Where", _where(answer)), ("How sure", _how_sure(answer)),
                  ("What it buys", buys), ("What to do next", " ".join(_what_next(answer))))
     return tuple((question, text) for question, text in sentences if text)

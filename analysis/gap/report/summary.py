@@ -72,7 +72,7 @@ def _sentences(answer: Answer) -> list[str]:
     corrected = " ".join(f"{row['what']} {row['done']}"
                          for row in answer.get("log", {}).get("corrections", ()))
     return [*([f"Corrected in the logs: {corrected}"] if corrected else []),
-            *_headline(answer), *torque_map_sentence(answer)]
+            *_headline(answer), *torque_map_sentence(answer), *formula_sentence(answer)]
 
 
 def locked_lines(answer: Answer) -> list[str]:
@@ -117,7 +117,7 @@ def summary_lines(answer: Answer) -> list[str]:
             *_or_the_file(answer), *_unfinished(answer), *locked_lines(answer),
             *gap_places(answer), how_far(answer),
             f"90 % set: {join_words(map(effect_title, answer['set_90'])) or '-'}.",
-            *torque_map_sentence(answer), *_not_shown(answer),
+            *torque_map_sentence(answer), *formula_sentence(answer), *_not_shown(answer),
             *(f"First: {advice}." for advice in answer.get("advice", ())),
             *next_run(answer), _assumptions(answer)]
 
@@ -404,6 +404,18 @@ def torque_map_sentence(answer: Answer) -> list[str]:
     causes = join_words(map(effect_title, table["beside"])) or "the refitted nominal model"
     return [f"A torque map over position and velocity, added to {causes}, removes "
             f"{table['percent']:.0f} % of the remaining reducible gap."]
+
+
+def formula_sentence(answer: Answer) -> list[str]:
+    """What a formula without a name removes beyond the causes; as a list of one or none."""
+    formula = answer.get("formula")
+    if formula is None:
+        return []
+    causes = join_words(map(effect_title, formula["beside"])) or "the refitted nominal model"
+    count = len(formula["terms"])
+    return [f"A formula of {count} term{'s' if count > 1 else ''} that names no cause, added to "
+            f"{causes}, removes {formula['percent']:.0f} % of the remaining reducible gap on "
+            "unseen data; 'clie export' writes it."]
 
 
 def _not_shown(answer: Answer) -> list[str]:
