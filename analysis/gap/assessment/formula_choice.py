@@ -92,7 +92,8 @@ def choose(grams: np.ndarray, rights: np.ndarray, groups: Sequence[tuple[int, ..
         Columns that are always in.
 
     """
-    scale = np.sqrt(np.diag(grams.sum(axis=0))) + 1e-300
+    scale = np.sqrt(np.diag(grams.sum(axis=0)))
+    scale[scale == 0.0] = 1.0  # of a torque that the logs do not show
     grams, rights = grams / np.outer(scale, scale), rights / scale
     ends = np.array([group[0] for group in groups]), np.array([group[-1] for group in groups])
     whole, gained = Columns(grams.sum(axis=0), rights.sum(axis=0), *ends, base), 0.0

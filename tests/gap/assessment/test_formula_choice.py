@@ -47,3 +47,11 @@ def test_noise_gains_nothing_on_parts_left_out():
     rng = np.random.default_rng(3)
     columns, target = rng.standard_normal((1200, 11)), rng.standard_normal(1200)
     assert choose(*equations(columns, target), GROUPS, BASE)[2] < 0.005 * target @ target
+
+
+def test_a_torque_that_the_logs_do_not_show_is_not_chosen():
+    rng = np.random.default_rng(3)
+    columns = rng.standard_normal((PARTS * ROWS, 11))
+    columns[:, [5, 6]] = 0.0
+    target = columns[:, 7] + 0.1 * rng.standard_normal(len(columns))
+    assert choose(*equations(columns, target), GROUPS, BASE)[0] == GROUPS.index((7,))
