@@ -13,7 +13,7 @@ from clie_blocks.analysis.blind.engine.spatial_links import SpatialLinks
 
 _SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
-_SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
+SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
 _SWING = 0.05  # share of critical damping of a pendulum at the tip
 _RING = 0.02  # the same of a link that bends
 _MOUNT = 0.1  # the same of a soft mount
@@ -78,7 +78,7 @@ def _joint_body(robot: DrawnRobot, p: Parameters, lane: int, k: int, at: np.ndar
     dry = _DRY if any(p[key][k] > 0 for key in DRY_FRICTION) else ""
     stop = p["hard_stop"][k]
     if np.isfinite(stop):
-        dry += f' range="{stop - 10} {stop}" {_SOLID}'
+        dry += f' range="{stop - 10} {stop}" {SOLID}'
     axis = _axis(robot, k)
     hinge = (f'<joint name="a{lane}_{k}" type="hinge" axis="{axis}" '
              f'armature="{rotor}" {dry} stiffness="{p["stiffness"][k]}" '
@@ -108,7 +108,7 @@ def _twist(p: Parameters, lane: int, k: int, axis: str) -> str:
     """
     name = f'<joint name="b{lane}_{k}" type="hinge" axis="{axis}"'
     if p["half_gap"][k] > 0:
-        return f'{name} range="{-p["half_gap"][k]} {p["half_gap"][k]}" {_SOLID}/>'
+        return f'{name} range="{-p["half_gap"][k]} {p["half_gap"][k]}" {SOLID}/>'
     if p["twist_stiffness"][k] > 0:
         stiffness = p["twist_stiffness"][k]
         cubic = stiffness / p["twist_knee"][k] ** 2

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from clie_blocks.analysis.blind.engine.bodies import SOLID
 from clie_blocks.analysis.blind.engine.parameters import G
 
 PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
@@ -95,9 +96,9 @@ def model_text(arm: Arm, effect: str = "", joint: int = 0, size: float = 0.0) ->
                  f'armature="{arm.armature[k]}" damping="{arm.damping[k]}" {friction}/>')
         closing += "</body>"
         if here in (LOOSE, SOFT):
-            joint_text = (f'limited="true" range="{-size / 2.0} {size / 2.0}" '
-                          'solreflimit="-2e5 -40"' if here == LOOSE else
-                          f'stiffness="{size}" damping="{5e-4 * size}"')
+            spring = f'stiffness="{size}" damping="{5e-4 * size}"'
+            stops = f'limited="true" range="{-size / 2.0} {size / 2.0}" {SOLID}'
+            joint_text = stops if here == LOOSE else spring
             text += (f'{_MASSLESS}<body pos="0 0 0"><joint name="twist" axis="0 -1 0" '
                      f'{joint_text}/>')
             closing += "</body>"

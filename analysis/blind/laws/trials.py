@@ -136,7 +136,7 @@ def _draw_effect(rng: np.random.Generator, bench: Bench, fastest: float, seed: i
         return Effect(name, joint, rng.uniform(0.006, 0.02))
     if name == SOFT:
         link = arm.inertia[joint] - arm.armature[joint]
-        return Effect(name, joint, link * (_TWO_PI * rng.uniform(6.0, 14.0))**2)
+        return Effect(name, joint, link * (_TWO_PI * rng.uniform(4.0, 9.0))**2)
     if name == _FRICTION:
         return Effect(name, joint, torque * rng.uniform(0.1, 0.3))
     reference = Reference(np.random.default_rng(seed), arm.n, fastest)
