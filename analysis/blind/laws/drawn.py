@@ -11,7 +11,7 @@ import numpy as np
 
 from clie_blocks.analysis.blind.laws import control_laws as laws
 from clie_blocks.analysis.blind.laws.arm import Arm
-from clie_blocks.analysis.blind.laws.control_laws import WIDTH, Law
+from clie_blocks.analysis.blind.laws.control_laws import WIDTH, Gains, Law
 
 Statement = dict[str, str]  # keys of [controller] and their values, as TOML
 Numbers = dict[str, np.ndarray]
@@ -38,7 +38,7 @@ class Bench:
     peak: np.ndarray
     fastest: np.ndarray
 
-    def pd(self, **more: object) -> Law:
+    def pd(self, **more: Gains) -> Law:
         """Its PD law, with feedforward."""
         return laws.pd(self.kp, self.kd, **more)
 

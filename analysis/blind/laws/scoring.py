@@ -83,7 +83,8 @@ def is_accused(label: dict[str, Any], answer: Answer) -> bool:
 def is_law_named(label: dict[str, Any], diagnosis: dict[str, Any]) -> bool:
     """Whether an answer accepts a law that is stated right, and else says which one ran."""
     laws = diagnosis.get("laws", [])
-    said = " ".join([*diagnosis.get("controller_differences", ()), *(one["law"] for one in laws)])
+    said = " ".join([*diagnosis.get("controller_differences", ()),
+                     *diagnosis.get("decisions", ()), *(one["law"] for one in laws)])
     if label["described"] == RIGHT:
         return bool(diagnosis.get("controller_as_stated")) and not laws
     corrected = {one.get("effect") for one in diagnosis.get("log", {}).get("corrections", ())}
