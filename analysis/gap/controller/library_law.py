@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from clie_blocks.analysis.gap.controller.competition import Competition, compete
 from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
-from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
@@ -26,9 +27,11 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
     """
     several = [one.joint for one in check.terms if len(one.coefficients) > 1]
     joints = sorted({*check.unexplained, *several})
-    if not joints or check.delayed or problem.robot is None:
+    if check.delayed or problem.robot is None:
         return check
     stated = problem.robot.controller
+    if not joints:
+        return _followed_where_it_winds_up(check, problem, stated)
     base = (_first_guess(problem, stated) if stated.is_program
             else _as_it_ran(stated, check.law))
     found = compete(problem, base, check.limit, joints, stated)
@@ -48,7 +51,37 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
                    *_nearest(found, problem)))
     followed = tuple(k for k in sorted(explained) if _is_limited(found, problem, k))
     return named if not followed else dataclasses.replace(
-        named, law=check.law, recorded=True, followed=tuple(sorted(explained)))
+        named, law=_without_limit(check.law), recorded=True,
+        followed=tuple(sorted(explained))).with_decisions([_opened(problem, followed)])
+
+
+def _followed_where_it_winds_up(check: ControllerCheck, problem: Problem, stated: Controller,
+                                ) -> ControllerCheck:
+    """Check of which models follow the commands where an integral winds up at its limit.
+
+    There the loop is open for as long as the integral takes to unwind, and amplifies whatever a
+    model has otherwise.
+    """
+    law = check.law
+    if stated.anti_windup != "none" or not isinstance(law, BlockLaw):
+        return check
+    met = tuple(k for k in range(problem.n) if _meets_limit(law, problem, k))
+    return check if not met else dataclasses.replace(
+        check, law=_without_limit(law), recorded=True,
+        followed=met).with_decisions([_opened(problem, met)])
+
+
+def _opened(problem: Problem, joints: Sequence[int]) -> str:
+    """What follows of commands that rest at their limit."""
+    names = ", ".join(problem.joints[k] for k in joints)
+    return f"the command of {names} rests at its limit, so that models follow the recorded command"
+
+
+def _without_limit(law: Law) -> Law:
+    """PD law nearest to a law that is limited, which holds a model near the robot; else itself."""
+    if not isinstance(law, BlockLaw) or not np.any(np.isfinite(law.saturation)):
+        return law
+    return dataclasses.replace(law.pd, saturation=np.full(law.block.n, np.inf))
 
 
 def _is_limited(found: Competition, problem: Problem, k: int) -> bool:
@@ -57,10 +90,14 @@ def _is_limited(found: Competition, problem: Problem, k: int) -> bool:
     There the loop is open: a model under that law leaves the robot, however right it is, while
     models that follow the recorded command under a law without the limit do not.
     """
-    if found.law is None or not np.isfinite(found.law.saturation[k]):
-        return False
-    return any(np.mean(np.abs(log.u[:, k]) >= AT_LIMIT * found.law.saturation[k]) > LIMITED
-               for log in problem.logs)
+    return found.law is not None and _meets_limit(found.law, problem, k)
+
+
+def _meets_limit(law: BlockLaw, problem: Problem, k: int) -> bool:
+    """Whether a joint's command rests at the limit of a law in any log."""
+    least = AT_LIMIT * law.saturation[k] - law.resolution[k]
+    return bool(np.isfinite(least)) and any(
+        np.mean(np.abs(log.u[:, k]) >= least) > LIMITED for log in problem.logs)
 
 
 def learned_law(problem: Problem) -> ControllerCheck | None:
@@ -83,10 +120,11 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
         return None
     said = tuple(one.describe(problem.joints[one.joint], learned=True) for one in found.found)
     zero, joints = np.zeros(problem.n), range(problem.n)
-    if any(_is_limited(found, problem, k) for k in joints):
+    limited = [k for k in joints if _is_limited(found, problem, k)]
+    if limited:
         return dataclasses.replace(
             replay_controller(problem), laws=found.found, learned=True, followed=tuple(joints),
-            differences=said).with_decisions(said)
+            differences=said).with_decisions([*said, _opened(problem, limited)])
     return ControllerCheck(
         found.error, found.limit, (), np.full((2, problem.n), np.nan), (), zero, found.law, said,
         said, laws=found.found, learned=True)

@@ -181,7 +181,7 @@ def _controller(check: ControllerCheck) -> list[Row]:
     """Joints whose command the stated law does not give, and what it contains beyond."""
     found = {one.joint: one for one in check.terms}
     rows: list[Row] = []
-    for k in sorted(check.left_joints):
+    for k in sorted({*check.left_joints} - {*check.followed}):
         terms = found.get(k)
         coefficients = terms.coefficients if terms else {}
         rows.append({

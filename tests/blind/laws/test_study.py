@@ -99,3 +99,16 @@ def test_a_study_from_one_command(tmp_path, short, capsys):
     board = json.loads((tmp_path / "laws.json").read_text())
     assert board["trials"] == 1 and board["command"] == f"clie blind --laws 1 --seed {SEED}"
     assert np.isfinite(board["law_named"]["rate"])
+
+
+@pytest.mark.slow
+def test_a_sound_arm_whose_integral_winds_up_is_not_called_unknown(tmp_path, monkeypatch):
+    """Its loop is open at the limit, so that no model under that law would follow it."""
+    from clie_blocks.analysis.gap.diagnosis import diagnose
+
+    place = list(KINDS).index("integral_that_winds_up")
+    for lap in (-place % len(made.TURNS), (5 - place) % len(made.TURNS)):  # stated right, wrong
+        made.write_trial(made.draw_trial(SEED, lap * len(KINDS) + place), tmp_path / str(lap))
+        answer = diagnose(read(tmp_path / str(lap)))
+        assert answer.verdict == "none"
+        assert any("rests at its limit" in one for one in answer.to_dict()["decisions"])
