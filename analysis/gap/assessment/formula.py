@@ -33,6 +33,7 @@ from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.effects.torque_term import TORQUE_TERM
 
 _SHAPES = ("order", "edge", "slowness")  # that a fit moves where a term has them
+_HUGE = 1e60  # of what diverges
 _FASTEST_FADE = 200.0  # times the inverse of the top speed: below, no log tells it from rest
 
 
@@ -117,14 +118,23 @@ def _with_a_gap(hypothesis: Hypothesis, residuals: ResidualModel) -> list[int]:
 
 
 def _next_term(hypothesis: Hypothesis, k: int, method: AssessmentMethod) -> Term | None:
-    """The term that describes best what a model leaves at joint k; None where none is worth it."""
-    problem = hypothesis.problem
+    """The term that describes best what a model leaves at joint k; None where none is worth it.
+
+    Where the linearised loop is unstable it says nothing of what a torque would do.
+    """
+    problem, values = hypothesis.problem, hypothesis.values
+    _, denominator = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
+    if not np.abs(np.roots(denominator)).max(initial=0.0) < 1.0:
+        return None
     logs = range(len(problem.fit))
     motions = [motions_of(hypothesis, j, method)[k] for j in logs]
     left = [_left_at(hypothesis, j, k, method) for j in logs]
     tried = candidates(motions, float(problem.gear_ratio[k]), method)
-    parts = [_normal_equations(hypothesis, tried.torques(motion), error, j, k, method)
-             for j, (motion, error) in enumerate(zip(motions, left))]
+    columns = [_columns(hypothesis, tried.torques(motion), j, k, method)
+               for j, motion in enumerate(motions)]
+    if not all(np.abs(some).max(initial=0.0) < _HUGE for some in columns):
+        return None
+    parts = [_normal_equations(some, error, method) for some, error in zip(columns, left)]
     grams, rights = (np.concatenate(some) for some in zip(*parts))
     base = rights.shape[1] - sum(map(len, tried.groups))
     groups = [tuple(base + i for i in group) for group in tried.groups]
@@ -148,12 +158,17 @@ def _settled(hypothesis: Hypothesis, j: int, method: AssessmentMethod) -> int:
         rows_of(problem.logs[j], problem.period).ticks * problem.period))
 
 
-def _normal_equations(hypothesis: Hypothesis, torques: np.ndarray, left: np.ndarray, j: int,
-                      k: int, method: AssessmentMethod) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrices and right sides of the parts of log j: free parameters, then torques."""
+def _columns(hypothesis: Hypothesis, torques: np.ndarray, j: int, k: int,
+             method: AssessmentMethod) -> np.ndarray:
+    """What free parameters, then torques, do to joint k in log j, without its start."""
     columns = np.concatenate([base_responses(hypothesis, j, k),
                               responses(hypothesis, torques, j, k)], axis=1)
-    columns = columns[_settled(hypothesis, j, method):]
+    return columns[_settled(hypothesis, j, method):]
+
+
+def _normal_equations(columns: np.ndarray, left: np.ndarray, method: AssessmentMethod,
+                      ) -> tuple[np.ndarray, np.ndarray]:
+    """Gram matrices and right sides of the parts of a log."""
     parts = list(zip(np.array_split(columns, method.map_parts),
                      np.array_split(left, method.map_parts)))
     return (np.array([some.T @ some for some, _ in parts]),
