@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clie_blocks.errors import MissingExtraError
+from clie_blocks.errors import ClieError, MissingExtraError
 from clie_blocks.output import command_parser, run_main, to_json, write
 
 if TYPE_CHECKING:
@@ -91,8 +91,9 @@ def _exported(options: argparse.Namespace) -> int:
     """Run the study of exported corrections, and return the exit code."""
     from clie_blocks.analysis.blind.exported import study
 
+    seed = _only_seed(options)
     board = {"schema_version": 1, "command": _command(options),
-             **study.run_study(options.output, options.exported, options.seed[0], options.jobs)}
+             **study.run_study(options.output, options.exported, seed, options.jobs)}
     text = to_json(board)
     write(options.output / "exported.json", text)
     print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
@@ -105,11 +106,20 @@ def _laws(options: argparse.Namespace) -> int:
     from clie_blocks.analysis.blind.laws import scoring, study
 
     board = {"schema_version": 1, "command": _command(options),
-             **study.run_study(options.output, options.laws, options.seed[0], options.jobs)}
+             **study.run_study(options.output, options.laws, _only_seed(options), options.jobs)}
     text = to_json(board)
     write(options.output / "laws.json", text)
     print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
     return int(board["law_named"]["rate"] < scoring.NAMED)
+
+
+def _only_seed(options: argparse.Namespace) -> int:
+    """The seed of a study that has one."""
+    if len(options.seed) > 1:
+        raise ClieError(f"this study has one seed, not {len(options.seed)}: run it once for each, "
+                        "with a folder of its own (-o DIR)")
+    seed: int = options.seed[0]
+    return seed
 
 
 def scoreboard(options: argparse.Namespace) -> dict[str, Any]:

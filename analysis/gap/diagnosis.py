@@ -198,7 +198,7 @@ class Diagnosis(Result):
         return figure(self, name)
 
     def effects(self, log: int = 0) -> "list[Setting]":
-        """Return the causes of the corrected model, the formula beside them, and those of the law.
+        """Return the causes of the corrected model, or a formula for them, and those of the law.
 
         Parameters
         ----------

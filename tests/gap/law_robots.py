@@ -19,6 +19,7 @@ from clie_blocks.analysis.blind.laws.control_laws import (
     servo,
     with_low_pass,
 )
+from clie_blocks.analysis.blind.laws.run import Reference
 
 PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
 NOISE, STEP = 2e-5, 1e-4  # rad, N m: of the encoder, and rounding of the command
@@ -29,21 +30,6 @@ SPIN = MASS * LENGTH**2 / 12
 KP, KD = 30.0, 1.6
 FRICTION, DELAY, BACKLASH = 0.25, 3, 0.012  # N m, periods, rad
 ALONE = ARMATURE + SPIN + MASS * COM**2  # kg m^2, of a single joint
-
-
-class Reference:
-    """A few tones per joint from rest, with their derivatives."""
-
-    def __init__(self, seed: int, n: int, fastest: float = 1.6) -> None:
-        rng = np.random.default_rng(seed)
-        self.w = 2 * np.pi * rng.uniform(0.15, fastest, (n, 5))
-        self.a = 0.9 / (1.0 + self.w)
-        self.a[:, -1] = -(self.a * self.w)[:, :-1].sum(1) / self.w[:, -1]  # begins at rest
-
-    def __call__(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        phase = self.w * t
-        return ((self.a * np.sin(phase)).sum(1), (self.a * self.w * np.cos(phase)).sum(1),
-                -(self.a * self.w**2 * np.sin(phase)).sum(1))
 
 
 def model_text(n: int, effect: str, gravity: bool) -> str:
@@ -81,7 +67,8 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
 
     model = mujoco.MjModel.from_xml_string(model_text(n, effect, gravity))
     data = mujoco.MjData(model)
-    rng, reference = np.random.default_rng(1000 + seed), Reference(seed, n, fastest)
+    rng = np.random.default_rng(1000 + seed)
+    reference = Reference(np.random.default_rng(seed), n, fastest)
     motors = [model.joint(f"motor{k}").qposadr[0] for k in range(n)]
     loose = [model.joint(f"joint{k}").qposadr[0] for k in range(n) if effect == "backlash"
              and k == 0]

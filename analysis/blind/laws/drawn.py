@@ -94,7 +94,8 @@ def old_gains(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     """PD whose gains were changed since the file was written."""
     factor = np.exp(rng.choice((-1.0, 1.0)) * rng.uniform(0.1, 0.4))
     return DrawnLaw(bench.pd, pd_statement(bench.kp, bench.kd),
-                    pd_statement(bench.kp * factor, bench.kd / factor), ("gains that ran", "PD"),
+                    pd_statement(bench.kp * factor, bench.kd / factor),
+                    ("gains that ran", "the law that ran is PD ("),
                     {"kp": bench.kp, "kd": bench.kd})
 
 
@@ -110,58 +111,61 @@ def integral(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     """PID."""
     ki = _integral(rng, bench.kp)
     return DrawnLaw(lambda: laws.pid(bench.kp, ki, bench.kd), _pid_statement(bench, ki),
-                    pd_statement(bench.kp, bench.kd), ("PID", "integral part"), {"ki": ki})
+                    pd_statement(bench.kp, bench.kd), ("is PID (", "integral part"), {"ki": ki})
 
 
-def _limited(rng: np.random.Generator, bench: Bench, ki: np.ndarray, holds: bool,
-             wrong: Callable[[str], Statement], words: tuple[str, ...], **more: str) -> DrawnLaw:
-    limit = np.round(bench.peak * rng.uniform(0.5, 0.75, bench.arm.n), 4)
-    stated = pd_statement(bench.kp, bench.kd, saturation_nm=row(limit)) if not np.any(ki) else (
-        _pid_statement(bench, ki, saturation_nm=row(limit), **more))
-    return DrawnLaw(lambda: laws.pid(bench.kp, ki, bench.kd, limit, holds), stated,
-                    wrong(row(limit)), words, {"ki": ki} if np.any(ki) else {})
+def _limit(rng: np.random.Generator, bench: Bench) -> np.ndarray:
+    """A limit that the motion meets [N m]."""
+    return np.round(bench.peak * rng.uniform(0.5, 0.75, bench.arm.n), 4)
 
 
 def limit(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     """PD within a limit that nobody stated."""
-    return _limited(rng, bench, np.zeros(bench.arm.n), True,
-                    lambda at: pd_statement(bench.kp, bench.kd), ("limit",))
+    most = _limit(rng, bench)
+    return DrawnLaw(lambda: laws.pid(bench.kp, 0.0, bench.kd, most),
+                    pd_statement(bench.kp, bench.kd, saturation_nm=row(most)),
+                    pd_statement(bench.kp, bench.kd), ("with a limit of",), {})
 
 
 def integral_at_its_limit(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
-    """PID whose integral stands still at its limit."""
-    return _limited(rng, bench, _integral(rng, bench.kp), True,
-                    lambda at: pd_statement(bench.kp, bench.kd), ("PID",))
+    """PID whose integral stands still at its limit, stated as PD without one."""
+    most, ki = _limit(rng, bench), _integral(rng, bench.kp)
+    return DrawnLaw(lambda: laws.pid(bench.kp, ki, bench.kd, most),
+                    _pid_statement(bench, ki, saturation_nm=row(most)),
+                    pd_statement(bench.kp, bench.kd), ("PID with a limit",), {"ki": ki})
 
 
 def integral_that_winds_up(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     """PID whose integral winds up at its limit, stated as one that stands still there."""
-    ki = _integral(rng, bench.kp)
-    return _limited(rng, bench, ki, False,
-                    lambda at: _pid_statement(bench, ki, saturation_nm=at), ("winds up",),
-                    anti_windup='"none"')
+    most, ki = _limit(rng, bench), _integral(rng, bench.kp)
+    return DrawnLaw(lambda: laws.pid(bench.kp, ki, bench.kd, most, holds=False),
+                    _pid_statement(bench, ki, saturation_nm=row(most), anti_windup='"none"'),
+                    _pid_statement(bench, ki, saturation_nm=row(most)), ("winds up",),
+                    {"ki": ki})
 
 
-def _cascade(rng: np.random.Generator, bench: Bench, every: int = 1) -> DrawnLaw:
-    kp = bench.kp / bench.kd
-    ki = _integral(rng, bench.kd)
-    text = {"law": '"cascade"', "Kp": row(kp), "Kv": row(bench.kd), "Ki": row(ki),
-            "velocity_filter": '"difference"'}
-    right = text | ({"position_every": str(every)} if every > 1 else {})
-    wrong = text if every > 1 else {key: text[key] for key in text if key != "Ki"}
-    return DrawnLaw(lambda: laws.cascade(kp, bench.kd, ki, every), right, wrong,
-                    (f"each {every} samples",) if every > 1 else ("a cascade", "hidden_integral"),
-                    {} if every > 1 else {"ki": ki})
+def _cascade(rng: np.random.Generator, bench: Bench) -> tuple[np.ndarray, np.ndarray, Statement]:
+    """Gains of a cascade that is as stiff as PD, and its statement."""
+    kp, ki = bench.kp / bench.kd, _integral(rng, bench.kd)
+    return kp, ki, {"law": '"cascade"', "Kp": row(kp), "Kv": row(bench.kd), "Ki": row(ki),
+                    "velocity_filter": '"difference"'}
 
 
 def cascade(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     """Position P around velocity PI, stated without its integral."""
-    return _cascade(rng, bench)
+    kp, ki, right = _cascade(rng, bench)
+    wrong = {key: value for key, value in right.items() if key != "Ki"}
+    return DrawnLaw(lambda: laws.cascade(kp, bench.kd, ki), right, wrong, ("a cascade",),
+                    {"ki": ki})
 
 
 def slower_position_loop(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
-    """A cascade whose position loop runs every few samples."""
-    return _cascade(rng, bench, int(rng.integers(2, 6)))
+    """A cascade whose position loop runs every few samples, stated as if at each."""
+    kp, ki, wrong = _cascade(rng, bench)
+    every = int(rng.integers(2, 6))
+    return DrawnLaw(lambda: laws.cascade(kp, bench.kd, ki, every),
+                    wrong | {"position_every": str(every)}, wrong,
+                    (f"each {every} samples",), {})
 
 
 def feedforward(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
@@ -170,8 +174,7 @@ def feedforward(rng: np.random.Generator, bench: Bench) -> DrawnLaw:
     return DrawnLaw(lambda: bench.pd(velocity=velocity),
                     pd_statement(bench.kp, bench.kd, **_fed(velocity=velocity)),
                     pd_statement(bench.kp, bench.kd),
-                    ("feedforward of velocity", "velocity of the error", "control_law_form"),
-                    {"feedforward_velocity": velocity})
+                    ("feedforward of velocity (",), {"feedforward_velocity": velocity})
 
 
 def feedforward_of_acceleration(rng: np.random.Generator, bench: Bench) -> DrawnLaw:

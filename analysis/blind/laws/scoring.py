@@ -1,5 +1,6 @@
 """What a study of laws found: laws named, sound robots not accused, effects named as under PD."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from clie_blocks.analysis.blind.scoring.intervals import rate, share_difference
 NAMED, ACCUSED, LOST = 0.95, 0.02, -0.04  # what is sought
 SURE = 0.5  # probability from which a false name would be acted upon
 WITHIN = 0.05  # relative error of a number of a law
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 OF_LAW = "controller"  # family of names that say what the commands show of the law
 
 
@@ -81,22 +83,28 @@ def is_accused(label: dict[str, Any], answer: Answer) -> bool:
 
 
 def is_law_named(label: dict[str, Any], diagnosis: dict[str, Any]) -> bool:
-    """Whether an answer accepts a law that is stated right, and else says which one ran."""
-    laws = diagnosis.get("laws", [])
-    said = " ".join([*diagnosis.get("controller_differences", ()),
-                     *diagnosis.get("decisions", ()), *(one["law"] for one in laws)])
+    """Whether an answer accepts a law that is stated right, and else says which one ran.
+
+    At every joint a sentence has to name it, with its numbers; or the effect was corrected in the
+    logs.
+    """
     if label["described"] == RIGHT:
-        return bool(diagnosis.get("controller_as_stated")) and not laws
+        return bool(diagnosis.get("controller_as_stated")) and not diagnosis["laws"]
     corrected = {one.get("effect") for one in diagnosis.get("log", {}).get("corrections", ())}
-    named = any(word in said or word in corrected for word in label["words"])
-    return named and all(_is_near(one, label["numbers"]) for one in laws)
+    if corrected & set(label["words"]):
+        return True
+    sentences = [*diagnosis.get("controller_differences", ()), *diagnosis.get("decisions", ())]
+    return all(any(_names(sentence, label, k) for sentence in sentences)
+               for k in range(label["joints"]))
 
 
-def _is_near(law: dict[str, Any], numbers: dict[str, list[float]]) -> bool:
-    """Whether a law has the numbers that ran at its joint."""
-    return all(key in law["numbers"] and np.isclose(
-        law["numbers"][key]["value"], values[law["joint"] - 1], rtol=WITHIN)
-        for key, values in numbers.items())
+def _names(sentence: str, label: dict[str, Any], k: int) -> bool:
+    """Whether a sentence names the law of a joint with the numbers that ran there."""
+    found = [float(number) for number in NUMBER.findall(sentence)]
+    return (sentence.startswith(f"joint{k + 1}: ")
+            and any(word in sentence for word in label["words"])
+            and all(np.isclose(found, values[k], rtol=WITHIN).any()
+                    for values in label["numbers"].values()))
 
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:

@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ class Trial:
     def label(self) -> dict[str, Any]:
         """What is sealed."""
         name = self.effect.name
-        return {"law": self.kind, "described": self.described,
+        return {"law": self.kind, "described": self.described, "joints": self.bench.arm.n,
                 "kind": "single" if name else "none", "labels": [name or "none"],
                 "effects": [{"effect": name, "joint": self.effect.joint + 1,
                              "size": self.effect.size}] if name else [],
@@ -80,39 +81,46 @@ class Trial:
                     for key, value in self.law.numbers.items()}}
 
 
-def draw_trial(seed: int, index: int) -> Trial:
-    """Draw a trial; its place in the study decides kind, description and soundness."""
-    rng = np.random.default_rng([seed, index])
+def turn(index: int) -> tuple[str, str, bool]:
+    """Kind of the law of a trial, how it is described, and whether the robot is sound."""
     lap, place = divmod(index, len(KINDS))
-    kind = list(KINDS)[place]
-    described, sound = TURNS[(lap + place) % len(TURNS)]
+    return list(KINDS)[place], *TURNS[(lap + place) % len(TURNS)]
+
+
+def draw_trial(seed: int, index: int) -> Trial:
+    """Draw a trial; a robot whose loop rings, which no one would keep, is drawn anew."""
+    rng = np.random.default_rng([seed, index])
+    while not _is_steady(trial := _drawn(rng, *turn(index))):
+        pass
+    return trial
+
+
+def _drawn(rng: np.random.Generator, kind: str, described: str, sound: bool) -> Trial:
     arm = draw_arm(rng, int(rng.integers(1, 3)), kind in WITH_GRAVITY or rng.random() < 0.3)
     fastest = float(rng.uniform(1.2, 2.0))
     seeds = tuple(int(one) for one in rng.integers(2**31, size=LOGS))
     bench = _bench(rng, arm, fastest, seeds[0])
     step = 10.0 ** math.floor(math.log10(3e-4 * float(bench.peak.min())))
     effect = SOUND if sound else _draw_effect(rng, bench, fastest, seeds[0])
-    trial = Trial(bench, kind, KINDS[kind](rng, bench), described, effect, step, fastest, seeds)
-    while not _is_steady(trial):  # no one keeps a loop that rings
-        trial = dataclasses.replace(trial, effect=_milder(trial.effect))
-    return trial
+    return Trial(bench, kind, KINDS[kind](rng, bench), described, effect, step, fastest, seeds)
 
 
 def _is_steady(trial: Trial) -> bool:
     """Whether the loop stays near its motion under both laws."""
-    arm, count = trial.bench.arm, round(SECONDS / PERIOD)
-    for start in (trial.law.start, trial.bench.pd) if trial.effect.name else ():
-        log = _experiment(arm, start(), trial.seeds[0], trial.fastest, trial.step, trial.effect)
-        u = log[:, 1 + arm.n:1 + 2 * arm.n]
-        if len(log) < count or np.any(np.abs(u).max(axis=0) > RINGING * trial.bench.peak):
+    count = round(SECONDS / PERIOD)
+    for start in (trial.law.start, trial.bench.pd):
+        log = _experiment(trial.bench.arm, start(), trial.seeds[0], trial.fastest, trial.step,
+                          trial.effect)
+        largest = np.abs(_commands(log)).max(axis=0)
+        if len(log) < count or np.any(largest > RINGING * trial.bench.peak):
             return False
     return True
 
 
-def _milder(effect: Effect) -> Effect:
-    """A softness or a delay with which a loop rings less."""
-    size = {SOFT: 1.5 * effect.size, DELAY: effect.size - 1.0}.get(effect.name, 0.7 * effect.size)
-    return dataclasses.replace(effect, size=size)
+def _commands(log: np.ndarray) -> np.ndarray:
+    """Commands of a log, shape (N, n): it has time, q, u and qd."""
+    n = log.shape[1] // 3
+    return log[:, 1 + n:1 + 2 * n]
 
 
 def _bench(rng: np.random.Generator, arm: Arm, fastest: float, seed: int) -> Bench:
@@ -120,8 +128,7 @@ def _bench(rng: np.random.Generator, arm: Arm, fastest: float, seed: int) -> Ben
     speed = _TWO_PI * rng.uniform(2.5, 4.0)
     kp = arm.inertia * speed**2 / arm.gear
     kd = rng.uniform(1.2, 1.7) * arm.inertia * speed / arm.gear
-    log = _experiment(arm, laws.pd(kp, kd), seed, fastest, 1e-9)
-    u = log[:, 1 + arm.n:1 + 2 * arm.n]
+    u = _commands(_experiment(arm, laws.pd(kp, kd), seed, fastest, 1e-9))
     fastest_change = np.abs(np.diff(u, axis=0)).max(axis=0) / PERIOD
     return Bench(arm, kp, kd, np.abs(u).max(axis=0), fastest_change)
 
@@ -163,7 +170,8 @@ def write_twin(trial: Trial, folder: Path) -> None:
     _write(trial, folder, bench.pd, pd_statement(bench.kp, bench.kd))
 
 
-def _write(trial: Trial, folder: Path, start: Any, statement: Statement) -> None:
+def _write(trial: Trial, folder: Path, start: Callable[[], laws.Law],
+           statement: Statement) -> None:
     arm = trial.bench.arm
     write(folder / "robot.toml", robot_text(arm, statement, trial.step))
     names = ["time", *(f"{name}{k + 1}" for name in ("q", "u", "qd") for k in range(arm.n))]

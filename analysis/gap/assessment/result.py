@@ -97,7 +97,10 @@ class Result:
 
     @property
     def with_formula(self) -> "Result":
-        """The same with the terms of the formula in the corrected model, where there is one."""
-        if self.formula is None:
+        """The same with a formula as the corrected model, where no cause is in that.
+
+        A cause that simulators hold themselves must not become code for the sake of small terms.
+        """
+        if self.formula is None or self.formula.beside:
             return self
         return dataclasses.replace(self, model=self.formula.fit, formula=None)

@@ -25,6 +25,12 @@ NOTCHES = (0.05, 0.15, 0.4, 1.0)  # rad per sample, likewise a notch
 WIDTH = 0.02  # rad/s, over which a friction that is fed forward changes its sign
 NEUTRAL: dict[str, float] = {"model_mass": 1.0, "model_rotor": 1.0, "model_friction": 1.0}
 OF_ACCELERATION = {"kp": "1/s^2", "ki": "1/s^3", "kd": "1/s", "feedforward_velocity": "1/s"}
+# Models of the robot within a law, in words, and which shares of the stated numbers are found: the
+# damping of a reference is in the velocity that is fed forward.
+MODELS = (("gravity", "the weight of the links", ("mass",)),
+          ("inverse_dynamics", "inverse dynamics at the reference", ("mass", "rotor")),
+          ("pd_plus", "the dynamics of PD+", ("mass", "rotor")),
+          ("computed_torque", "computed torque", ("mass", "rotor", "friction")))
 # Parameter of a block -> field of the controller, and key in it where it is a table.
 FIELDS: dict[str, tuple[str, str | None]] = {
     "kp": ("kp", None), "ki": ("ki", None), "kd": ("kd", None), "kv": ("kv", None),
@@ -255,17 +261,11 @@ def _models(base: Controller, problem: Problem) -> Iterator[Variant]:
     robot = problem.robot
     if robot is None or robot.motor.inertia is None or base.law == "cascade":
         return
-    for form, words in (("gravity", "the weight of the links"),
-                        ("inverse_dynamics", "inverse dynamics at the reference"),
-                        ("pd_plus", "the dynamics of PD+"),
-                        ("computed_torque", "computed torque")):
-        of_law, shares = base, ["mass", "rotor"]  # damping times the reference is fed forward, too
-        if form == "gravity":
-            if not problem.links.has_gravity:
-                continue
-            shares = ["mass"]
+    for form, words, shares in MODELS:
+        if form == "gravity" and not problem.links.has_gravity:
+            continue
+        of_law = base
         if form == "computed_torque":
-            shares.append("friction")
             per_inertia = {name: value / problem.nominal.inertia for name in ("kp", "ki", "kd")
                            if (value := getattr(base, name)) is not None}
             of_law = dataclasses.replace(base, **per_inertia)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,12 +13,14 @@ from clie_blocks.analysis.gap.controller.library import AT_LIMIT
 from clie_blocks.analysis.gap.controller.refit import without_recorded_excitation
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck, replay_controller
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.robot import Controller
 
 LIMITED = 1e-3  # of the samples, from which a command counts as limited
+LEAST_GAIN = 1e-6  # N m/rad, or 1/s, from which a law is found
 
 
 def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerCheck:
@@ -49,10 +52,10 @@ def with_library_law(check: ControllerCheck, problem: Problem) -> ControllerChec
         differences=(*check.differences, *said),
         decisions=(*(one for one in check.decisions if one not in vain), *said,
                    *_nearest(found, problem)))
-    followed = tuple(k for k in sorted(explained) if _is_limited(found, problem, k))
+    followed = tuple(k for k in sorted(explained) if _meets_limit(found.law, problem, k))
     return named if not followed else dataclasses.replace(
         named, law=_without_limit(check.law), recorded=True,
-        followed=tuple(sorted(explained))).with_decisions([_opened(problem, followed)])
+        followed=tuple(sorted(explained))).with_decisions([_why_followed(problem, followed)])
 
 
 def _followed_where_it_winds_up(check: ControllerCheck, problem: Problem, stated: Controller,
@@ -68,10 +71,10 @@ def _followed_where_it_winds_up(check: ControllerCheck, problem: Problem, stated
     met = tuple(k for k in range(problem.n) if _meets_limit(law, problem, k))
     return check if not met else dataclasses.replace(
         check, law=_without_limit(law), recorded=True,
-        followed=met).with_decisions([_opened(problem, met)])
+        followed=met).with_decisions([_why_followed(problem, met)])
 
 
-def _opened(problem: Problem, joints: Sequence[int]) -> str:
+def _why_followed(problem: Problem, joints: Sequence[int]) -> str:
     """What follows of commands that rest at their limit."""
     names = ", ".join(problem.joints[k] for k in joints)
     return f"the command of {names} rests at its limit, so that models follow the recorded command"
@@ -84,17 +87,12 @@ def _without_limit(law: Law) -> Law:
     return dataclasses.replace(law.pd, saturation=np.full(law.block.n, np.inf))
 
 
-def _is_limited(found: Competition, problem: Problem, k: int) -> bool:
-    """Whether a joint's command meets the limit of the law that ran.
+def _meets_limit(law: BlockLaw, problem: Problem, k: int) -> bool:
+    """Whether a joint's command rests at the limit of a law in any log.
 
     There the loop is open: a model under that law leaves the robot, however right it is, while
     models that follow the recorded command under a law without the limit do not.
     """
-    return found.law is not None and _meets_limit(found.law, problem, k)
-
-
-def _meets_limit(law: BlockLaw, problem: Problem, k: int) -> bool:
-    """Whether a joint's command rests at the limit of a law in any log."""
     least = AT_LIMIT * law.saturation[k] - law.resolution[k]
     return bool(np.isfinite(least)) and any(
         np.mean(np.abs(log.u[:, k]) >= least) > LIMITED for log in problem.logs)
@@ -114,17 +112,17 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
     limit = rounding_limit(np.concatenate([log.u for log in closed.logs]), law.resolution)
     for base in (_first_guess(closed, robot.controller), _first_cascade(closed, robot.controller)):
         found = compete(closed, base, limit, range(problem.n), Controller(law="unknown"))
-        if found.law is not None and len(found.found) == problem.n:
+        if len(found.found) == problem.n:
             break
-    else:
+    if found.law is None or len(found.found) < problem.n:
         return None
     said = tuple(one.describe(problem.joints[one.joint], learned=True) for one in found.found)
     zero, joints = np.zeros(problem.n), range(problem.n)
-    limited = [k for k in joints if _is_limited(found, problem, k)]
+    limited = [k for k in joints if _meets_limit(found.law, problem, k)]
     if limited:
         return dataclasses.replace(
             replay_controller(problem), laws=found.found, learned=True, followed=tuple(joints),
-            differences=said).with_decisions([*said, _opened(problem, limited)])
+            differences=said).with_decisions([*said, _why_followed(problem, limited)])
     return ControllerCheck(
         found.error, found.limit, (), np.full((2, problem.n), np.nan), (), zero, found.law, said,
         said, laws=found.found, learned=True)
@@ -139,22 +137,13 @@ def _as_it_ran(stated: Controller, law: object) -> Controller:
 
 def _first_guess(problem: Problem, stated: Controller) -> Controller:
     """PID with gains that leave least of the commands, to start from."""
-    kp, kd = np.ones(problem.n), np.zeros(problem.n)
-    for k in range(problem.n):
-        columns, u = [], []
-        for log in problem.logs:
-            q, q_d = log.law_q[:, k], log.q_d[:, k]
-            rate = np.diff(q, prepend=q[0]) / problem.period
-            of_reference = np.diff(q_d, prepend=q_d[0]) / problem.period
-            columns.append(np.stack([q_d - q, -rate, of_reference, np.cumsum(q_d - q),
-                                     np.ones_like(q)], axis=1))
-            u.append(log.u[:, k] - log.pe[:, k])
-        gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(u), rcond=None)[0]
-        kp[k], kd[k] = max(gains[0], 1e-6), max(gains[1], 0.0)
-    return Controller(law="pid", kp=kp, ki=np.zeros(problem.n), kd=kd,
-                      velocity_filter="difference", sample_time=stated.sample_time,
-                      command_resolution=stated.command_resolution, u_is=stated.u_is,
-                      saturation=stated.saturation)
+    def columns(log: Log, k: int) -> list[np.ndarray]:
+        q, q_d = log.law_q[:, k], log.q_d[:, k]
+        return [q_d - q, -_rate(q, problem), _rate(q_d, problem), np.cumsum(q_d - q)]
+
+    gains = _regression(problem, columns)
+    return _starting_from(stated, "pid", kp=np.maximum(gains[0], LEAST_GAIN),
+                          ki=np.zeros(problem.n), kd=np.maximum(gains[1], 0.0))
 
 
 def _first_cascade(problem: Problem, stated: Controller) -> Controller:
@@ -162,22 +151,35 @@ def _first_cascade(problem: Problem, stated: Controller) -> Controller:
 
     Its command is kv kp e - kv v + ki (kp times the sum of e, less the way that q went).
     """
-    kp, kv, ki = (np.zeros(problem.n) for _ in range(3))
+    def columns(log: Log, k: int) -> list[np.ndarray]:
+        q, error = log.law_q[:, k], log.q_d[:, k] - log.law_q[:, k]
+        return [error, -_rate(q, problem), q[0] - q, np.cumsum(error)]
+
+    gains = _regression(problem, columns)
+    kv = np.maximum(gains[1], LEAST_GAIN)
+    return _starting_from(stated, "cascade", kp=np.maximum(gains[0] / kv, LEAST_GAIN), kv=kv,
+                          ki=np.maximum(gains[2], 0.0))
+
+
+def _rate(x: np.ndarray, problem: Problem) -> np.ndarray:
+    return np.diff(x, prepend=x[0]) / problem.period
+
+
+def _regression(problem: Problem, columns: Callable[[Log, int], list[np.ndarray]]) -> np.ndarray:
+    """Coefficients of some columns, beside a level, in the commands, shape (columns + 1, n)."""
+    found = []
     for k in range(problem.n):
-        columns, u = [], []
-        for log in problem.logs:
-            q, error = log.law_q[:, k], log.q_d[:, k] - log.law_q[:, k]
-            rate = np.diff(q, prepend=q[0]) / problem.period
-            total = problem.period * np.cumsum(error)
-            columns.append(np.stack([error, -rate, total, q[0] - q, np.ones_like(q)], axis=1))
-            u.append(log.u[:, k] - log.pe[:, k])
-        gains = np.linalg.lstsq(np.concatenate(columns), np.concatenate(u), rcond=None)[0]
-        kv[k], ki[k] = max(gains[1], 1e-6), max(gains[3], 0.0)
-        kp[k] = max(gains[0] / kv[k], 1e-6)
-    return Controller(law="cascade", kp=kp, kv=kv, ki=ki, velocity_filter="difference",
-                      sample_time=stated.sample_time,
+        tables = [np.stack([*columns(log, k), np.ones(len(log))], axis=1) for log in problem.logs]
+        u = [log.u[:, k] - log.pe[:, k] for log in problem.logs]
+        found.append(np.linalg.lstsq(np.concatenate(tables), np.concatenate(u), rcond=None)[0])
+    return np.transpose(found)
+
+
+def _starting_from(stated: Controller, law: str, **gains: Any) -> Controller:
+    """A law with gains, and what is stated of its rate, rounding and limits."""
+    return Controller(law=law, velocity_filter="difference", sample_time=stated.sample_time,
                       command_resolution=stated.command_resolution, u_is=stated.u_is,
-                      saturation=stated.saturation)
+                      saturation=stated.saturation, **gains)
 
 
 def _nearest(found: Competition, problem: Problem) -> tuple[str, ...]:

@@ -32,8 +32,8 @@ IN_JOINTS = (GEAR_RATIO,)  # what the corrected joints hold
 def correction(result: Result) -> dict[str, Any]:
     """Return the correction of one diagnosis: joints on the joint side, effects as settings.
 
-    ``not_exported`` says why there is none.  Where a formula stands beside the causes, its model
-    is the correction: joints and causes as they were refitted beside its terms.
+    ``not_exported`` says why there is none.  Where a formula stands in the place of causes, its
+    model is the correction.
     """
     result = result.with_formula
     why = why_not_exported(result)

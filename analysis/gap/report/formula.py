@@ -27,7 +27,7 @@ def formula_section(answer: Answer, units: Units) -> Section | None:
             f"validated on {formula['judged_on']}. They were chosen by what they predict of parts "
             "of the logs that took no part in the choice. They are a model and no accusation: "
             "they name no cause, change no probability, and hold for the places, speeds and loads "
-            "of the logs. 'clie export' writes them as one block with the causes.")
+            "of the logs." + ("" if formula["beside"] else " 'clie export' writes them."))
     joints = joint_names(answer)
     table = Table(("joint", f"torque against the motion, motor side [{units['u']}]"),
                   tuple((joints[term["joint"] - 1], term["torque"]) for term in formula["terms"]),

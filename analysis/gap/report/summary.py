@@ -413,9 +413,10 @@ def formula_sentence(answer: Answer) -> list[str]:
         return []
     causes = join_words(map(effect_title, formula["beside"])) or "the refitted nominal model"
     count = len(formula["terms"])
+    exported = "" if formula["beside"] else "; 'clie export' writes it"
     return [f"A formula of {count} term{'s' if count > 1 else ''} that names no cause, added to "
             f"{causes}, removes {formula['percent']:.0f} % of the remaining reducible gap on "
-            "unseen data; 'clie export' writes it."]
+            f"unseen data{exported}."]
 
 
 def _not_shown(answer: Answer) -> list[str]:

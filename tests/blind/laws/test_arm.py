@@ -37,7 +37,7 @@ def test_references_begin_at_rest_and_fit_their_derivatives():
 @pytest.mark.parametrize(("name", "size"), [
     ("coulomb", 0.5), ("backlash", 0.02), ("joint_elasticity", 300.0), ("time_delay", 3.0),
     ("quadratic_drag", 1.0)])
-def test_an_effect_acts_at_its_joint_alone(name, size):
+def test_an_effect_acts_most_at_its_joint(name, size):
     rng = np.random.default_rng(8)
     arm = draw_arm(rng, 2, False)
     kp = arm.inertia * 20.0**2 / arm.gear

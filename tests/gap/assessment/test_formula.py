@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
 import mujoco  # noqa: E402
-from law_robots import Reference  # noqa: E402
 
+from clie_blocks.analysis.blind.laws.run import Reference  # noqa: E402
 from clie_blocks.analysis.export.correction import correction_of  # noqa: E402
 from clie_blocks.analysis.export.export import export  # noqa: E402
 from clie_blocks.analysis.gap.assessment.formula import formula_of  # noqa: E402
@@ -41,7 +41,7 @@ def run(seed, lossy):
     """Log of the joint; `lossy` is the share of the friction that it has."""
     model = mujoco.MjModel.from_xml_string(MODEL)
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
-    reference, rows, last = Reference(seed, 1), [], None
+    reference, rows, last = Reference(np.random.default_rng(seed), 1, 1.6), [], None
     for k in range(round(SECONDS / PERIOD)):
         q_d = reference(PERIOD * k)[0][0]
         data.qpos[0] = q_d if k == 0 else data.qpos[0]
