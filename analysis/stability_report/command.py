@@ -144,22 +144,22 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     from clie_blocks.analysis.report.document import BAD
     from clie_blocks.analysis.report.render import save_document
-    from clie_blocks.analysis.stability_report.document import document, verdict
+    from clie_blocks.analysis.stability_report.document import document, facts, verdict
     from clie_blocks.analysis.stability_report.quantities import PARTS, analyse
 
     study = study_of(options)
-    with progress("analysing the loop", PARTS + 1) as advance:
+    with progress("analysing the loop", PARTS) as advance:
         quantities = analyse(study, advance)
-        report = document(study, quantities)
-        files = save_document(report, options.output, "stability")
-        advance(1)
     sentence, mood, advice = verdict(study, quantities)
+    if not options.json:  # before the pictures, which take as long as the numbers
+        print("\n".join((*map(wrapped, (sentence, *advice)), "")))
+        print_table(("quantity", "value"), facts(study, quantities), "<<")
+    with progress("drawing the report"):
+        files = save_document(document(study, quantities), options.output, "stability")
     if options.json:
         print(to_json({**as_dict(study, quantities), "verdict": sentence, "advice": advice,
                        "files": files}))
     else:
-        print("\n".join((*map(wrapped, (sentence, *advice)), "")))
-        print_table(("quantity", "value"), report.facts, "<<")
         print(f"\nreport: {files[0]}")
     return 1 if mood == BAD else 0
 

@@ -24,14 +24,7 @@ from clie_blocks.analysis.theory.bounds import Condition
 def document(study: Study, quantities: Quantities) -> Document:
     """The report of a study, ready to be written."""
     sentence, mood, advice = verdict(study, quantities)
-    b, joints = quantities.bounds, study.joints
-    facts = (("smallest margin of K_bar", number(b.condition.margin)),
-             (f"mu_0 {NORM}", number(b.ultimate.mu_0)),
-             (f"invariant radius {NORM}", number(b.ultimate.invariant.outer)),
-             (f"simulated radius {NORM}", number(b.radius)),
-             ("slowest estimate [s]", f"{quantities.convergence.here.time_constant:.3g}"),
-             ("Kp [N m/rad]", join_values(joints.kp)),
-             ("Kd [N m s/rad]", join_values(joints.kd)))
+    b = quantities.bounds
     sections = [
         Section("What to do" if advice else "Assumptions", (), (*advice, *study.remarks)),
         condition_section(study, b), pd_bound_section(study, b), identification_section(study, b),
@@ -40,7 +33,20 @@ def document(study: Study, quantities: Quantities) -> Document:
         excitation_section(quantities.excitation)]
     if study.is_paper:
         sections.append(errata_section())
-    return Document(f"Stability of {study.name}", sentence, mood, tuple(sections), facts)
+    return Document(f"Stability of {study.name}", sentence, mood, tuple(sections),
+                    facts(study, quantities))
+
+
+def facts(study: Study, quantities: Quantities) -> tuple[tuple[str, str], ...]:
+    """The quantities of the summary, each with its value and unit in words."""
+    b, joints = quantities.bounds, study.joints
+    return (("smallest margin of K_bar", number(b.condition.margin)),
+            (f"mu_0 {NORM}", number(b.ultimate.mu_0)),
+            (f"invariant radius {NORM}", number(b.ultimate.invariant.outer)),
+            (f"simulated radius {NORM}", number(b.radius)),
+            ("slowest estimate [s]", f"{quantities.convergence.here.time_constant:.3g}"),
+            ("Kp [N m/rad]", join_values(joints.kp)),
+            ("Kd [N m s/rad]", join_values(joints.kd)))
 
 
 def verdict(study: Study, quantities: Quantities) -> tuple[str, str, tuple[str, ...]]:
