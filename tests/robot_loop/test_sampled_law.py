@@ -118,6 +118,14 @@ def test_what_cannot_become_machine_code_is_refused_without_a_callback(output, m
     assert "opaque" not in str(refused.value)
 
 
+def test_an_opaque_law_is_refused_with_its_block():
+    block = ct.nlsys(None, lambda t, x, u, params: u[:1] if u[0] > 0 else -u[:1], name="own", dt=T,
+                     inputs=["q_d[0]", "q[0]"], outputs=["u[0]"])
+    block.opaque = True
+    with pytest.raises(TraceError, match="'own'.*opaque and cannot be traced.*np.where"):
+        sampled_law(block, T)
+
+
 def test_a_law_with_all_its_past_is_refused():
     n = 1001
     line = ct.ss(np.eye(n, k=-1), np.eye(n, 1), np.eye(1, n), [[0.0]], inputs=["q[0]"],
