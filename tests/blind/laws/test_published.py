@@ -1,0 +1,57 @@
+"""The published study of laws, and the page that tells it."""
+
+import json
+from pathlib import Path
+
+from clie_blocks.analysis.blind.laws.drawn import KINDS
+from clie_blocks.analysis.blind.laws.scoring import NAMED
+from clie_blocks.analysis.blind.protocol.seeds import are_fresh
+from clie_blocks.analysis.blind.scoring.intervals import rate, share_difference
+from clie_blocks.output import to_json
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+BOARD = json.loads((DOCS / "blind" / "laws.json").read_text())
+PAGE = " ".join((DOCS / "laws.md").read_text().split())
+ROWS = BOARD["rows"]
+SOUND = [row for row in ROWS if row["effect"] == "none"]
+OTHERS = [row for row in ROWS if row["effect"] != "none"]
+
+
+def again(figure):
+    return json.loads(to_json(figure))
+
+
+def test_the_published_figures_follow_from_the_rows():
+    assert again(rate(row["law_named"] for row in ROWS)) == BOARD["law_named"]
+    assert again(rate(row["accused"] for row in SOUND)) == BOARD["accused"]
+    assert again(rate(row["answer"] == "none" for row in SOUND)) == BOARD["none_of_sound"]
+    assert again(rate(row["right"] for row in OTHERS)) == BOARD["right_first"]
+    assert again(rate(row["accused"] for row in OTHERS)) == BOARD["wrong_of_effects"]
+    beside = again(share_difference([(row["right"], row["twin_right"]) for row in OTHERS]))
+    assert beside["value"] == BOARD["beside_twins"]["value"]
+    assert {row["law"] for row in ROWS} == set(KINDS)
+
+
+def test_its_seed_was_not_developed_on():
+    assert are_fresh([int(BOARD["command"].split("--seed ")[1])])
+
+
+def test_the_page_states_every_figure():
+    assert f"`{BOARD['command']}`" in PAGE
+    figures = [BOARD[key] for key in ("law_named", "accused", "none_of_sound", "right_first",
+                                      "right_first_of_twins", "wrong_of_effects")]
+    for figure in [*figures, *BOARD["by_description"].values()]:
+        low, high = figure["interval"]
+        assert f"| {figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f}) |" in PAGE
+    low, high = (100.0 * bound for bound in BOARD["beside_twins"]["interval"])
+    assert f"{100.0 * BOARD['beside_twins']['value']:+.0f} ({low:+.0f} to {high:+.0f})" in PAGE
+    assert BOARD["law_named"]["rate"] >= NAMED
+
+
+def test_the_page_counts_what_is_answered_otherwise():
+    missed = [row for row in OTHERS if not row["right"]]
+    not_sound = [row for row in SOUND if row["answer"] != "none"]
+    assert (len(missed), len(not_sound)) == (7, 2)
+    assert sum(row["answer"] == "unknown" for row in missed + not_sound) == 8
+    assert sorted(row["effect"] for row in missed if row["law"] == "rate_limit") == ["backlash"] * 2
+    assert sum("limit" in row["law"] for row in missed + not_sound) == 9
