@@ -22,8 +22,8 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, if fewer faults of simulators or laws are named than sought, or if
-    exported corrections leave more than sought, else 0.
+    target for certain, if fewer faults of simulators or laws are named than sought, if more
+    causes of many are false than sought, or if exported corrections leave more, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -37,6 +37,8 @@ def main(argv: list[str] | None = None) -> int:
         return _exported(options)
     if options.laws:
         return _laws(options)
+    if options.many:
+        return _many(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -111,6 +113,23 @@ def _laws(options: argparse.Namespace) -> int:
     write(options.output / "laws.json", text)
     print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
     return int(board["law_named"]["rate"] < scoring.NAMED)
+
+
+def _many(options: argparse.Namespace) -> int:
+    """Run the study of robots with several effects at once, and return the exit code."""
+    from clie_blocks.analysis.blind.population.many_causes import MANY_CAUSES
+    from clie_blocks.analysis.blind.protocol.study import run_sealed
+    from clie_blocks.analysis.blind.scoring import many_causes
+    from clie_blocks.analysis.gap.causes.vocabulary import class_of
+
+    run = run_sealed(options.output, options.many, _only_seed(options), options.jobs, MANY_CAUSES)
+    board = {"schema_version": 1, "command": _command(options),
+             **many_causes.score_many(*run, class_of)}
+    text = to_json(board)
+    write(options.output / "many.json", text)
+    print(text if options.json else "\n".join(many_causes.terminal_lines(json.loads(text))))
+    precision = board["precision"]["rate"]
+    return int(precision is not None and precision < many_causes.PRECISION)
 
 
 def _only_seed(options: argparse.Namespace) -> int:
@@ -215,6 +234,7 @@ def _command(options: argparse.Namespace) -> str:
     count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
              else f"--exported {options.exported}" if options.exported
              else f"--laws {options.laws}" if options.laws
+             else f"--many {options.many}" if options.many
              else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
@@ -255,6 +275,11 @@ def _parser() -> argparse.ArgumentParser:
                         help="instead, N robots under seventeen control laws, half of them "
                              "described wrong or not at all, a third sound, the others beside "
                              "themselves under PD as stated; goes with --seed and --jobs")
+    parser.add_argument("--many", type=_count, metavar="N",
+                        help="instead, N robots that hold three to six effects at once, in the "
+                             "proportions of real drive trains, one in four an arm in space: "
+                             "causes named, their order, and what they close; goes with --seed "
+                             "and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",

@@ -1,6 +1,6 @@
 """Trials of the study: robots with hidden effects, none, or parameters outside tolerance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,7 @@ ABSORBED_SIZE = {"mild": 2.0, "medium": 4.0, "strong": 8.0}
 KINDS = (("single",) * 27 + ("pair",) * 5 + ("triple",) * 2 + ("none",) * 4
          + ("parametric",) * 4 + ("unknown",) * 8)
 COUNT = {"pair": 2, "triple": 3}
+MANY = "many"  # three effects or more, each with a size of its own
 Truth = dict[str, np.ndarray]
 Wrong = Callable[[np.random.Generator, DrawnRobot, Truth], Truth]
 ONE_OF = (("coulomb", "stribeck", "asymmetric_coulomb"), ("joint_elasticity", "backlash"))
@@ -56,7 +57,7 @@ def _draw(rng: np.random.Generator, seed: int, index: int) -> Trial:
 
 
 def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str, ...],
-               severity: str | None, robot_kind: str | None = None,
+               severity: str | Sequence[str] | None, robot_kind: str | None = None,
                noise_factor: float = 1.0, vocabulary: Vocabulary = STANDARD_NAMES,
                wrong: Wrong | None = None) -> Trial:
     """Draw a robot, give it effects, and log it.
@@ -71,8 +72,8 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         Of the trial, see `KINDS`.
     names : tuple of str
         Its effects.
-    severity : str or None
-        Size of each, see `SEVERITY`.
+    severity : str, sequence of str or None
+        Size of all, or of each, see `SEVERITY`.
     robot_kind : str, optional
         Kind of the robot; by default drawn, among those that the effects need.
     noise_factor : float, optional
@@ -102,8 +103,9 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
         robot, truth, ref.runs[:len(FITTED)], vocabulary.joint(rng, name, robot.n)))
         for name in names]
     _check_healthy(experiments, ref.runs, hidden)
-    sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, severity, index)
-             for one in hidden] if severity else []
+    severities = [severity] * len(hidden) if isinstance(severity, str) else severity or ()
+    sizes = [_size_for_ratio(robot, truth, experiments, noises, ref, one, own, index)
+             for one, own in zip(hidden, severities)]
     affected = _with_effects(truth, hidden, [size for size, _ in sizes])
     soft = affected["half_gap"] + affected["twist_stiffness"] > 0
     if np.any((affected["late"] > 0) & soft):
@@ -113,6 +115,9 @@ def draw_trial(rng: np.random.Generator, index: int, kind: str, names: tuple[str
     _check_with_effects(experiments, runs, affected)
     label = _label(kind, hidden, sizes, severity, robot, experiments,
                    relative_prediction_error(robot, ref, runs))
+    if kind == MANY:
+        label["shares"] = _shares(robot, truth, hidden, [size for size, _ in sizes], experiments,
+                                  noises, ref, index)
     if hidden and label["ratio"] < TRACE and not set(names) & set(ABSORBED):
         raise RejectedError(f"{' and '.join(names)} leaves no trace")
     if noise_factor != 1.0:
@@ -239,11 +244,11 @@ def _traces(robot: DrawnRobot, lanes: list[dict[str, np.ndarray]], experiments: 
 
 
 def _label(kind: str, hidden: list[HiddenEffect], sizes: list[tuple[float, bool]],
-           severity: str | None, robot: DrawnRobot, experiments: list[Experiment],
+           severity: str | Sequence[str] | None, robot: DrawnRobot, experiments: list[Experiment],
            errors: np.ndarray) -> dict[str, Any]:
     """Truth of a trial, with its prediction errors relative to the noise floor, (logs, n)."""
     floor, ratio = robot.floor, size_ratio(errors)
-    wanted = None if severity is None else SEVERITY[severity]
+    wanted = SEVERITY[severity] if isinstance(severity, str) else None
     off_target = (wanted is not None and len(hidden) == 1
                   and abs(ratio / wanted - 1) > OFF_TARGET)
     nominal = float(np.sqrt(np.sum((errors[2] * floor) ** 2)))
@@ -262,6 +267,21 @@ def _label(kind: str, hidden: list[HiddenEffect], sizes: list[tuple[float, bool]
         "seconds": [round(len(experiment.q_d) * robot.period, 3) for experiment in experiments],
         "gap": {"nominal": nominal, "true_model": least,
                 "achievable_reduction": 1 - least / nominal}}
+
+
+def _shares(robot: DrawnRobot, truth: dict[str, np.ndarray], hidden: list[HiddenEffect],
+            sizes: list[float], experiments: list[Experiment], noises: list[np.ndarray],
+            ref: Reference, seed: int) -> dict[str, float]:
+    """What each effect adds to the excess of the nominal model beside all others, of the whole."""
+    lanes = [_with_effects(truth, hidden, sizes),
+             *(_with_effects(truth, hidden[:i] + hidden[i + 1:], sizes[:i] + sizes[i + 1:])
+               for i in range(len(hidden)))]
+    logs = len(FITTED)
+    all_runs = run(robot, [lane for lane in lanes for _ in FITTED],
+                   experiments[:logs] * len(lanes), noises[:logs] * len(lanes), seed=seed)
+    whole, *without = (float(np.sum(relative_prediction_error(
+        robot, ref, all_runs[logs * i:logs * (i + 1)])**2 - 1)) for i in range(len(lanes)))
+    return {one.name: 1.0 - left / whole for one, left in zip(hidden, without)}
 
 
 def _changes(hidden: HiddenEffect, size: float) -> dict[str, list[float]]:

@@ -27,10 +27,10 @@ class SearchMethod:
     extensions: int = threshold(5, "causes", "that may be fitted together with those of a fit")
     described_fits: int = threshold(
         2, "fits", "of causes that are fitted together with each number of the robot file")
-    most_causes: int = threshold(3, "causes", "at once")
+    most_causes: int = threshold(6, "causes", "at once")
     hopeless_share: float = threshold(
         0.3, "share of the excess without it",
-        "that a pair may leave, or a third cause may be predicted to leave, for triples to be "
+        "that a set may leave, or one more cause may be predicted to leave, for larger sets to be "
         "fitted; a fit that leaves more of the whole excess is not pruned")
     pruned_leaders: int = threshold(2, "fits", "the best, that lose their idle joints")
     alternative_rounds: int = threshold(
@@ -43,7 +43,8 @@ class SearchMethod:
         0.1, "of what is left", "that a fault of a drive must explain at a joint to be refined")
     single_finalists: int = threshold(6, "fits", "of single causes that are continued to the end")
     pair_finalists: int = threshold(3, "fits", "of pairs that are continued to the end")
-    triple_finalists: int = threshold(2, "fits", "of triples that are continued to the end")
+    larger_finalists: int = threshold(
+        2, "fits", "of sets of three or more that are continued to the end")
     alternative_finalists: int = threshold(
         4, "fits", "of alternatives that are continued to the end")
     favourites: int = threshold(

@@ -1,4 +1,4 @@
-"""The search for causes: one alone, then two and three at once, while much is left."""
+"""The search for causes: one alone, then two, then one more at a time while much is left."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -57,7 +57,7 @@ SEARCH_STEPS = SearchSteps()
 
 def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause] = CAUSES,
                   steps: SearchSteps = SEARCH_STEPS) -> list[Fit]:
-    """Fit the leading single causes, then pairs and triples while much is left.
+    """Fit the leading single causes, then pairs, then sets of more while much is left.
 
     Returns all hypotheses that were fitted.
     """
@@ -79,7 +79,7 @@ class _Search:
         return self.residuals.method
 
     def all_fits(self) -> list[Fit]:
-        """Single causes, pairs and triples, and wrong numbers of the robot file beside them."""
+        """Causes alone and in sets, and wrong numbers of the robot file beside them."""
         screen = self.steps.screen(self.residuals, self.nominal, self.causes)
         return self.with_wrong_numbers(screen, self.fits_of_causes(screen))
 
@@ -118,7 +118,7 @@ class _Search:
                 for members in distinct.values() if not self.residuals.is_out_of_time]
 
     def fits_of_causes(self, screen: Screen) -> list[Fit]:
-        """Single causes, pairs and triples."""
+        """Single causes, pairs, and larger sets."""
         method = self.method.search
         alone = self.steps.singles(screen, self.residuals, self.nominal, self.causes)
         alone = alone[:method.leaders]
@@ -130,16 +130,28 @@ class _Search:
         extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
+        return self.with_larger_sets(screen, fits, extended)
+
+    def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
+                         ) -> list[Fit]:
+        """Fits, and those of the best one with one cause more, as long as that pays.
+
+        Each step starts from the best fit of all, so that a cause that another has made
+        superfluous is dropped with the smaller set, or swapped by the alternatives.
+        """
+        method, extended = self.method.search, list(extended)
         best = min(fits, key=_total)
-        if (self.is_done(fits) or best in extended
-                or len(best.hypothesis.members) >= method.most_causes):
-            return fits
-        thirds = self.one_more_cause(screen, best)
-        predicted = min(map(predicted_excess, thirds), default=best.excess)
-        if (best.excess > method.hopeless_share * self.nominal.excess
-                and predicted > method.hopeless_share * best.excess):
-            return fits
-        return self.with_raced(fits, thirds, method.triple_finalists)
+        while not (self.is_done(fits) or best in extended
+                   or len(best.hypothesis.members) >= method.most_causes):
+            more = self.one_more_cause(screen, best)
+            predicted = min(map(predicted_excess, more), default=best.excess)
+            if (best.excess > method.hopeless_share * self.nominal.excess
+                    and predicted > method.hopeless_share * best.excess):
+                return fits
+            fits = self.with_raced(fits, more, method.larger_finalists)
+            extended.append(best)
+            best = min(fits, key=_total)
+        return fits
 
     def pairs(self, screen: Screen, alone: list[Candidate], fits: list[Fit], extended: list[Fit],
               ) -> list[Candidate]:

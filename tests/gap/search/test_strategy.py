@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap.causes import CAUSES
-from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TORQUE_GAIN_ERROR
+from clie_blocks.analysis.gap.causes.drive import (
+    ACTUATOR_LAG,
+    TIME_DELAY,
+    TORQUE_GAIN_ERROR,
+    TORQUE_RIPPLE,
+)
+from clie_blocks.analysis.gap.causes.friction import COULOMB, QUADRATIC_DRAG
 from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.method import METHOD
@@ -18,9 +24,9 @@ WHOLE = 1000.0  # excess of the refitted nominal model
 SAMPLES = 1000.0
 
 
-FIRST, SECOND, THIRD = (Member(cause, (0,), {}, {}) for cause in (
-    dataclasses.replace(SPRING, numbers=()), dataclasses.replace(ACTUATOR_LAG, numbers=()),
-    dataclasses.replace(TORQUE_GAIN_ERROR, numbers=())))
+MEMBERS = [Member(dataclasses.replace(cause, numbers=()), (0,), {}, {}) for cause in (
+    SPRING, ACTUATOR_LAG, TORQUE_GAIN_ERROR, COULOMB, TIME_DELAY, TORQUE_RIPPLE,
+    QUADRATIC_DRAG)]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -45,17 +51,17 @@ class StubFit:
 
 @pytest.fixture
 def searched():
-    """Function from what a pair leaves, and what a third cause predicts, to the fits made."""
-    def run(pair, third):
-        excess = {1: 900.0, 2: pair, 3: 1.0}  # by the number of causes
+    """Function from what sets leave, and what the next cause predicts, to the fits made."""
+    def run(pair, third, more=(1.0,)):
+        left = dict(enumerate((900.0, pair, *more), 1))  # by the number of causes
 
         def singles(screen, residuals, fit, causes):
-            member = (FIRST, SECOND, THIRD)[len(fit.members)]
-            gain = pair - third if member is THIRD else 0.6 * WHOLE
-            return [Candidate((member,), gain * SAMPLES)]
+            count = len(fit.members)
+            gain = pair - third if count == 2 else 0.6 * WHOLE if count < 2 else fit.excess
+            return [Candidate((MEMBERS[count],), gain * SAMPLES)]
 
         def race(residuals, nominal, candidates, finalists):
-            return [StubFit(excess[len(candidate.members)], candidate.members)
+            return [StubFit(left.get(len(candidate.members), more[-1]), candidate.members)
                     for candidate in candidates]
 
         steps = dataclasses.replace(
@@ -80,6 +86,14 @@ def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_is_predicted_
     fits = searched(pair, third)
     assert any(len(fit.members) == 2 for fit in fits)
     assert any(len(fit.members) == 3 for fit in fits) == sought
+
+
+@pytest.mark.parametrize("more, largest", [
+    ((80.0, 30.0, 0.1), 5),  # each pays, until nothing is left
+    ((80.0, 30.0, 9.0, 3.0, 1.0), 6),  # never more than six
+    ((80.0, 80.0, 0.1), 4)])  # a fourth that gains nothing ends it
+def test_causes_are_added_one_by_one_while_they_pay(searched, more, largest):
+    assert max(len(fit.members) for fit in searched(290.0, 280.0, more)) == largest
 
 
 def test_where_no_cause_can_act_nothing_is_fitted():

@@ -1,0 +1,107 @@
+"""Robots with several effects at once: which are named, in which order, and what that closes."""
+
+from typing import Any
+
+import numpy as np
+
+from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes
+from clie_blocks.analysis.blind.scoring.decisions import NO_EFFECTS, Answer
+from clie_blocks.analysis.blind.scoring.intervals import rate, summary
+
+NAMED = 0.5  # probability from which on a cause is named
+SEEN = 0.05  # share of the excess from which on a cause should be named
+PRECISION, RECALL, ORDER, CLOSED = 0.95, 0.85, 0.9, 0.9  # what is sought
+
+
+def score_many(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf,
+               ) -> dict[str, Any]:
+    """Return the figures of a study of robots with several effects, and a row per trial.
+
+    Parameters
+    ----------
+    answers, labels : dict
+        JSON objects of the diagnosis, and opened labels, by trial.
+    class_of : callable
+        Class of a name.
+
+    """
+    rows = [_row(trial, labels[trial], answers[trial], class_of) for trial in sorted(labels)]
+    return {
+        "trials": len(rows),
+        "failed": [row["trial"] for row in rows if row["failed"]],
+        "precision": rate(one["true"] for row in rows for one in row["named"]),
+        "recall": rate(one["named"] for row in rows for one in row["truth"]
+                       if one["share"] >= SEEN),
+        "recall_by_rank": [rate(row["truth"][k]["named"] for row in rows
+                                if row["truth"][k]["share"] >= SEEN) for k in range(3)],
+        "order": rate(row["order"] for row in rows if row["order"] is not None),
+        "largest_first": rate(row["largest_first"] for row in rows),
+        "something_more": rate(row["unexplained"] for row in rows),
+        "closed": summary(row["closed"] for row in rows),
+        "rows": rows}
+
+
+def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of: ClassOf,
+         ) -> dict[str, Any]:
+    answer = Answer(as_classes(diagnosis, class_of) if "effects" in diagnosis else diagnosis)
+    shares: dict[str, float] = {}
+    for name, share in label["shares"].items():
+        shares[class_of(name)] = shares.get(class_of(name), 0.0) + share
+    named = [name for name in answer.leading(len(answer.known))
+             if max(answer.probability[alike] for alike in answer.names(name)
+                    if alike in answer.probability) >= NAMED]
+    found = {true: any(true in answer.names(name) for name in named) for true in shares}
+    largest = sorted(shares, key=lambda name: -shares[name])
+    by_share = sorted(named, key=lambda name: -_share(diagnosis, name, class_of))
+    first_two = [next((true for true in largest if true in answer.names(name)), name)
+                 for name in by_share[:2]]
+    return {"trial": trial, "robot": label["robot"], "failed": answer.failed,
+            "truth": [{"effect": name, "share": shares[name], "named": found[name]}
+                      for name in largest],
+            "named": [{"effect": name, "probability": answer.probability[name],
+                       "true": bool(answer.names(name) & set(shares))} for name in by_share],
+            "largest_first": first_two[:1] == largest[:1],
+            "order": first_two == largest[:2] if len(first_two) == 2 else None,
+            "unexplained": bool(diagnosis.get("unexplained")),
+            "closed": _closed(label, answer)}
+
+
+def _share(diagnosis: dict[str, Any], name: str, class_of: ClassOf) -> float:
+    """What an answer says that a cause takes of the gap; its probability where it is alone."""
+    rows = [row for row in diagnosis["effects"]
+            if row["effect"] not in NO_EFFECTS and class_of(row["effect"]) == name]
+    return float(max((row["share"]["mean"] if "share" in row else row["probability"]
+                      for row in rows), default=0.0))
+
+
+def _closed(label: dict[str, Any], answer: Answer) -> float | None:
+    """Closed share of the gap that the true model would close, on the unseen log."""
+    if not answer.before or answer.after is None:
+        return None
+    least = label["gap"]["true_model"]
+    reducible = answer.before**2 - least**2
+    return float((answer.before**2 - answer.after**2) / reducible) if reducible > 0 else None
+
+
+def terminal_lines(board: dict[str, Any]) -> list[str]:
+    """Scoreboard for a terminal."""
+    def share(figure: dict[str, Any]) -> str:
+        if figure["interval"] is None:
+            return "none"
+        low, high = figure["interval"]
+        return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
+
+    median = board["closed"]["median"]
+    ranks = ", ".join(share(figure) for figure in board["recall_by_rank"])
+    return [board["command"],
+            f"  causes named with half the probability that are there: "
+            f"{share(board['precision'])}, sought {PRECISION:.0%}",
+            f"  causes with {SEEN:.0%} of the gap or more that are named: "
+            f"{share(board['recall'])}, sought {RECALL:.0%}",
+            f"    largest, second, third: {ranks}",
+            f"  largest cause first: {share(board['largest_first'])}",
+            f"  two largest in order, where two are named: {share(board['order'])}, sought "
+            f"{ORDER:.0%}",
+            f"  answers that hold something without a name: {share(board['something_more'])}",
+            "  closed of the squared gap that the true model closes, median: "
+            f"{np.nan if median is None else median:.2f}, sought {CLOSED:.2f}"]
