@@ -22,8 +22,8 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, if fewer faults of simulators or laws are named than sought, or if
-    exported corrections leave more than sought, else 0.
+    target for certain, if fewer faults of simulators or laws are named than sought, if exported
+    corrections leave more than sought, or if poorer logs give more wrong names, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -37,6 +37,8 @@ def main(argv: list[str] | None = None) -> int:
         return _exported(options)
     if options.laws:
         return _laws(options)
+    if options.poor_logs:
+        return _poor_logs(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -111,6 +113,19 @@ def _laws(options: argparse.Namespace) -> int:
     write(options.output / "laws.json", text)
     print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
     return int(board["law_named"]["rate"] < scoring.NAMED)
+
+
+def _poor_logs(options: argparse.Namespace) -> int:
+    """Run the study of poorer logs, and return the exit code."""
+    from clie_blocks.analysis.blind.poor_logs import scoring, study
+
+    board = {"schema_version": 1, "command": _command(options),
+             **study.run_study(options.output, options.poor_logs, _only_seed(options),
+                               options.jobs)}
+    text = to_json(board)
+    write(options.output / "poor_logs.json", text)
+    print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
+    return int(board["wrong"]["rate"] > scoring.WRONG)
 
 
 def _only_seed(options: argparse.Namespace) -> int:
@@ -215,6 +230,7 @@ def _command(options: argparse.Namespace) -> str:
     count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
              else f"--exported {options.exported}" if options.exported
              else f"--laws {options.laws}" if options.laws
+             else f"--poor-logs {options.poor_logs}" if options.poor_logs
              else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
@@ -255,6 +271,11 @@ def _parser() -> argparse.ArgumentParser:
                         help="instead, N robots under seventeen control laws, half of them "
                              "described wrong or not at all, a third sound, the others beside "
                              "themselves under PD as stated; goes with --seed and --jobs")
+    parser.add_argument("--poor-logs", type=_count, metavar="N",
+                        help="instead, N robots whose logs hold little or are poor: torque "
+                             "commanded, measured, both or neither, no reference, slow, short, "
+                             "noisy, coarse, filtered or uneven logs; a third is sound; goes with "
+                             "--seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",
