@@ -22,7 +22,7 @@ TICKS = (1, 2, 3)  # samples of the controller from one of its rows to the next
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Controller:
-    """PD law on a filtered velocity, or a P law within a limit, as of a hobby servo.
+    """PD law on a filtered velocity, or a P law, as of a hobby servo.
 
     Parameters
     ----------
@@ -30,8 +30,6 @@ class Controller:
         Gains, motor side [N m/rad, N m s/rad]; `kd` is zero for a servo.
     highpass, lowpass : float
         Corners of the velocity filter [rad/s].
-    limit : ndarray, shape (n,)
-        Of the command [N m].
     step : float
         To which commands are rounded [N m].
 
@@ -41,7 +39,6 @@ class Controller:
     kd: np.ndarray
     highpass: float
     lowpass: float
-    limit: np.ndarray
     step: float
 
     def start(self, period: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
@@ -51,8 +48,7 @@ class Controller:
 
         def law(q_d: np.ndarray, q: np.ndarray) -> np.ndarray:
             free = self.kp * (q_d - q) - self.kd * rate(q)
-            u: np.ndarray = np.rint(np.clip(free, -self.limit, self.limit) / self.step) * self.step
-            return u
+            return _rounded(free, self.step)
         return law
 
 
@@ -146,7 +142,7 @@ def log(signals: Signals, content: Content, condition: Condition, peak: np.ndarr
     return {name: signal[rows] for name, signal in {"time": signals["time"], **kept}.items()}
 
 
-def _rounded(signal: np.ndarray, step: np.ndarray) -> np.ndarray:
+def _rounded(signal: np.ndarray, step: np.ndarray | float) -> np.ndarray:
     rounded: np.ndarray = np.rint(signal / step) * step
     return rounded
 

@@ -142,7 +142,7 @@ def _draw_robot(rng: np.random.Generator, content: str, condition: Condition
         arm = dataclasses.replace(arm, damping=damping)
     kd = np.zeros(arm.n) if content == SERVO else damping / arm.gear
     controller = Controller(arm.inertia * speed**2 / arm.gear, kd, rng.uniform(400.0, 600.0),
-                            rng.uniform(150.0, 250.0), np.full(arm.n, np.inf), 1e-9)
+                            rng.uniform(150.0, 250.0), 1e-9)
     encoder = Encoder(rng.uniform(*NOISE) * rng.uniform(*condition.noise),
                       _TWO_PI / condition.encoder_steps)
     seeds = tuple(int(one) for one in rng.integers(2**31, size=condition.logs))
@@ -150,8 +150,7 @@ def _draw_robot(rng: np.random.Generator, content: str, condition: Condition
                   float(rng.uniform(1.2, 2.0)), seeds)
     peak = np.abs(robot.experiment(seeds[0])["command"]).max(axis=0)
     rounded = dataclasses.replace(
-        controller, step=10.0 ** math.floor(math.log10(3e-4 * float(peak.min()))),
-        limit=1.5 * peak if content == SERVO else controller.limit)
+        controller, step=10.0 ** math.floor(math.log10(3e-4 * float(peak.min()))))
     return dataclasses.replace(robot, controller=rounded), peak
 
 

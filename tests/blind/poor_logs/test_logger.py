@@ -17,7 +17,7 @@ from clie_blocks.analysis.blind.poor_logs.motion import PickAndPlace  # noqa: E4
 ARM = Arm(*np.array([[0.8], [0.3], [0.02], [0.05], [10.0]]))
 SPEED = 20.0  # rad/s, of its loop
 CONTROLLER = Controller(ARM.inertia * SPEED**2 / ARM.gear, 1.4 * ARM.inertia * SPEED / ARM.gear,
-                        500.0, 200.0, np.full(1, np.inf), 1e-6)
+                        500.0, 200.0, 1e-6)
 ENCODER = Encoder(1e-4, 2e-5)
 PLAIN = Condition(seconds=3.0)
 STEP = 1e-3  # s, of differences
