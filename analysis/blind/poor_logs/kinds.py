@@ -106,7 +106,7 @@ CONDITIONS = {
     "coarse": Condition(is_coarse=True),
     "filtered": Condition(is_filtered=True),
     "jittered": Condition(is_jittered=True)}
-SERVO_EVERY = 10  # samples of a hobby servo's controller per row of any of its logs, at least
+SERVO_PERIOD = 0.02  # s, at which a hobby servo is polled, on average
 
 
 def turn(index: int) -> tuple[str, str, bool]:
@@ -121,7 +121,9 @@ def turn(index: int) -> tuple[str, str, bool]:
 
 
 def conditions_of(name: str, content: str) -> Condition:
-    """Return a condition as it is for a content: a hobby servo is polled slowly."""
+    """Return a condition as it is for a content: a servo is polled slowly, and twice as long."""
     condition = CONDITIONS[name]
-    slowest = round(SERVO_EVERY * CONDITIONS["50_hz"].period / condition.period)
-    return dataclasses.replace(condition, every=slowest) if content == SERVO else condition
+    if content != SERVO:
+        return condition
+    slow = round(SERVO_PERIOD / condition.period) // (2 if condition.is_jittered else 1)
+    return dataclasses.replace(condition, every=slow, seconds=2.0 * condition.seconds)

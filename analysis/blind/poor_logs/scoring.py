@@ -38,10 +38,12 @@ def figures(rows: list[Row]) -> dict[str, Any]:
     """Return the figures of some rows.
 
     ``wrong``: an effect that is not there has half the probability or more; ``covered``: the 90 %
-    set holds the truth; ``right_first``, ``unknown`` and ``stopped``: what is put forward.
+    set holds the truth, of the answers that have one; ``right_first``, ``unknown`` and
+    ``stopped``, with an error in the place of an answer: what is put forward.
     """
-    return {name: rate(row[name] for row in rows)
-            for name in ("wrong", "covered", "right_first", "unknown", "stopped")}
+    return {**{name: rate(row[name] for row in rows)
+               for name in ("wrong", "right_first", "unknown", "stopped")},
+            "covered": rate(row["covered"] for row in rows if not row["stopped"])}
 
 
 def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of: ClassOf) -> Row:
@@ -69,10 +71,12 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
              f"  right class first: {share(board['right_first'])}",
              f"  unknown: {share(board['unknown'])}",
              f"  stopped with an error: {share(board['stopped'])}",
-             f"  {'logs':22}{'robots':>7}{'wrong':>7}{'in set':>7}{'first':>7}{'unknown':>8}"]
+             f"  {'logs':22}{'robots':>7}{'wrong':>7}{'in set':>7}{'first':>7}{'unknown':>8}"
+             f"{'stopped':>8}"]
     for kind in ("by_content", "by_condition"):
         lines += [f"  {name.replace('_', ' '):22}{row['wrong']['of']:7}{row['wrong']['hits']:7}"
                   f"{row['covered']['hits']:7}{row['right_first']['hits']:7}"
-                  f"{row['unknown']['hits']:8}" for name, row in board[kind].items()]
+                  f"{row['unknown']['hits']:8}{row['stopped']['hits']:8}"
+                  for name, row in board[kind].items()]
     return lines + [f"  {row['trial']}: {row['effect']} ({row['content']}, {row['condition']}), "
                     f"named {row['answer']}" for row in board["rows"] if row["wrong"]]

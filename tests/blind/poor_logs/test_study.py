@@ -41,8 +41,11 @@ def test_rates_go_from_50_hz_to_5_khz():
     rates = {1.0 / (one.every * one.period) for name in CONDITIONS for content in CONTENTS
              for one in [conditions_of(name, content)]}
     assert min(rates) == pytest.approx(50.0) and max(rates) == pytest.approx(5000.0)
-    servo = [conditions_of(name, "servo") for name in CONDITIONS]
-    assert all(one.every * one.period == pytest.approx(0.02) for one in servo)
+    servos = [conditions_of(name, "servo") for name in CONDITIONS]
+    for one in servos:
+        rate = 1.0 / (one.every * one.period * (2.0 if one.is_jittered else 1.0))
+        assert rate == pytest.approx(50.0)
+        assert 0.97 * rate * one.seconds > 400.0  # rows that a diagnosis needs
 
 
 def test_a_trial_is_the_same_for_its_seed(tmp_path):
@@ -109,6 +112,7 @@ def test_answers_count_by_what_would_be_done_on_them():
     neither = board["by_content"]["neither"]
     assert (neither["unknown"]["hits"], neither["wrong"]["hits"], neither["wrong"]["of"]) == (
         1, 0, 1)
+    assert board["covered"]["of"] == 5  # an error has no set
     lines = "\n".join(terminal_lines({**board, "command": "clie blind"}))
     assert "wrong name with half the probability: 2 of 6" in lines
     assert "trial-4: none (both, short), named backlash" in lines
