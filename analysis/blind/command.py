@@ -22,8 +22,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, if fewer faults of simulators or laws are named than sought, if more
-    causes of many are false than sought, or if exported corrections leave more, else 0.
+    target for certain, if fewer faults of simulators or laws are named than sought, if causes of
+    many or of poorer logs are false more often than sought, or if exported corrections leave more,
+    else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -39,6 +40,8 @@ def main(argv: list[str] | None = None) -> int:
         return _laws(options)
     if options.many:
         return _many(options)
+    if options.poor_logs:
+        return _poor_logs(options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -130,6 +133,19 @@ def _many(options: argparse.Namespace) -> int:
     print(text if options.json else "\n".join(many_causes.terminal_lines(json.loads(text))))
     precision = board["precision"]["rate"]
     return int(precision is not None and precision < many_causes.PRECISION)
+
+
+def _poor_logs(options: argparse.Namespace) -> int:
+    """Run the study of poorer logs, and return the exit code."""
+    from clie_blocks.analysis.blind.poor_logs import scoring, study
+
+    board = {"schema_version": 1, "command": _command(options),
+             **study.run_study(options.output, options.poor_logs, _only_seed(options),
+                               options.jobs)}
+    text = to_json(board)
+    write(options.output / "poor_logs.json", text)
+    print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
+    return int(board["wrong"]["rate"] > scoring.WRONG)
 
 
 def _only_seed(options: argparse.Namespace) -> int:
@@ -235,6 +251,7 @@ def _command(options: argparse.Namespace) -> str:
              else f"--exported {options.exported}" if options.exported
              else f"--laws {options.laws}" if options.laws
              else f"--many {options.many}" if options.many
+             else f"--poor-logs {options.poor_logs}" if options.poor_logs
              else f"--catalogue {options.catalogue}" if options.catalogue
              else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
@@ -280,6 +297,11 @@ def _parser() -> argparse.ArgumentParser:
                              "proportions of real drive trains, one in four an arm in space: "
                              "causes named, their order, and what they close; goes with --seed "
                              "and --jobs")
+    parser.add_argument("--poor-logs", type=_count, metavar="N",
+                        help="instead, N robots whose logs hold little or are poor: torque "
+                             "commanded, measured, both or neither, no reference, slow, short, "
+                             "noisy, coarse, filtered or uneven logs; a third is sound; goes with "
+                             "--seed and --jobs")
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -36,6 +37,7 @@ class Effect:
 
 
 SOUND = Effect()
+Motion = Callable[[float], tuple[np.ndarray, np.ndarray, np.ndarray]]  # of a time, as `Reference`
 
 
 class Reference:
@@ -65,6 +67,69 @@ class Reference:
         return q_d, dq_d, ddq_d
 
 
+class Machine:
+    """An arm with an effect in MuJoCo, at rest at zero.
+
+    Parameters
+    ----------
+    arm : Arm
+        The robot.
+    effect : Effect
+        What it has beyond its model.
+    period : float
+        Of the commands [s].
+
+    """
+
+    def __init__(self, arm: Arm, effect: Effect, period: float = PERIOD) -> None:
+        try:
+            import mujoco
+        except ImportError:
+            raise MissingExtraError("a robot of the study", "mujoco", "mujoco") from None
+        self._advance = mujoco.mj_step
+        self._model = mujoco.MjModel.from_xml_string(
+            model_text(arm, effect.name, effect.joint, effect.size))
+        self._model.opt.timestep = period / SUBSTEPS
+        self._data, self._effect = mujoco.MjData(self._model), effect
+        names = [self._model.joint(j).name for j in range(self._model.njnt)]
+        self._motors = np.array([names.index(f"motor{k}") for k in range(arm.n)])
+        self._twist = names.index("twist") if "twist" in names else None
+        late = round(effect.size) if effect.name == DELAY else 0
+        self._sent = deque([np.zeros(arm.n)] * (late + 1), late + 1)
+
+    @property
+    def q_motor(self) -> np.ndarray:
+        """Positions of the motors over their gear ratios, shape (n,) [rad]."""
+        q: np.ndarray = self._data.qpos[self._motors]
+        return q
+
+    @property
+    def q(self) -> np.ndarray:
+        """Positions of the links, shape (n,) [rad]."""
+        q = self.q_motor
+        if self._twist is not None:
+            q[self._effect.joint] += self._data.qpos[self._twist]
+        return q
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all joints are slower than those of an unstable loop."""
+        return bool(np.abs(self._data.qvel).max() < SPEED_LIMIT)
+
+    def step(self, u: np.ndarray) -> np.ndarray:
+        """Send commands for a period; return the torques of the motors, shape (n,) [N m]."""
+        self._sent.append(u)
+        delivered = np.where(np.arange(len(u)) == self._effect.joint, self._sent[0], u)
+        self._data.ctrl[:] = delivered
+        for _ in range(SUBSTEPS):
+            if self._effect.name == DRAG:
+                joint = self._motors[self._effect.joint]
+                speed = self._data.qvel[joint]
+                self._data.qfrc_applied[joint] = -self._effect.size * speed * abs(speed)
+            self._advance(self._model, self._data)
+        return delivered
+
+
 def run(arm: Arm, law: Law, reference: Reference, rng: np.random.Generator, seconds: float,
         step: float, effect: Effect = SOUND) -> np.ndarray:
     """Log of an experiment: time, q, u, qd, one row per period; shorter where it is unstable.
@@ -87,36 +152,17 @@ def run(arm: Arm, law: Law, reference: Reference, rng: np.random.Generator, seco
         What it has beyond its model.
 
     """
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtraError("a robot of the study", "mujoco", "mujoco") from None
-    model = mujoco.MjModel.from_xml_string(model_text(arm, effect.name, effect.joint, effect.size))
-    data = mujoco.MjData(model)
-    names = [model.joint(j).name for j in range(model.njnt)]
-    motors = np.array([names.index(f"motor{k}") for k in range(arm.n)])
-    twist = names.index("twist") if "twist" in names else None
-    late = round(effect.size) if effect.name == DELAY else 0
-    sent = deque([np.zeros(arm.n)] * (late + 1), late + 1)
+    machine = Machine(arm, effect)
     last, rows = np.zeros(arm.n), []
     for k in range(round(seconds / PERIOD)):
-        q = data.qpos[motors]
-        if twist is not None:
-            q[effect.joint] += data.qpos[twist]
-        q = np.round(q + NOISE * rng.normal(size=arm.n), 7)
+        q = np.round(machine.q + NOISE * rng.normal(size=arm.n), 7)
         q_d, dq_d, ddq_d = reference(k * PERIOD)
         q_d = np.round(q_d, 9)
         now = Signals(q_d, dq_d, ddq_d, q, (q - (last if k else q)) / PERIOD)
         u = np.rint(law(now) / step) * step
         last = q
-        sent.append(u)
         rows.append(np.concatenate([[k * PERIOD], q, u, q_d]))
-        data.ctrl[:] = np.where(np.arange(arm.n) == effect.joint, sent[0], u)
-        for _ in range(SUBSTEPS):
-            if effect.name == DRAG:
-                speed = data.qvel[motors[effect.joint]]
-                data.qfrc_applied[motors[effect.joint]] = -effect.size * speed * abs(speed)
-            mujoco.mj_step(model, data)
-        if not np.abs(data.qvel).max() < SPEED_LIMIT:
+        machine.step(u)
+        if not machine.is_stable:
             break
     return np.array(rows)

@@ -1,6 +1,5 @@
 """The study of laws: made, sealed, diagnosed, unsealed, scored."""
 
-from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from clie_blocks.analysis.blind.laws.trials import (
     write_twin,
 )
 from clie_blocks.analysis.blind.protocol import seal, study
-from clie_blocks.output import json_types, progress
+from clie_blocks.output import json_types
 
 
 def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, Any]:
@@ -33,22 +32,8 @@ def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, 
     """
     from clie_blocks.analysis.gap.causes.vocabulary import class_of
 
-    if not study.already_made(folder, trials, seed):
-        _make(folder, trials, seed, jobs)
+    study.make_in_parallel(folder, trials, seed, jobs, _make_one)
     return score(study.diagnose_trials(folder, jobs), seal.unseal(folder), class_of)
-
-
-def _make(folder: Path, trials: int, seed: int, jobs: int) -> None:
-    from clie_blocks.analysis.workers import workers
-
-    labels = {}
-    with workers(jobs) as pool, progress("making trials", trials) as advance:
-        running = [pool.submit(_make_one, folder / study.TRIALS, seed, index)
-                   for index in range(trials)]
-        for future in as_completed(running):
-            name, labels[name] = future.result()
-            advance(1)
-    study.commit(folder, trials, seed, dict(sorted(labels.items())))
 
 
 def _make_one(folder: Path, seed: int, index: int) -> tuple[str, dict[str, Any]]:

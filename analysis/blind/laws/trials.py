@@ -20,7 +20,7 @@ from clie_blocks.analysis.blind.laws.drawn import (
     pd_statement,
     row,
 )
-from clie_blocks.analysis.blind.laws.run import DELAY, DRAG, SOUND, Effect, Reference, run
+from clie_blocks.analysis.blind.laws.run import DELAY, DRAG, SOUND, Effect, Motion, Reference, run
 from clie_blocks.output import write
 
 LOGS, SECONDS = 3, 8.0  # of each robot, s
@@ -101,7 +101,9 @@ def _drawn(rng: np.random.Generator, kind: str, described: str, sound: bool) -> 
     seeds = tuple(int(one) for one in rng.integers(2**31, size=LOGS))
     bench = _bench(rng, arm, fastest, seeds[0])
     step = 10.0 ** math.floor(math.log10(3e-4 * float(bench.peak.min())))
-    effect = SOUND if sound else _draw_effect(rng, bench, fastest, seeds[0])
+    effect = SOUND if sound else draw_effect(
+        rng, EFFECTS, arm, bench.peak, Reference(np.random.default_rng(seeds[0]), arm.n, fastest),
+        SECONDS)
     return Trial(bench, kind, KINDS[kind](rng, bench), described, effect, step, fastest, seeds)
 
 
@@ -133,10 +135,29 @@ def _bench(rng: np.random.Generator, arm: Arm, fastest: float, seed: int) -> Ben
     return Bench(arm, kp, kd, np.abs(u).max(axis=0), fastest_change)
 
 
-def _draw_effect(rng: np.random.Generator, bench: Bench, fastest: float, seed: int) -> Effect:
-    arm, joint = bench.arm, int(rng.integers(bench.arm.n))
-    name = str(rng.choice(EFFECTS))
-    torque = arm.gear[joint] * bench.peak[joint]  # joint side
+def draw_effect(rng: np.random.Generator, names: tuple[str, ...], arm: Arm, peak: np.ndarray,
+                motion: Motion, seconds: float) -> Effect:
+    """Draw an effect of an arm that its motion shows.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Source of chance.
+    names : tuple of str
+        Of `EFFECTS`.
+    arm : Arm
+        The robot.
+    peak : ndarray, shape (n,)
+        Its largest commands [N m].
+    motion : callable
+        Its reference at a time.
+    seconds : float
+        Length of the motion [s].
+
+    """
+    joint = int(rng.integers(arm.n))
+    name = str(rng.choice(names))
+    torque = arm.gear[joint] * peak[joint]  # joint side
     if name == DELAY:
         return Effect(name, joint, int(rng.integers(2, 6)))
     if name == LOOSE:
@@ -146,8 +167,7 @@ def _draw_effect(rng: np.random.Generator, bench: Bench, fastest: float, seed: i
         return Effect(name, joint, link * (_TWO_PI * rng.uniform(4.0, 9.0))**2)
     if name == _FRICTION:
         return Effect(name, joint, torque * rng.uniform(0.1, 0.3))
-    reference = Reference(np.random.default_rng(seed), arm.n, fastest)
-    speeds = [abs(reference(t)[1][joint]) for t in np.arange(0.0, SECONDS, 0.05)]
+    speeds = [abs(motion(t)[1][joint]) for t in np.arange(0.0, seconds, 0.05)]
     return Effect(name, joint, torque * rng.uniform(0.1, 0.3) / max(speeds)**2)
 
 
@@ -173,7 +193,8 @@ def write_twin(trial: Trial, folder: Path) -> None:
 def _write(trial: Trial, folder: Path, start: Callable[[], laws.Law],
            statement: Statement) -> None:
     arm = trial.bench.arm
-    write(folder / "robot.toml", robot_text(arm, statement, trial.step))
+    write(folder / "robot.toml", robot_text(arm, {
+        **statement, "sample_time_s": f"{PERIOD}", "command_resolution_nm": repr(trial.step)}))
     names = ["time", *(f"{name}{k + 1}" for name in ("q", "u", "qd") for k in range(arm.n))]
     for k, seed in enumerate(trial.seeds, 1):
         log = _experiment(arm, start(), seed, trial.fastest, trial.step, trial.effect)
@@ -182,27 +203,35 @@ def _write(trial: Trial, folder: Path, start: Callable[[], laws.Law],
         write(folder / f"log-{k}.csv", table.getvalue())
 
 
-def robot_text(arm: Arm, statement: Statement, step: float) -> str:
-    """Robot file of an arm; its datasheet numbers are the true ones."""
-    controller = "\n".join(f"{key} = {value}" for key, value in statement.items())
-    return f"""name = "arm"
-joints = {arm.n}
-[motor]
-gear_ratio = {row(arm.gear)}
-inertia_kgm2 = {row(arm.armature / arm.gear**2)}
-inertia_tolerance = 0.05
-viscous_friction_nms = {row(arm.damping / arm.gear**2)}
-viscous_friction_tolerance = 0.1
-[links]
-mass_kg = {row(arm.mass)}
-length_m = {row(arm.length)}
-com_m = {row(arm.com)}
-inertia_kgm2 = {row(arm.spin)}
-[nominal]
-gravity = {str(arm.has_gravity).lower()}
-coupling = {str(arm.n > 1).lower()}
-[controller]
-{controller}
-sample_time_s = {PERIOD}
-command_resolution_nm = {step!r}
-"""
+def robot_text(arm: Arm, controller: Statement, unknown: tuple[str, ...] = (),
+               **more: str) -> str:
+    """Robot file of an arm; its datasheet numbers are the true ones.
+
+    Parameters
+    ----------
+    arm : Arm
+        The robot.
+    controller : dict
+        Keys of the section of that name.
+    unknown : tuple of str
+        Beginnings of keys of the motor that the file leaves out.
+    **more : str
+        Further lines, by section.
+
+    """
+    sections = {
+        "motor": [f"gear_ratio = {row(arm.gear)}",
+                  f"inertia_kgm2 = {row(arm.armature / arm.gear**2)}",
+                  "inertia_tolerance = 0.05",
+                  f"viscous_friction_nms = {row(arm.damping / arm.gear**2)}",
+                  "viscous_friction_tolerance = 0.1"],
+        "links": [f"mass_kg = {row(arm.mass)}", f"length_m = {row(arm.length)}",
+                  f"com_m = {row(arm.com)}", f"inertia_kgm2 = {row(arm.spin)}"],
+        "nominal": [f"gravity = {str(arm.has_gravity).lower()}",
+                    f"coupling = {str(arm.n > 1).lower()}"],
+        "controller": [f"{key} = {value}" for key, value in controller.items()]}
+    sections["motor"] = [line for line in sections["motor"] if not line.startswith(unknown)]
+    for name, line in more.items():
+        sections.setdefault(name, []).append(line)
+    return "\n".join([f'name = "arm"\njoints = {arm.n}', *(
+        "\n".join([f"[{name}]", *lines]) for name, lines in sections.items()), ""])

@@ -16,6 +16,7 @@ from clie_blocks.output import progress, to_json, write
 TRIALS, DIAGNOSES = "trials", "diagnoses.json"
 OPEN = "labels.open"  # labels while trials are made, so that a killed run continues
 Entry = TypeVar("Entry")
+MakeOne = Callable[[Path, int, int], tuple[str, dict[str, Any]]]
 Diagnose = Callable[[Path, int], dict[str, dict[str, Any]]]
 
 
@@ -53,6 +54,34 @@ def make_trials(folder: str | os.PathLike[str], trials: int, seed: int, jobs: in
         return
     commit(folder, trials, seed, labels)
     shutil.rmtree(folder / OPEN)
+
+
+def make_in_parallel(folder: Path, trials: int, seed: int, jobs: int, make_one: MakeOne) -> None:
+    """Make the trials of a study and seal their labels; an existing study is kept.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the study.
+    trials, seed, jobs : int
+        How many, their random numbers, and processes.
+    make_one : callable
+        ``make_one(folder, seed, index)`` writes a trial below a folder; returns name and label.
+
+    """
+    from concurrent.futures import as_completed
+
+    from clie_blocks.analysis.workers import workers
+
+    if already_made(folder, trials, seed):
+        return
+    labels = {}
+    with workers(jobs) as pool, progress("making trials", trials) as advance:
+        running = [pool.submit(make_one, folder / TRIALS, seed, index) for index in range(trials)]
+        for future in as_completed(running):
+            name, labels[name] = future.result()
+            advance(1)
+    commit(folder, trials, seed, dict(sorted(labels.items())))
 
 
 def commit(folder: Path, trials: int, seed: int, labels: dict[str, dict[str, Any]]) -> None:

@@ -134,7 +134,7 @@ class _Search:
 
     def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
                          ) -> list[Fit]:
-        """Fits, and those of the best one with one cause more, as long as that pays.
+        """Fits, and those of the best one with one cause more, as long as the last one has paid.
 
         Each step starts from the best fit of all, so that a cause that another has made
         superfluous is dropped with the smaller set, or swapped by the alternatives.
@@ -150,8 +150,17 @@ class _Search:
                 return fits
             fits = self.with_raced(fits, more, method.larger_finalists)
             extended.append(best)
-            best = min(fits, key=_total)
+            before, best = best, min(fits, key=_total)
+            if not self.has_paid(before, best):
+                return fits
         return fits
+
+    def has_paid(self, smaller: Fit, larger: Fit) -> bool:
+        """Whether a set of causes explains so much more than a smaller one as it costs."""
+        calibration, whole = self.method.calibration, self.nominal.excess
+        gain = (calibration.score(larger.excess, whole)
+                - calibration.score(smaller.excess, whole))
+        return bool(gain > calibration.cause_cost + calibration.parameter_cost)
 
     def pairs(self, screen: Screen, alone: list[Candidate], fits: list[Fit], extended: list[Fit],
               ) -> list[Candidate]:
