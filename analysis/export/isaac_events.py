@@ -38,11 +38,11 @@ def isaac_events(correction: Correction, drawn: Sequence[Correction], step: floa
         joints.append((made.quoted, rows, inertias, least))
         if least:
             joint = correction.joints[k]
+            unit = "kg" if joint.slides else "kg m^2"
             notes.append(
-                f"Draws of {joint.name} have up to {least:.6g} {'kg' if joint.slides else 'kg m^2'}"
-                " less inertia than the identified one. Isaac Lab takes no negative armature: "
-                "where that of your model is smaller, the joint keeps the rest, and the event "
-                "warns.")
+                f"Draws of {joint.name} have up to {least:.6g} {unit} less inertia than the "
+                "identified one. Isaac Lab takes no negative armature: where that of your model "
+                "is smaller, the joint keeps the rest, and the event warns.")
     return fill("isaac_events.py.j2", joints=joints, count=len(drawn)), tuple(notes)
 
 

@@ -61,7 +61,6 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
         np.savetxt(logs / f"log-{k}.csv", np.column_stack([
             robots.PERIOD * np.arange(len(q)), q + noise, u, q_d]), delimiter=",", fmt="%.9g",
             header="time,q1,u1,qd1", comments="")
-    X = 1
     code = cli.main(["replay", str(logs), "--model", str(
         tmp_path / "model" / "joints.corrected.xml"), "--json"])
     told = capsys.readouterr()
@@ -70,3 +69,17 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
     assert joint["corrected"] == pytest.approx(robots.rms(np.concatenate(left)), rel=0.05)
     assert joint["floor"] == pytest.approx(joint["corrected"], rel=0.1)
     assert joint["floor"] > least * SIGMA
+
+
+def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
+    text = export_mujoco(robots.correction()).files["joints.corrected.xml"]
+    (tmp_path / "other.xml").write_text(text.replace('"j1"', '"knee"'))
+    q_d = robots.set_points(1.0)
+    q, u = run(text, q_d, SIGMA * np.random.default_rng(0).standard_normal(len(q_d)))
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    np.savetxt(tmp_path / "log-1.csv", np.column_stack([
+        robots.PERIOD * np.arange(len(q)), q, u, q_d]), delimiter=",", fmt="%.9g",
+        header="time,q1,u1,qd1", comments="")
+    assert cli.main(["replay", str(tmp_path), "--model", str(tmp_path / "other.xml")]) in (2, 3)
+    told = " ".join(capsys.readouterr().err.split())
+    assert "other.xml has no joint 'j1', which the answer corrects" in told and "knee" in told
