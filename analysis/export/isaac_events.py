@@ -12,8 +12,9 @@ from clie_blocks.analysis.export.joint_block import joint_block
 from clie_blocks.robot_loop.pieces import Late
 
 
-def isaac_events(correction: Correction, drawn: Sequence[Correction], step: float) -> str:
-    """Return the source of an event term that gives environments the draws of a correction.
+def isaac_events(correction: Correction, drawn: Sequence[Correction], step: float,
+                 ) -> tuple[str, tuple[str, ...]]:
+    """Return the source of an event term that draws corrections, and what its user must know.
 
     Parameters
     ----------
@@ -25,7 +26,7 @@ def isaac_events(correction: Correction, drawn: Sequence[Correction], step: floa
         Step of the blocks [s].
 
     """
-    joints = []
+    joints, notes = [], []
     for k in range(len(correction.joints)):
         made = core(joint_block(correction, k, step))
         longest = _longest_delays(correction, k, step)
@@ -33,8 +34,16 @@ def isaac_events(correction: Correction, drawn: Sequence[Correction], step: floa
                  for value in np.ravel(joint_block(one, k, step).system().params[key])]
                 for one in drawn]
         inertias = [core(joint_block(one, k, step)).inertia - made.inertia for one in drawn]
-        joints.append((made.quoted, rows, inertias))
-    return fill("isaac_events.py.j2", joints=joints, count=len(drawn))
+        least = max(0.0, -min(inertias))
+        joints.append((made.quoted, rows, inertias, least))
+        if least:
+            joint = correction.joints[k]
+            unit = "kg" if joint.slides else "kg m^2"
+            notes.append(
+                f"Draws of {joint.name} have up to {least:.6g} {unit} less inertia than the "
+                "identified one. Isaac Lab takes no negative armature: where that of your model "
+                "is smaller, the joint keeps the rest, and the event warns.")
+    return fill("isaac_events.py.j2", joints=joints, count=len(drawn)), tuple(notes)
 
 
 def _longest_delays(correction: Correction, k: int, step: float) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """What acts on one corrected joint, as one sampled block made of the effects' own kernels.
 
     inputs   q, dq of the joint, u as logged, tau_other: torque that the simulator adds itself
+             of an effect of the whole robot q_robot, dq_robot and u_robot of all its joints, too
     outputs  tau on the joint, dry friction included, u_delivered, tau_smooth without dry friction,
              friction_forward, friction_backward (largest dry friction), q_measured
 
@@ -12,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from control import NonlinearIOSystem
 
 INPUTS = ("q", "dq", "u", "tau_other")
+OF_ROBOT = ("q_robot", "dq_robot", "u_robot")
 OUTPUTS = ("tau", "u_delivered", "tau_smooth", "friction_forward", "friction_backward",
            "q_measured")
 _MOTOR_SUBSTEPS = 5  # of a step in which motor and link move apart, as in the sampled robot
@@ -51,7 +53,8 @@ def why_no_block(setting: Setting, joints: int) -> str:
     if effect.port == "body":
         return "it is a mass, which the bodies of a simulator hold"
     if not effect.per_joint and joints > 1:
-        return "it couples the joints, and a block of one joint does not see the others"
+        return ("it couples the joints, and a block of one joint does not see the others; the "
+                "target mujoco holds it, in its module for all joints")
     return ""
 
 
@@ -71,6 +74,8 @@ class JointBlock:
         Place of the joint among all joints.
     whole : bool
         It also holds the viscous friction and the offset of the joint.
+    joints : tuple of Joint
+        All joints of the robot, where an effect reads them; `joint` is that at `k`.
 
     """
 
@@ -80,6 +85,12 @@ class JointBlock:
     k: int = 0
     n: int = 1
     whole: bool = True
+    joints: tuple[Joint, ...] = ()
+
+    @property
+    def sees_robot(self) -> bool:
+        """Whether an effect reads the other joints."""
+        return self.n > 1 and not all(one.effect.per_joint for one in self.effects)
 
     @property
     def pieces(self) -> NamedPieces:
@@ -90,9 +101,23 @@ class JointBlock:
                                        [p.name for p in setting.effect.parameters])]
 
     def _values(self, setting: Setting) -> dict[str, np.ndarray]:
-        """Parameters of an effect at this joint, arrays (1,)."""
+        """Parameters of an effect at this joint, arrays (1,); of the whole robot, (n,)."""
+        vectors = setting.vectors(self.n)
+        if not setting.effect.per_joint:
+            return vectors
         return {key: value[self.k:self.k + 1] if len(value) == self.n else value[:1]
-                for key, value in setting.vectors(self.n).items()}
+                for key, value in vectors.items()}
+
+    def _seen(self, pieces: NamedPieces, u: np.ndarray, p: Mapping[str, Any]) -> NamedPieces:
+        """The same pieces, where those of the whole robot read all joints."""
+        if not self.sees_robot:
+            return pieces
+        q, dq, command = u[4:].reshape(3, self.n)
+        robot = q - p["zero_robot"], dq, p["command_robot"] * command
+        ratio = np.array([one.gear_ratio for one in self.joints])
+        whole = {one.name for one in self.effects if not one.effect.per_joint}
+        return [(name, dataclasses.replace(piece, act=_at_joint(piece.act, self.k, robot, ratio))
+                 if name in whole else piece) for name, piece in pieces]
 
     @property
     def gear(self) -> tuple[str, Piece] | None:
@@ -125,6 +150,9 @@ class JointBlock:
         for setting in self.effects:
             params |= {f"{setting.name}.{key}": value
                        for key, value in self._values(setting).items()}
+        if self.sees_robot:
+            params |= {"zero_robot": np.array([one.zero for one in self.joints]),
+                       "command_robot": np.array([one.command for one in self.joints])}
 
         def evaluate(t: float, x: np.ndarray, u: np.ndarray, params: Mapping[str, np.ndarray],
                      ) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -142,7 +170,9 @@ class JointBlock:
         states = [f"{one}_{row}" for one, count in rows.items() for row in range(count)]
         return ct.nlsys(update if states else None, output, name=name, dt=self.step,
                         params=params, states=states or None,
-                        inputs=signals(*INPUTS, n=1), outputs=signals(*OUTPUTS, n=1))
+                        inputs=[*signals(*INPUTS, n=1),
+                                *(signals(*OF_ROBOT, n=self.n) if self.sees_robot else [])],
+                        outputs=signals(*OUTPUTS, n=1))
 
     def _evaluate(self, t: float, memory: Memory, u: np.ndarray,
                   params: Mapping[str, np.ndarray], pieces: NamedPieces,
@@ -150,6 +180,7 @@ class JointBlock:
                   ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Outputs, and every state one sample later."""
         p = _parameters(params, pieces)
+        pieces = self._seen(pieces, u, p)
         now = State(u[0:1] - p["zero"], u[1:2], p["command"] * u[2:3], t, self.step,
                     no_links(1), np.array([self.joint.gear_ratio]))
         motor = now
@@ -230,9 +261,25 @@ def joint_block(correction: Correction, k: int, step: float,
 
     """
     n = len(correction.joints)
-    held = correction.at(k) if effects is None else effects
-    return JointBlock(correction.joints[k],
-                      tuple(one for one in held if not why_no_block(one, n)), step, k, n, whole)
+    held = effects if effects is not None else [
+        one for one in correction.at(k) if not why_no_block(one, n)]
+    return JointBlock(correction.joints[k], tuple(held), step, k, n, whole, correction.joints)
+
+
+def _at_joint(act: Callable[..., Any], k: int, robot: tuple[np.ndarray, ...],
+              ratio: np.ndarray) -> Callable[..., Any]:
+    """A piece of the whole robot as one of joint k, whose own signals are those of the block.
+
+    It has no memory: no effect that couples joints has one.
+    """
+    def act_at_joint(s: State, z: list[np.ndarray], p: Mapping[str, Any],
+                     ) -> tuple[np.ndarray, list[np.ndarray]]:
+        q, dq, u = (np.concatenate([signal[:k], own, signal[k + 1:]])
+                    for signal, own in zip(robot, (s.q, s.dq, s.u), strict=True))
+        whole, _ = act(dataclasses.replace(s, q=q, dq=dq, u=u, ratio=ratio), z, p)
+        return whole[k:k + 1], z
+
+    return act_at_joint
 
 
 def _long_enough(piece: Piece, values: Mapping[str, np.ndarray], step: float) -> Piece:

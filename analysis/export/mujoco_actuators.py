@@ -86,7 +86,7 @@ class Actuators:
                 self.tail.append(tag("actuator", {}, [tag("general", {
                     "name": f"{name}_drive", "joint": motor, "gear": joint.gear,
                     "gainprm": piece.gain, **_bias(piece, joint.gear),
-                    **piece.actuator_attributes(1.0, self.step)})]))
+                    **self._times_and_limit(piece, name, 1.0)})]))
                 return Driven(motor, name, f"{name}_drive", 1.0)
             return Driven(motor, name, "", 1.0)
         if len(found) > 1 or found[0].name not in TORQUE_ACTUATORS:
@@ -144,13 +144,26 @@ class Actuators:
                             "or velocity, which is a control law within the model, and the logs "
                             "hold the command of another one; leave that to your controller, "
                             "then export again")
-        if bias and element.name == "motor":
+        attributes |= {**bias, **self._times_and_limit(piece, name, control)}
+        if element.name == "motor" and ("biastype" in attributes or "dyntype" in attributes):
             self.document.rename(element, "general")
-        attributes |= {**bias, **piece.actuator_attributes(control, self.step)}
         if motor != name:
             attributes["joint"] = motor
         self.document.set(element, attributes)
         return Driven(motor, name, label, control)
+
+    def _times_and_limit(self, piece: Split, name: str, control: float,
+                         ) -> dict[str, float | str]:
+        """Limit, lag and delay of an actuator; says where the model steps too far for them."""
+        import mujoco
+
+        delay = piece.values.get("time_delay.delay", 0.0)
+        if 0.0 < delay < self.step * (1 - 1e-9):
+            self.notes.append(f"The delay of {delay:.6g} s at {name} is shorter than the model's "
+                              f"time step of {self.step:g} s, and comes later than that: set "
+                              "option timestep to the delay or less, and export again.")
+        return piece.actuator_attributes(control, self.step, of_fourth_order=bool(
+            self.compiled.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4))
 
     def _place(self, element: Element) -> int:
         """Number of an actuator: they are numbered in the order of the file."""

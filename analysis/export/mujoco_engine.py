@@ -12,6 +12,8 @@ from clie_blocks.errors import ClieError, MissingExtraError
 if TYPE_CHECKING:
     import mujoco
 
+LEAST_WEIGHT = 1e-6  # N m or N: bodies of a stub weigh less
+
 
 def load(text: str, source: str, folder: Path | None = None) -> mujoco.MjModel:
     """Return a compiled model from the text of an MJCF.
@@ -57,6 +59,22 @@ def free_inertia(compiled: mujoco.MjModel, dof: int) -> float:
     of_bodies[dof, dof] -= compiled.dof_armature[dof]
     of_bodies += 1e-12 * np.eye(compiled.nv)  # two joints about one axis: none of them is free
     return float(1.0 / np.linalg.inv(of_bodies)[dof, dof])
+
+
+def weighs(compiled: mujoco.MjModel) -> bool:
+    """Whether gravity acts on a joint in the pose of the start, or a quarter turn off.
+
+    Weight that the model compensates does not count.
+    """
+    import mujoco
+
+    data = mujoco.MjData(compiled)
+    for turned in (0.0, np.pi / 2):
+        data.qpos[compiled.jnt_qposadr] = compiled.qpos0[compiled.jnt_qposadr] + turned
+        mujoco.mj_forward(compiled, data)
+        if np.any(np.abs(data.qfrc_bias - data.qfrc_gravcomp) > LEAST_WEIGHT):
+            return True
+    return False
 
 
 def joint_type(compiled: mujoco.MjModel, name: str) -> str:

@@ -31,6 +31,7 @@ from clie_blocks.analysis.export.mujoco_engine import (
     joint_type,
     load,
     mass_matrix,
+    weighs,
 )
 from clie_blocks.analysis.export.mujoco_split import NEEDS, Split, armature, split
 from clie_blocks.analysis.export.xml_text import Element, XmlText
@@ -162,6 +163,7 @@ class _Patch:
 
     def apply(self) -> CorrectedModel:
         """Edit every joint, and return the model."""
+        self._leave_weight_to_bodies()
         splits = tuple(split(self.correction, k) for k in range(len(self.correction.joints)))
         self._check_version(splits)
         driven = tuple(self._joint(one) for one in splits)
@@ -174,6 +176,17 @@ class _Patch:
         if self.tail:
             self.document.append(self.document.root, "\n".join(self.tail))
         return CorrectedModel(self.document.text, self.step, splits, driven, tuple(self.notes))
+
+    def _leave_weight_to_bodies(self) -> None:
+        """Take out the weight that the robot file left out and the model has."""
+        held = [one for one in self.correction.effects if one.effect.name == "gravity"]
+        if held and weighs(self.compiled):
+            self.correction = dataclasses.replace(self.correction, effects=tuple(
+                one for one in self.correction.effects if one not in held))
+            self.notes.append(
+                f"{held[0]!r} is left to the bodies of the model, which weigh already, by its "
+                'option gravity; give a model with gravity="0 0 0" for the weight that the logs '
+                "show.")
 
     def _check_version(self, splits: Sequence[Split]) -> None:
         import mujoco

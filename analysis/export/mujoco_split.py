@@ -19,7 +19,7 @@ EXTRA_BODY = ("joint_elasticity",)
 IN_BODIES = ("payload",)
 # First version of MuJoCo with the words.
 NEEDS = {"time_delay": (3, 5), "quadratic_drag": (3, 7), "spring": (3, 7)}
-FRICTION_STEPS = 4  # of the simulator, in which dry friction is held: soft, but without creep
+FRICTION_STEPS = 2  # of the simulator, in which dry friction is held: the fewest it takes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,18 +121,35 @@ class Split:
     def _of(self, setting: Setting, name: str) -> float:
         return self.values[f"{setting.effect.name}.{name}"]
 
-    def actuator_attributes(self, unit: float, longest_step: float) -> dict[str, float | str]:
-        """Limit, lag and delay of the actuator; `unit` is its control per logged command."""
+    def actuator_attributes(self, unit: float, step: float, *, of_fourth_order: bool,
+                            ) -> dict[str, float | str]:
+        """Limit, lag and delay of the actuator.
+
+        Runge-Kutta integrates a lag by itself, and takes steps of an exact filter that are too
+        short.  All methods feel a command half a step before it acts on average.
+
+        Parameters
+        ----------
+        unit : float
+            Control per logged command.
+        step : float
+            Time step of the model [s].
+        of_fourth_order : bool
+            It is integrated by the method of Runge and Kutta.
+
+        """
         value = self.values
         found: dict[str, float | str] = {}
         if "actuator_saturation.limit" in value:
             limit = unit * value["actuator_saturation.limit"] / self.joint.command
             found |= {"ctrllimited": "true", "ctrlrange": f"{-limit:.9g} {limit:.9g}"}
         if value.get("actuator_lag.lag"):
-            found |= {"dyntype": "filterexact", "dynprm": value["actuator_lag.lag"]}
-        if value.get("time_delay.delay"):
-            samples = math.ceil(value["time_delay.delay"] / longest_step - 1e-9) + 1
-            found |= {"delay": value["time_delay.delay"], "nsample": str(samples)}
+            found |= {"dyntype": "filter" if of_fourth_order else "filterexact",
+                      "dynprm": value["actuator_lag.lag"]}
+        if delay := value.get("time_delay.delay"):
+            middle = delay + step / 2
+            found |= {"delay": middle, "interp": "linear",
+                      "nsample": str(math.ceil(middle / step - 1e-9) + 2)}
         return found
 
 
@@ -157,7 +174,7 @@ def split(correction: Correction, k: int) -> Split:
     gear: Setting | None = None
     found = correction.at(k)
     for one in found:
-        why = why_no_block(one, n)
+        why = why_no_block(one, 1)  # the module sees all joints
         if one.effect.name in IN_BODIES:
             bodies.append(one)
         elif why:

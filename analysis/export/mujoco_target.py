@@ -69,7 +69,8 @@ def module(correction: Correction, found: CorrectedModel, source: str) -> str:
         made = core(joint_block(correction, k, found.step, piece.block, whole=alone))
         joint = piece.joint
         rows.append({"core": made, "driven": driven, "alone": alone,
-                     "drive": joint.gear * joint.gain, "friction": piece.friction_in_block})
+                     "drive": joint.gear * joint.gain, "friction": piece.friction_in_block,
+                     "sees_robot": made.block.sees_robot})
     return fill("mujoco_module.py.j2", joints=rows, step=found.step, source=source, module=MODULE,
                 on_motor=[joint.encoder == "motor" for joint in correction.joints])
 

@@ -40,8 +40,11 @@ class JointGap:
     ----------
     joint, unit : str
         Its name, and the unit of the errors.
-    nominal, corrected, floor : float
-        Of the nominal model, of the corrected model, and the noise of the encoder.
+    nominal, corrected : float
+        Of the two models, which run without noise.
+    floor : float
+        What the noise of the encoder leaves of a right model: the noise itself, and the motion
+        that it makes in the loop of the corrected model.
 
     """
 
@@ -126,16 +129,17 @@ class SimulatedModel:
     def run(self, log: Log, noise: np.ndarray | None = None) -> np.ndarray:
         """Positions under the law of the problem in the experiment of a log, shape (N, n).
 
-        The law sees them with some noise of the sensor (N, n) [rad], by default with none.
+        The law sees them with some noise of the sensor (N, n) [rad], by default with none: what
+        it sees first is the first position of the log.
         """
         import mujoco
 
         data, shift = mujoco.MjData(self.model), turn(self.problem)
-        self._place(data, log.start + shift, np.broadcast_to(log.speed, log.start.shape))
+        seen = np.zeros_like(log.q) if noise is None else noise
+        self._place(data, log.start - seen[0] + shift, np.broadcast_to(log.speed, log.start.shape))
         if self.blocks is not None:
             self.blocks.reset()
         command, factor = law_in_steps(self.problem, log), logged_command(self.problem)[0]
-        seen = np.zeros_like(log.q) if noise is None else noise
         positions, reach = np.empty_like(log.q), FAR * max(float(np.ptp(log.q)), 1e-6)
         for i in range(len(log)):
             positions[i] = self._measured(data) - shift
@@ -213,7 +217,10 @@ def _block_in_steps(law: BlockLaw, log: Log) -> Callable[[int, np.ndarray], np.n
 
 def replay(problem: Problem, corrected: str | PathLike[str],
            nominal: str | PathLike[str] | None = None) -> list[JointGap]:
-    """Return the gap of each joint, of the nominal and of the corrected model.
+    """Return the gap of each joint, of the nominal and of the corrected model, and its floor.
+
+    The measured motion holds what the noise of the encoder did to it, which no simulation repeats:
+    a right model leaves the floor, and not zero.
 
     Parameters
     ----------
@@ -226,21 +233,31 @@ def replay(problem: Problem, corrected: str | PathLike[str],
         run by the blocks of this package.
 
     """
-    after = _errors(SimulatedModel(corrected, problem).run, problem)
+    model = SimulatedModel(corrected, problem)
+    quiet = [model.run(log) for log in problem.law_logs]
+    after = _rms([log.bridged(log.law_q - q)
+                  for log, q in zip(problem.law_logs, quiet, strict=True)])
+    floor = _floor(model, problem, quiet)
     if nominal is None:
         stated = build_hypothesis(problem, ())
         before = _rms([stated.error(j, dithered=False) for j in range(len(problem.logs))
                        if not problem.logs[j].of_other_encoder])
     else:
-        before = _errors(SimulatedModel(nominal, problem).run, problem)
+        user = SimulatedModel(nominal, problem)
+        before = _rms([log.bridged(log.law_q - user.run(log)) for log in problem.law_logs])
     unit = problem.records[0].units["q"]
     return [JointGap(name, unit[k] if unit[k] == "m" else "rad", float(before[k]),
-                     float(after[k]), sensor_noise(problem, k))
+                     float(after[k]), float(floor[k]))
             for k, name in enumerate(problem.joints)]
 
 
-def _errors(run: Callable[[Log], np.ndarray], problem: Problem) -> np.ndarray:
-    return _rms([log.bridged(log.law_q - run(log)) for log in problem.law_logs])
+def _floor(model: SimulatedModel, problem: Problem, quiet: list[np.ndarray]) -> np.ndarray:
+    """RMS of what noise of the encoders does to a model: as it is seen, and through the loop."""
+    sigma = np.array([sensor_noise(problem, k) for k in range(problem.n)])
+    rng = np.random.default_rng(0)
+    noise = [sigma * rng.standard_normal(q.shape) for q in quiet]
+    return _rms([log.bridged(model.run(log, one) + one - q)
+                 for log, one, q in zip(problem.law_logs, noise, quiet, strict=True)])
 
 
 def _rms(errors: list[np.ndarray]) -> np.ndarray:

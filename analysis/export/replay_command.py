@@ -53,9 +53,11 @@ def _parser() -> argparse.ArgumentParser:
         "clie replay",
         "Run the stated control law on a MuJoCo model in the experiments of logs, and compare.",
         output_help="folder for replay.json",
-        epilog="Exit codes: 0 replayed, 1 the correction widens the gap of a joint, 2 usage, "
-               "3 bad data, 5 the simulation diverges. The logs should be unseen: not those "
-               "that the diagnosis was fitted to.")
+        epilog="All simulations run without noise. The noise floor is what a right model leaves: "
+               "the noise of the encoders, and the motion that it makes in the loop of the "
+               "corrected model. Exit codes: 0 replayed, 1 the correction widens the gap of a "
+               "joint, 2 usage, 3 bad data, 5 the simulation diverges. The logs should be unseen: "
+               "not those that the diagnosis was fitted to.")
     parser.add_argument("paths", nargs="+", type=Path, metavar="LOG",
                         help="folder with robot.toml and logs, or logs of one robot")
     parser.add_argument("--model", required=True, type=Path, metavar="FILE",

@@ -97,18 +97,20 @@ def with_samples(exported: Exported, correction: Correction, samples: Samples,
     They are JSON, of MuJoCo also a model each, and of Isaac Lab an event term that draws them.
     """
     files = {**exported.files, "samples.json": to_json(samples.plain(correction))}
+    notes = exported.notes
     if exported.target == "isaac":
-        files["corrected_events.py"] = isaac_events(
+        files["corrected_events.py"], told = isaac_events(
             correction.renamed(renamed or {}),
             [one.renamed(renamed or {}) for one in samples.corrections],
             correction.period if step is None else step)
+        notes = (*notes, *told)
     if exported.target == "mujoco":
         for place, one in enumerate(samples.corrections):
             found = export_mujoco(one, model, renamed)
             files |= {f"samples/{place:03d}/{name}": content
                       for name, content in found.files.items()
                       if not name.endswith((".original.xml", ".diff"))}
-    return dataclasses.replace(exported, files=files)
+    return dataclasses.replace(exported, files=files, notes=notes)
 
 
 def _at(correction: Correction, key: str) -> float:

@@ -23,14 +23,15 @@ MEANING = {
     PARTIAL: "equations but for rest: dry friction is smoothed over a speed, and creeps",
     EXTRA_BODY: "a body of its own beside the joint's, with native elements between them",
     MODULE: "a block that runs beside the model, step by step",
-    ONE_JOINT: "such a block, for a robot of one joint; it would have to see the other joints",
-    BODIES: "a mass: it belongs into the bodies of the simulator that calls the block",
+    ONE_JOINT: "such a block, for a robot of one joint; of more joints mujoco holds it, whose "
+               "module sees them all",
+    BODIES: "masses: the bodies of your own model bring it; nothing is written",
     CONTROLLER: "an effect of the control law or of the recorder: it belongs there",
     NOT: "nothing is written; of simscape, where an effect has memory: simulink holds it",
 }
 # code: c, fmu and every other target around the C or Python core
 TARGETS = ("mujoco", "gazebo", "simscape", "code")
-IN_THE_MODEL = ("inertia", "viscous", "offset", "torque_gain", "coupling")
+IN_THE_MODEL = ("inertia", "viscous", "offset", "torque_gain")
 FIRST = {"spring": "3.7 where it hardens", "quadratic_drag": "3.7", "time_delay": "3.5"}
 
 
@@ -89,7 +90,7 @@ def support(effect: str, target: str) -> Support:
 
 
 def _in_mujoco(alone: Correction, setting: Setting) -> Support:
-    effect, block = setting.effect.name, MODULE if setting.effect.per_joint else ONE_JOINT
+    effect = setting.effect.name
     if effect in IN_THE_MODEL:
         return Support(effect, "mujoco", NATIVE)
     found = split(alone, 0)
@@ -98,7 +99,7 @@ def _in_mujoco(alone: Correction, setting: Setting) -> Support:
         return Support(effect, "mujoco", NATIVE, since)
     if found.gear or found.bodies:
         return Support(effect, "mujoco", EXTRA_BODY)
-    return Support(effect, "mujoco", block if found.block else NOT)
+    return Support(effect, "mujoco", MODULE if found.block else BODIES)
 
 
 def _in_simscape(alone: Correction, setting: Setting) -> str:

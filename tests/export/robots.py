@@ -1,10 +1,15 @@
 """One corrected joint, run by the package's own sampled robot and by MuJoCo as exported."""
 
+import json
+import re
 import types
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.analysis.export.mujoco_model import stub
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.effects import LIBRARY
@@ -17,6 +22,9 @@ MOTOR = {"motor_inertia": 0.008, "motor_damping": 0.01}
 VALUES = {  # of a joint of this size, where the typical one is of another
     "coulomb": {"level": 0.1}, "asymmetric_coulomb": {"forward": 0.1, "backward": 0.05},
     "stribeck": {"level": 0.08, "excess": 0.04, "velocity": 0.05, "exponent": 2.0},
+    "soft_stop": {"lower": -0.3, "upper": 0.3}, "motor_heating": {"heating": 5e4},
+    "rest_time_breakaway": {"half_time": 0.05, "slip": 0.1},
+    "step_fault": {"time": 0.4}, "encoder_quantization": {"resolution": 4e-4},
     "spring": {"stiffness": 1.0, "hardening": 2.0, "rest": 0.1},
     "quadratic_drag": {"drag": 0.02, "cubic": 0.01}, "actuator_saturation": {"limit": 0.8},
     "joint_elasticity": {"compliance": 1e-3, "damping": 0.5, **MOTOR},
@@ -27,9 +35,9 @@ VALUES = {  # of a joint of this size, where the typical one is of another
     "backlash": {"half_gap": 0.01, "stiffness": 300.0, "damping": 2.0, **MOTOR}}
 
 
-def set_points(seconds):
+def set_points(seconds, period=PERIOD):
     """Two sines that set in smoothly [rad], shape (N,)."""
-    t = np.arange(round(seconds / PERIOD)) * PERIOD
+    t = np.arange(round(seconds / period)) * period
     return np.minimum(t / 0.3, 1.0) * (0.4 * np.sin(2 * np.pi * t)
                                        + 0.1 * np.sin(2 * np.pi * 3.3 * t))
 
@@ -54,44 +62,67 @@ def correction(*effects, **changes):
     return Correction((joint(**changes),), PERIOD, effects)
 
 
-def reference(effects, q_d, inertia=INERTIA, damping=DAMPING, load=LOAD):
-    """Positions of the package's sampled robot, shape (N,)."""
-    robot = robot_loop(period=PERIOD, inertia=[inertia], damping=[damping], load=[load],
-                       kp=[KP], kd=[KD], start=[0.0], saturation=[1e9], gear_ratio=[1.0],
-                       effects=list(effects))
-    run = compile_diagram(robot).run(len(q_d) * PERIOD, inputs={
-        "q_d": q_d[:, None], "pe": [0.0], "noise": [0.0]})
-    return np.asarray(run.outputs)[0][:len(q_d)]
+def reference(effects, q_d, inertia=INERTIA, damping=DAMPING, load=LOAD, period=PERIOD,
+              links=None):
+    """Positions of the package's sampled robot, of the shape of its set-points."""
+    n = q_d[0].size
+    robot = robot_loop(period=period, inertia=np.broadcast_to(inertia, n), damping=[damping] * n,
+                       load=[load] * n, kp=[KP] * n, kd=[KD] * n, start=[0.0] * n,
+                       saturation=[1e9] * n, gear_ratio=[1.0] * n, effects=list(effects),
+                       links=links)
+    run = compile_diagram(robot).run(len(q_d) * period, inputs={
+        "q_d": q_d.reshape(-1, n), "pe": [0.0] * n, "noise": [0.0] * n})
+    return np.asarray(run.outputs).T[:len(q_d), :n].reshape(q_d.shape)
 
 
-def in_mujoco(exported, q_d):
-    """Positions of an exported model under the same law, used as its files say, shape (N,)."""
+def in_mujoco(exported, q_d, period=PERIOD):
+    """Positions of an exported model under the same law, used as its files say.
+
+    Of the shape of the set-points.
+    """
     import mujoco
 
     (text,) = [text for name, text in exported.files.items() if name.endswith(".corrected.xml")]
     model = mujoco.MjModel.from_xml_string(text)
     data, joints = mujoco.MjData(model), None
+    links = [row["joint"] for row in json.loads(exported.files["corrected_joints.json"])["joints"]]
     if "corrected_joints.py" in exported.files:
         module = types.ModuleType("corrected_joints")
         exec(exported.files["corrected_joints.py"], vars(module))
         joints = module.CorrectedJoints(model)
-    q, last = np.zeros(len(q_d)), 0.0
+    q = np.zeros((len(q_d), len(links)))
     for i, wanted in enumerate(q_d):
-        q[i] = data.joint("j1").qpos[0] if joints is None else joints.measured(data)[0]
-        u, last = KP * (wanted - q[i]) - KD * (q[i] - last) / PERIOD, q[i]
-        for _ in range(round(PERIOD / model.opt.timestep)):
+        q[i] = ([data.joint(name).qpos[0] for name in links] if joints is None
+                else joints.measured(data))
+        u = KP * (wanted - q[i]) - KD * (q[i] - q[max(i - 1, 0)]) / period
+        for _ in range(round(period / model.opt.timestep)):
             if joints is None:
-                data.ctrl[0] = u
+                data.ctrl[:] = u
                 mujoco.mj_step(model, data)
             else:
-                joints.step(model, data, [u])
-    return q
+                joints.step(model, data, u)
+    return q.reshape(q_d.shape)
 
 
-def difference(*effects, seconds=1.0):
-    """RMS of effects in MuJoCo less the package's own robot, and what the effects do [rad]."""
-    q_d = set_points(seconds)
-    expected = reference(effects, q_d)
-    left = in_mujoco(export_mujoco(correction(*effects)), q_d) - expected
-    moved = expected - reference((), q_d)
-    return float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(moved**2)))
+def difference(*effects, seconds=1.0, period=PERIOD, step=None, integrator="RK4"):
+    """RMS of effects in MuJoCo less the package's own robot, and what the effects do [rad].
+
+    In a stub, or in one with another step [s] and integrator.
+    """
+    q_d, corrected = set_points(seconds, period), correction(*effects)
+    expected = reference(effects, q_d, period=period)
+    exported = export_mujoco(corrected)
+    if step:
+        with TemporaryDirectory() as folder:
+            own = Path(folder) / "own.xml"
+            own.write_text(re.sub(r'timestep="[^"]*" integrator="RK4"',
+                                  f'timestep="{step}" integrator="{integrator}"',
+                                  stub(corrected)))
+            exported = export_mujoco(corrected, own)
+    return (rms(in_mujoco(exported, q_d, period) - expected),
+            rms(expected - reference((), q_d, period=period)))
+
+
+def rms(values):
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))

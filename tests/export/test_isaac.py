@@ -182,11 +182,11 @@ class Robot:
 
     device = "cpu"
 
-    def __init__(self, one):
+    def __init__(self, one, armature=0.5):
         self.actuators, self.written = {"corrected": one}, None
         names = ["other", *one.joint_names]
         self.data = types.SimpleNamespace(default_joint_armature=sys.modules["torch"].as_tensor(
-            np.full((ENVIRONMENTS, len(names)), 0.5)))
+            np.full((ENVIRONMENTS, len(names)), armature)))
         self.find_joints = lambda wanted, preserve_order: (
             [names.index(name) for name in wanted], wanted)
 
@@ -195,7 +195,8 @@ class Robot:
         self.written = np.asarray(armature), joint_ids, np.asarray(env_ids)
 
 
-def test_an_event_term_gives_each_environment_a_draw_as_a_whole(torch, monkeypatch):
+def events_of(torch, monkeypatch):
+    """A correction, its draws, the export with them, and the module of the event term."""
     correction = dataclasses.replace(robots.correction(robots.setting("coulomb")), uncertainty={
         "numbers": ["joint.j1.inertia", "joint.j1.damping", "effect.0.level.0"],
         "covariance": np.diag([1e-6, 1e-4, 1e-6]).tolist()})
@@ -208,6 +209,11 @@ def test_an_event_term_gives_each_environment_a_draw_as_a_whole(torch, monkeypat
         monkeypatch.setattr(torch, "randint", lambda high, shape, device: chosen.integers(
             high, size=shape), raising=False)
     exec(found.files["corrected_events.py"], vars(events))
+    return correction, drawn, found, events
+
+
+def test_an_event_term_gives_each_environment_a_draw_as_a_whole(torch, monkeypatch):
+    correction, drawn, _, events = events_of(torch, monkeypatch)
     one = actuator(correction)
     robot = Robot(one)
     env = types.SimpleNamespace(scene=Scene(robot=robot))
@@ -231,3 +237,22 @@ def test_an_event_term_gives_each_environment_a_draw_as_a_whole(torch, monkeypat
     moving = drawn.corrections[places[0]]
     level = float(np.ravel(moving.effects[0].values["level"])[0])
     assert torques[0] == pytest.approx(-moving.joints[0].damping - robots.LOAD - level)
+
+
+def test_an_armature_that_would_be_negative_is_said_and_the_block_knows_it(torch, monkeypatch):
+    """PhysX takes none below zero: a warning, and the inertia that the joint is left with."""
+    correction, drawn, found, events = events_of(torch, monkeypatch)
+    lightest = min(one.joints[0].inertia for one in drawn.corrections)
+    least = correction.joints[0].inertia - lightest
+    assert any(f"up to {least:.6g} kg m^2 less" in note for note in found.notes)
+    assert '"j1": 0.00' in events.__doc__ and "No armature can be" in events.__doc__
+    one = actuator(correction)
+    robot = Robot(one, armature=1e-6)
+    monkeypatch.setattr(torch, "randint", lambda high, shape, device: torch.as_tensor(
+        np.full(shape, [k.joints[0].inertia for k in drawn.corrections].index(lightest))))
+    with pytest.warns(UserWarning, match="j1: a draw has .* less inertia"):
+        events.draw_corrected_joints(types.SimpleNamespace(scene=Scene(robot=robot)), None,
+                                     types.SimpleNamespace(name="robot"))
+    np.testing.assert_array_equal(robot.written[0], 0.0)
+    np.testing.assert_allclose(np.asarray(one.joints[0].inertia),
+                               correction.joints[0].inertia - 1e-6)

@@ -205,12 +205,23 @@ def test_a_step_that_is_no_fraction_of_the_period_is_said():
     assert any("no whole number" in note for note in found.notes)
 
 
-def test_effects_of_the_law_and_of_several_joints_are_left_out_with_the_reason():
-    two = Correction((robots.joint(), robots.joint(name="j2")), robots.PERIOD,
-                     (robots.setting("gravity"),), (robots.setting("setpoint_delay"),))
-    notes = export_mujoco(two).notes
+def test_an_effect_of_the_law_is_left_out_with_the_reason():
+    notes = export_mujoco(Correction((robots.joint(),), robots.PERIOD, (),
+                                     (robots.setting("setpoint_delay"),))).notes
     assert any("Your controller or your log needs it" in note for note in notes)
-    assert any("gravity" in note and "couples the joints" in note for note in notes)
+
+
+@pytest.mark.parametrize("integrator, kind", [("RK4", "filter"), ("Euler", "filterexact")])
+def test_a_lag_is_written_for_the_integrator_into_a_motor_too(integrator, kind):
+    text = OWN.replace('gravity="0 0 0"', f'gravity="0 0 0" integrator="{integrator}"')
+    found = patched(text, robots.setting("actuator_lag"), offset=0.0)
+    assert element(found.text, ".//general").get("dyntype") == kind
+
+
+def test_a_delay_shorter_than_the_step_is_said():
+    notes = patched(OWN, robots.setting("time_delay", delay=2e-4)).notes
+    assert any("delay of 0.0002 s at j1 is shorter" in note for note in notes)
+    assert not patched(OWN, robots.setting("time_delay", delay=1e-3)).notes
 
 
 def test_what_differs_from_a_simulator_of_the_users_is_not_patched():

@@ -40,8 +40,8 @@ TRAINS = {
         "periodic_disturbance", "motor_heating"))}
 """Dry friction of a drive train, of which it has one kind, and what else it may hold."""
 COUNTS = (3, 3, 4, 4, 5, 6)  # effects of a robot
-SIZES = (("strong", "medium", "medium"), ("strong", "medium", "mild"), ("medium", "medium", "mild"),
-         ("strong", "strong", "medium"))
+SIZES = (("strong", "medium", "medium"), ("strong", "medium", "mild"),
+         ("medium", "medium", "mild"), ("strong", "strong", "medium"))
 """Sizes of the first three effects of a robot, see `standard.SEVERITY`; any further is mild."""
 IN_SPACE = 4  # of so many robots one is an arm in space
 NOT_TOGETHER = (*ONE_OF, ("torsional_hysteresis", "joint_elasticity"),

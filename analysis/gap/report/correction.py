@@ -78,6 +78,11 @@ def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
                                 "a number of the robot file that is off; correct it in the model, "
                                 "by the table of stated and identified numbers in the report"})
             continue
+        if member.cause.name == "coupling":
+            without.append({"effect": member.cause.name, "joints": joints, "why":
+                            "the bodies of your model have it, where they are the links that the "
+                            "robot file states"})
+            continue
         try:
             found += member_settings(member, hypothesis.problem, hypothesis.of_log(0))
         except ClieError as error:

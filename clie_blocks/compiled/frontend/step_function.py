@@ -94,8 +94,8 @@ def step_function(diagram: InputOutputSystem) -> StepFunction:
         raise type(error)(CALLED_BACK.sub("", str(error))) from error
     if traced.opaque:
         raise TraceError(f"{traced.opaque[0].name}: it is opaque and cannot be traced, and "
-                         "what stands within another program must become part of it; write it with "
-                         "numpy functions of (t, x, u, params) that work element by element, "
+                         "what stands within another program must become part of it; write it "
+                         "with numpy functions of (t, x, u, params) that work element by element, "
                          "np.where instead of a branch on a signal")
     outputs = [traced.signals[label] for label in traced.outputs]
     return StepFunction((*traced.derivatives, *outputs), len(traced.derivatives),

@@ -9,6 +9,9 @@ from scipy.stats import norm
 from clie_blocks.analysis.blind.exported import study
 from clie_blocks.analysis.blind.exported.measure import coverage, own_model
 from clie_blocks.analysis.blind.exported.study import score, terminal_lines
+from clie_blocks.analysis.blind.population.effects import EFFECTS
+from clie_blocks.analysis.blind.population.one_joint import NAMES, PENDULUMS
+from clie_blocks.analysis.export import truth_table
 from clie_blocks.analysis.records.robot import Links, Motor, Nominal, Robot
 from clie_blocks.errors import ClieError
 
@@ -78,3 +81,10 @@ def test_a_study_that_was_stopped_measures_only_what_is_missing(tmp_path, monkey
         rows = [study._kept_row(tmp_path, name, {}, {}) for name in ("trial-000", "trial-001")]
     assert measured == ["trial-000", "trial-001"]
     assert [row["ratio"] for row in rows] == [1.25, 1.25]
+
+
+def test_the_study_draws_every_effect_that_an_export_to_mujoco_brings_in():
+    held = [name for name in EFFECTS if truth_table.support(name, "mujoco").kind not in (
+        truth_table.CONTROLLER, truth_table.BODIES, truth_table.NOT)]
+    assert sorted(NAMES) == sorted(held)
+    assert {needs[0] for needs in PENDULUMS.needs.values()} == {("pendulum",)}

@@ -189,3 +189,23 @@ def test_files_that_do_not_go_together_are_refused(tmp_path):
         suspect_paths([tmp_path], tmp_path / "missing.xml")
     with pytest.raises(ClieError, match="without logs of a robot"):
         main([str(tmp_path), "--simulated", str(tmp_path), "--model", str(model)])
+
+
+PAIRS = [({"gravity": 2.0, "gains": 2.0}, ("gravity_twice", "gains_twice")),
+         ({"changed": {"damping": 0.0, "armature": 0.0}},
+          ("damping_without_effect", "armature_without_effect")),
+         ({"soft": True, "gravity": 0.0}, ("soft_friction", "gravity_missing"))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes, names", PAIRS)
+def test_two_faults_at_once_are_unknown_or_one_of_them_first(changes, names, tmp_path):
+    """The list holds one fault at a time: no other one may take the place of two."""
+    rng = np.random.default_rng(SEED)
+    joint = draw_joint(rng)
+    motions = experiments(rng, joint)[:LOGS]
+    model = make(tmp_path, NONE)
+    for k, (q_d, pe) in enumerate(motions, 1):
+        save(tmp_path, k, simulate(joint, run.Run(**changes), q_d[:SAMPLES], pe[:SAMPLES]))
+    found = suspect_paths([tmp_path], model)
+    assert found.verdict in ("unknown", *names)

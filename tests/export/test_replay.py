@@ -1,0 +1,85 @@
+"""``clie replay``: what a right model leaves is the floor that it prints."""
+
+import json
+
+import numpy as np
+import pytest
+
+from clie_blocks.analysis import cli
+from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from tests.export import robots
+
+mujoco = pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+SIGMA = 1e-4  # rad
+ROBOT = f"""name = "joint"
+joints = 1
+joint_names = ["j1"]
+[motor]
+gear_ratio = [1.0]
+inertia_kgm2 = [{robots.INERTIA}]
+viscous_friction_nms = [{robots.DAMPING}]
+[controller]
+Kp = [{robots.KP}]
+Kd = [{robots.KD}]
+velocity_filter = "difference"
+sample_time_s = {robots.PERIOD}
+"""
+
+
+def run(text, q_d, noise, start=0.0):
+    """Positions of a model whose law sees noise, and commands, shapes (N,) [rad, N m]."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data, q, u, last = mujoco.MjData(model), np.zeros(len(q_d)), np.zeros(len(q_d)), None
+    data.qpos[0] = start
+    for i, wanted in enumerate(q_d):
+        q[i] = data.qpos[0]
+        seen = q[i] + noise[i]
+        last = seen if last is None else last
+        u[i], last = robots.KP * (wanted - seen) - robots.KD * (seen - last) / robots.PERIOD, seen
+        data.ctrl[0] = u[i]
+        mujoco.mj_step(model, data, round(robots.PERIOD / model.opt.timestep))
+    return q, u
+
+
+@pytest.mark.parametrize("name, size, least", [(None, 1.0, 0.98), ("coulomb", 0.1, 1.1)])
+def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
+    """Logs of the exported model itself, with noise: its gap and floor are what this noise does.
+
+    In small motions it frees a joint that dry friction would hold, and so does more than itself.
+    """
+    exported = export_mujoco(robots.correction(*([robots.setting(name)] if name else [])))
+    exported.save(tmp_path / "model")
+    text = (tmp_path / "model" / "joints.corrected.xml").read_text()
+    logs, rng, left = tmp_path / "logs", np.random.default_rng(3), []
+    logs.mkdir()
+    (logs / "robot.toml").write_text(ROBOT)
+    for k in range(2):
+        q_d = size * (1 + k) / 2 * robots.set_points(3.0)
+        noise = SIGMA * rng.standard_normal(len(q_d))
+        q, u = run(text, q_d, noise)
+        left.append(q + noise - run(text, q_d, 0.0 * noise, start=noise[0])[0])
+        np.savetxt(logs / f"log-{k}.csv", np.column_stack([
+            robots.PERIOD * np.arange(len(q)), q + noise, u, q_d]), delimiter=",", fmt="%.9g",
+            header="time,q1,u1,qd1", comments="")
+    code = cli.main(["replay", str(logs), "--model", str(
+        tmp_path / "model" / "joints.corrected.xml"), "--json"])
+    told = capsys.readouterr()
+    assert code == 0, told.err
+    (joint,) = json.loads(told.out)["joints"]
+    assert joint["corrected"] == pytest.approx(robots.rms(np.concatenate(left)), rel=0.05)
+    assert joint["floor"] == pytest.approx(joint["corrected"], rel=0.1)
+    assert joint["floor"] > least * SIGMA
+
+
+def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
+    text = export_mujoco(robots.correction()).files["joints.corrected.xml"]
+    (tmp_path / "other.xml").write_text(text.replace('"j1"', '"knee"'))
+    q_d = robots.set_points(1.0)
+    q, u = run(text, q_d, SIGMA * np.random.default_rng(0).standard_normal(len(q_d)))
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    np.savetxt(tmp_path / "log-1.csv", np.column_stack([
+        robots.PERIOD * np.arange(len(q)), q, u, q_d]), delimiter=",", fmt="%.9g",
+        header="time,q1,u1,qd1", comments="")
+    assert cli.main(["replay", str(tmp_path), "--model", str(tmp_path / "other.xml")]) in (2, 3)
+    told = " ".join(capsys.readouterr().err.split())
+    assert "other.xml has no joint 'j1', which the answer corrects" in told and "knee" in told
