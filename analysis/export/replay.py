@@ -177,6 +177,9 @@ class SimulatedModel:
 def law_in_steps(problem: Problem, log: Log) -> Callable[[int, np.ndarray], np.ndarray]:
     """Return the law as a function of sample and measured position; it keeps its own state.
 
+    It starts at rest where it first sees the joints, which is not where they are behind an
+    encoder that is off.
+
     Raises
     ------
     ClieError
@@ -193,9 +196,13 @@ def law_in_steps(problem: Problem, log: Log) -> Callable[[int, np.ndarray], np.n
     n = problem.n
     memory = ramp_memory(np.broadcast_to(log.speed, (n,)) * 1.0, law.numerator, law.denominator,
                          law.period).reshape(2, n)
+    start = log.start
 
     def command(i: int, q: np.ndarray) -> np.ndarray:
-        x = q - log.start
+        nonlocal start
+        if i == 0:
+            start = q
+        x = q - start
         rate = law.numerator[0] * x + memory[0]
         memory[0] = law.numerator[1] * x - law.denominator[1] * rate + memory[1]
         memory[1] = law.numerator[2] * x - law.denominator[2] * rate

@@ -11,7 +11,8 @@ from clie_blocks.manipulator import GRAVITY
 
 
 def payload_terms(q: np.ndarray, dq: np.ndarray, mass: PerJoint, length: PerJoint,
-                  gear_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                  gear_ratio: np.ndarray, gravity: PerJoint = GRAVITY,
+                  ) -> tuple[np.ndarray, np.ndarray]:
     """Inertia [kg m^2] and torque [N m] of a mass at the tip, motor side.
 
     With the tip's Jacobian J the inertia is ``m J^T J / r`` and the torque
@@ -21,7 +22,7 @@ def payload_terms(q: np.ndarray, dq: np.ndarray, mass: PerJoint, length: PerJoin
     x, y = length * np.cos(angle), length * np.sin(angle)
     jacobian_x, jacobian_y = -onto_joints(y), onto_joints(x)
     pull_x = -absolute(x * rate**2)[..., -1:]
-    pull_y = GRAVITY - absolute(y * rate**2)[..., -1:]
+    pull_y = gravity - absolute(y * rate**2)[..., -1:]
     squared = (jacobian_x[..., :, None] * jacobian_x[..., None, :]
                + jacobian_y[..., :, None] * jacobian_y[..., None, :])
     torque = mass * (jacobian_x * pull_x + jacobian_y * pull_y) / gear_ratio
@@ -35,6 +36,8 @@ PAYLOAD = Effect(
         Parameter("mass", "kg", 0.0, 1e3, 0.5, 0.0, "mass at the tip", per_joint=False),
         Parameter("length", "m", 0.0, 10.0, 0.6, None, "length of each link"),
         Parameter("gear_ratio", "1", 0.1, 1e4, 100.0, None, "motor turns per joint turn"),
+        Parameter("gravity", "m/s^2", 0.0, 30.0, GRAVITY, None,
+                  "gravity in the plane of the arm; 0 where it lies level", per_joint=False),
     ),
     equation="inertia = m J^T J / r, tau = m J^T (J' dq + g) / r with the tip's Jacobian J",
     reference="M. W. Spong, S. Hutchinson, M. Vidyasagar, Robot Modeling and Control, chapter 7",
@@ -52,7 +55,6 @@ PAYLOAD = Effect(
         "gazebo": "<inertial>",
         "simscape": "Solid or Point Mass",
     },
-    wrong="A point mass on a planar arm that moves in a vertical plane; with a transmission the "
-          "mass sits on the link.",
+    wrong="A point mass on a planar arm; with a transmission the mass sits on the link.",
     passive=True, symmetry="none", per_joint=False, side="link",
 )

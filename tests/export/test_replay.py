@@ -26,14 +26,14 @@ sample_time_s = {robots.PERIOD}
 """
 
 
-def run(text, q_d, noise, start=0.0):
+def run(text, q_d, noise, start=0.0, encoder=lambda q: q):
     """Positions of a model whose law sees noise, and commands, shapes (N,) [rad, N m]."""
     model = mujoco.MjModel.from_xml_string(text)
     data, q, u, last = mujoco.MjData(model), np.zeros(len(q_d)), np.zeros(len(q_d)), None
     data.qpos[0] = start
     for i, wanted in enumerate(q_d):
         q[i] = data.qpos[0]
-        seen = q[i] + noise[i]
+        seen = encoder(q[i]) + noise[i]
         last = seen if last is None else last
         u[i], last = robots.KP * (wanted - seen) - robots.KD * (seen - last) / robots.PERIOD, seen
         data.ctrl[0] = u[i]
@@ -69,6 +69,31 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
     assert joint["corrected"] == pytest.approx(robots.rms(np.concatenate(left)), rel=0.05)
     assert joint["floor"] == pytest.approx(joint["corrected"], rel=0.1)
     assert joint["floor"] > least * SIGMA
+
+
+def test_a_law_begins_where_its_encoder_sees_the_joint(tmp_path, capsys):
+    """The encoder reads 0.01 rad at the stated start of 0 rad, and no motion between the two."""
+    uneven = {"sine": 0.004, "cosine": 0.01, "order": 8.0}
+
+    def encoder(q):
+        return (q + uneven["sine"] * np.sin(uneven["order"] * q)
+                + uneven["cosine"] * np.cos(uneven["order"] * q))
+
+    exported = export_mujoco(robots.correction(robots.setting("encoder_eccentricity", **uneven)))
+    exported.save(tmp_path / "model")
+    plain = export_mujoco(robots.correction()).files["joints.corrected.xml"]
+    q_d = robots.set_points(2.0)
+    q, u = run(plain, q_d, 0.0 * q_d, encoder=encoder)
+    (tmp_path / "robot.toml").write_text(ROBOT + "[experiment.log-1]\nstart_rad = [0.0]\n")
+    np.savetxt(tmp_path / "log-1.csv", np.column_stack([
+        robots.PERIOD * np.arange(len(q)), encoder(q), u, q_d]), delimiter=",", fmt="%.9g",
+        header="time,q1,u1,qd1", comments="")
+    code = cli.main(["replay", str(tmp_path), "--model", str(
+        tmp_path / "model" / "joints.corrected.xml"), "--json"])
+    told = capsys.readouterr()
+    assert code == 0, told.err
+    (joint,) = json.loads(told.out)["joints"]
+    assert joint["corrected"] < 2e-4 < 1e-3 < joint["nominal"]
 
 
 def test_a_model_of_another_robot_is_refused(tmp_path, capsys):

@@ -216,14 +216,13 @@ def _payload_probes(scene: Scene) -> list[Probe]:
 
 
 def _payload_effect(problem: Problem, values: Values) -> EffectValues:
-    """A mass that weighs.
-
-    No effect of the catalogue is the same on an arm whose links do not weigh, or move in space.
-    """
-    if not (problem.links.has_gravity and problem.links.is_planar):
+    """A mass at the end of a planar chain; no effect of the catalogue is the same in space."""
+    if not problem.links.is_planar:
         return {}
-    return {"payload": {"mass": values["payload.mass"], "length": problem.links.length,
-                        "gear_ratio": problem.gear_ratio}}
+    links = problem.links
+    return {"payload": {"mass": values["payload.mass"], "length": links.length,
+                        "gear_ratio": problem.gear_ratio,
+                        "gravity": np.array([links.g * links.has_gravity])}}
 
 
 PAYLOAD = Cause("payload", (Piece("body", _payload),),
