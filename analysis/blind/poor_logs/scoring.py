@@ -5,11 +5,13 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.blind.laws.scoring import is_accused
+from clie_blocks.analysis.blind.poor_logs.kinds import CONDITIONS, CONTENTS
 from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes, label_as_classes
 from clie_blocks.analysis.blind.scoring.decisions import Answer, is_right
 from clie_blocks.analysis.blind.scoring.intervals import rate
 
 WRONG, COVERED = 0.03, 0.93  # what is sought, at most and at least
+COARSE_ENCODER = "encoder_quantization"  # what a logger does that rounds positions unasked
 Row = dict[str, Any]
 
 
@@ -47,6 +49,8 @@ def figures(rows: list[Row]) -> dict[str, Any]:
 
 def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of: ClassOf) -> Row:
     truth = label_as_classes(label, class_of)
+    if _rounds_positions(label):
+        diagnosis = _without(COARSE_ENCODER, diagnosis)
     answer = Answer(diagnosis if "error" in diagnosis else as_classes(diagnosis, class_of))
     return {"trial": trial, "content": label["content"], "condition": label["condition"],
             "effect": label["labels"][0], "answer": answer.decision,
@@ -55,6 +59,19 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
             "covered": any(answer.names(name) & set(truth["labels"]) for name in answer.set_90),
             "right_first": is_right(truth, answer), "unknown": answer.decision == "unknown",
             "stopped": answer.failed}
+
+
+def _rounds_positions(label: dict[str, Any]) -> bool:
+    """Whether the positions of a log are in steps that its robot file does not state."""
+    return (CONDITIONS[label["condition"]].is_coarse
+            and not CONTENTS[label["content"]].has_torque)
+
+
+def _without(name: str, diagnosis: dict[str, Any]) -> dict[str, Any]:
+    """An answer without an effect that is there, but is not what is asked for."""
+    return {**diagnosis, "effects": [row for row in diagnosis.get("effects", ())
+                                     if row["effect"] != name],
+            "set_90": [one for one in diagnosis.get("set_90", ()) if one != name]}
 
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:

@@ -119,6 +119,16 @@ def test_answers_count_by_what_would_be_done_on_them():
     assert "trial-3" not in lines
 
 
+def test_steps_of_the_position_that_the_logger_made_are_no_false_name():
+    rounded = {**LABEL, "content": "neither", "condition": "coarse"}
+    answer = said(("encoder_quantization", 0.97), ("coulomb", 0.8),
+                  covers=["encoder_quantization", "coulomb"])
+    for label, wrong in ((rounded, 0), ({**rounded, "content": "both"}, 1)):
+        board = score({"trial-0": answer}, {"trial-0": label}, str)
+        assert (board["wrong"]["hits"], board["covered"]["hits"]) == (wrong, 1)
+        assert board["right_first"]["hits"] == 1 - wrong
+
+
 def test_names_that_are_alike_are_one():
     alike = said(("backlash", 0.9), covers=["backlash"])
     alike["effects"][0]["alike"] = ["coulomb"]
