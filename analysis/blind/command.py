@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from clie_blocks.analysis.blind.further_studies import FURTHER_STUDIES, FurtherStudy
 from clie_blocks.errors import ClieError, MissingExtraError
 from clie_blocks.output import command_parser, run_main, to_json, write
 
@@ -22,9 +23,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run a study, or continue one, and return the exit code.
 
     It is 1 if less than half of the single effects were named right, if imperfect logs miss a
-    target for certain, if fewer faults of simulators or laws are named than sought, if causes of
-    many or of poorer logs are false more often than sought, or if exported corrections leave more,
-    else 0.
+    target for certain, or if another study misses what it seeks first, else 0.
     """
     options = _parser().parse_args(argv)
     options.output = Path(options.output)
@@ -32,16 +31,9 @@ def main(argv: list[str] | None = None) -> int:
         raise MissingExtraError("making blind trials", "mujoco", "mujoco")
     if options.imperfect:
         return _imperfect(options)
-    if options.simulator_faults:
-        return _simulator_faults(options)
-    if options.exported:
-        return _exported(options)
-    if options.laws:
-        return _laws(options)
-    if options.many:
-        return _many(options)
-    if options.poor_logs:
-        return _poor_logs(options)
+    for study in FURTHER_STUDIES:
+        if getattr(options, study.name):
+            return _further_study(study, options)
     from clie_blocks.analysis.blind.report.page import save_page
     from clie_blocks.analysis.blind.scoring.timings import FILE, without_timings
 
@@ -75,77 +67,16 @@ def _imperfect(options: argparse.Namespace) -> int:
     return int(any(row["reached"] == MISSED for row in board["targets"]))
 
 
-def _simulator_faults(options: argparse.Namespace) -> int:
-    """Run the study of simulators with a fault, and return the exit code."""
-    from clie_blocks.analysis.blind.protocol.study import merge_seeds, seed_folders
-    from clie_blocks.analysis.blind.simulator_faults import study
-
-    runs = {seed: study.run_study(folder, options.simulator_faults, seed)
-            for seed, folder in seed_folders(options.output, options.seed).items()}
-    answers, labels = (merge_seeds({seed: run[part] for seed, run in runs.items()})
-                       for part in (0, 1))
-    board = {"schema_version": 1, "command": _command(options), "seeds": options.seed,
-             **study.score(answers, labels)}
+def _further_study(study: FurtherStudy, options: argparse.Namespace) -> int:
+    """Run a study with figures of its own, and return the exit code."""
+    module = study.module
+    board = {"schema_version": 1, "command": _command(options), **module.run_study(
+        options.output, getattr(options, study.name), _only_seed(options), options.jobs)}
     text = to_json(board)
-    write(options.output / "simulator_faults.json", text)
-    print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
-    return int(board["named_first"]["rate"] < study.TARGET)
-
-
-def _exported(options: argparse.Namespace) -> int:
-    """Run the study of exported corrections, and return the exit code."""
-    from clie_blocks.analysis.blind.exported import study
-
-    seed = _only_seed(options)
-    board = {"schema_version": 1, "command": _command(options),
-             **study.run_study(options.output, options.exported, seed, options.jobs)}
-    text = to_json(board)
-    write(options.output / "exported.json", text)
-    print(text if options.json else "\n".join(study.terminal_lines(json.loads(text))))
-    median = board["ratio"]["median"]
-    return int(median is not None and median > study.LARGEST_RATIO)
-
-
-def _laws(options: argparse.Namespace) -> int:
-    """Run the study of control laws, and return the exit code."""
-    from clie_blocks.analysis.blind.laws import scoring, study
-
-    board = {"schema_version": 1, "command": _command(options),
-             **study.run_study(options.output, options.laws, _only_seed(options), options.jobs)}
-    text = to_json(board)
-    write(options.output / "laws.json", text)
-    print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
-    return int(board["law_named"]["rate"] < scoring.NAMED)
-
-
-def _many(options: argparse.Namespace) -> int:
-    """Run the study of robots with several effects at once, and return the exit code."""
-    from clie_blocks.analysis.blind.population.many_causes import MANY_CAUSES
-    from clie_blocks.analysis.blind.protocol.study import run_sealed
-    from clie_blocks.analysis.blind.scoring import many_causes
-    from clie_blocks.analysis.gap.causes.vocabulary import class_of
-
-    run = run_sealed(options.output, options.many, _only_seed(options), options.jobs, MANY_CAUSES)
-    board = {"schema_version": 1, "command": _command(options),
-             **many_causes.score_many(*run, class_of)}
-    text = to_json(board)
-    write(options.output / "many.json", text)
-    print(text if options.json else "\n".join(many_causes.terminal_lines(json.loads(text))))
-    precision = board["precision"]["rate"]
-    return int(precision is not None and precision < many_causes.PRECISION)
-
-
-def _poor_logs(options: argparse.Namespace) -> int:
-    """Run the study of poorer logs, and return the exit code."""
-    from clie_blocks.analysis.blind.poor_logs import scoring, study
-
-    board = {"schema_version": 1, "command": _command(options),
-             **study.run_study(options.output, options.poor_logs, _only_seed(options),
-                               options.jobs)}
-    text = to_json(board)
-    write(options.output / "poor_logs.json", text)
-    print(text if options.json else "\n".join(scoring.terminal_lines(json.loads(text))))
-    return int(board["wrong"]["rate"] > scoring.WRONG)
+    write(options.output / f"{study.name}.json", text)
+    board = json.loads(text)
+    print(text if options.json else "\n".join(module.terminal_lines(board)))
+    return int(module.is_missed(board))
 
 
 def _only_seed(options: argparse.Namespace) -> int:
@@ -247,13 +178,9 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
 
 
 def _command(options: argparse.Namespace) -> str:
-    count = (f"--simulator-faults {options.simulator_faults}" if options.simulator_faults
-             else f"--exported {options.exported}" if options.exported
-             else f"--laws {options.laws}" if options.laws
-             else f"--many {options.many}" if options.many
-             else f"--poor-logs {options.poor_logs}" if options.poor_logs
-             else f"--catalogue {options.catalogue}" if options.catalogue
-             else f"--arms {options.arms}" if options.arms else f"--trials {options.trials}")
+    counted = (*(study.option for study in FURTHER_STUDIES), "catalogue", "arms", "trials")
+    counts = {option: getattr(options, option.replace("-", "_")) for option in counted}
+    count = next(f"--{option} {number}" for option, number in counts.items() if number)
     parts = ["clie blind --imperfect" if options.imperfect else "clie blind", count,
              "--seed " + " ".join(map(str, options.seed))]
     parts += [f"--{name}" for name in ("baselines", "ablations") if getattr(options, name)]
@@ -279,29 +206,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--arms", type=_count, metavar="N",
                         help="instead, N arms of four to seven axes in space for each seed, whose "
                              "links a URDF or MJCF states within a tolerance")
-    parser.add_argument("--simulator-faults", type=_count, metavar="N",
-                        help="instead, N simulators with each of sixteen faults and N sound ones: "
-                             "one joint in MuJoCo, whose run is not what its model file says; "
-                             "goes with --seed")
-    parser.add_argument("--exported", type=_count, metavar="N",
-                        help="instead, N robots of one joint, whose right diagnoses are exported "
-                             "to MuJoCo and replayed there on the log that no fit has seen: the "
-                             "gap beside that of the true model, and how often the band of "
-                             "--samples holds the motion; goes with --seed and --jobs")
-    parser.add_argument("--laws", type=_count, metavar="N",
-                        help="instead, N robots under seventeen control laws, half of them "
-                             "described wrong or not at all, a third sound, the others beside "
-                             "themselves under PD as stated; goes with --seed and --jobs")
-    parser.add_argument("--many", type=_count, metavar="N",
-                        help="instead, N robots that hold three to six effects at once, in the "
-                             "proportions of real drive trains, one in four an arm in space: "
-                             "causes named, their order, and what they close; goes with --seed "
-                             "and --jobs")
-    parser.add_argument("--poor-logs", type=_count, metavar="N",
-                        help="instead, N robots whose logs hold little or are poor: torque "
-                             "commanded, measured, both or neither, no reference, slow, short, "
-                             "noisy, coarse, filtered or uneven logs; a third is sound; goes with "
-                             "--seed and --jobs")
+    for study in FURTHER_STUDIES:
+        parser.add_argument(f"--{study.option}", type=_count, metavar="N", help=study.help)
     parser.add_argument("--trials", type=_count, default=20, metavar="N",
                         help="trials of each seed")
     parser.add_argument("--seed", type=int, nargs="+", default=[1], metavar="N",

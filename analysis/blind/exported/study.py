@@ -75,6 +75,12 @@ def score(rows: list[dict[str, Any]]) -> dict[str, Any]:
             "refused": [row["trial"] for row in rows if "refused" in row]}
 
 
+def is_missed(board: dict[str, Any]) -> bool:
+    """Whether exported corrections leave more than sought."""
+    median = board["ratio"]["median"]
+    return median is not None and bool(median > LARGEST_RATIO)
+
+
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
     def said(figure: dict[str, Any], value: str) -> str:

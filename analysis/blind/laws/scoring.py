@@ -107,6 +107,11 @@ def _names(sentence: str, label: dict[str, Any], k: int) -> bool:
                     for values in label["numbers"].values()))
 
 
+def is_missed(board: dict[str, Any]) -> bool:
+    """Whether fewer laws are accepted or named than sought."""
+    return bool(board["law_named"]["rate"] < NAMED)
+
+
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
     def share(figure: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from clie_blocks.analysis.blind.laws.scoring import score
+from clie_blocks.analysis.blind.laws.scoring import is_missed, score, terminal_lines
 from clie_blocks.analysis.blind.laws.trials import (
     TRIAL,
     TWIN,
@@ -14,6 +14,7 @@ from clie_blocks.analysis.blind.laws.trials import (
 from clie_blocks.analysis.blind.protocol import seal, study
 from clie_blocks.output import json_types
 
+__all__ = ["is_missed", "run_study", "terminal_lines"]
 
 def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, Any]:
     """Make, diagnose and open a study, and return its figures.

@@ -74,6 +74,11 @@ def _without(name: str, diagnosis: dict[str, Any]) -> dict[str, Any]:
             "set_90": [one for one in diagnosis.get("set_90", ()) if one != name]}
 
 
+def is_missed(board: dict[str, Any]) -> bool:
+    """Whether more answers have a wrong name than sought."""
+    return bool(board["wrong"]["rate"] > WRONG)
+
+
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
     def share(figure: dict[str, Any]) -> str:

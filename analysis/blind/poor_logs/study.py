@@ -3,11 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-from clie_blocks.analysis.blind.poor_logs.scoring import score
+from clie_blocks.analysis.blind.poor_logs.scoring import is_missed, score, terminal_lines
 from clie_blocks.analysis.blind.poor_logs.trials import draw_trial, write_trial
 from clie_blocks.analysis.blind.protocol import seal, study
 from clie_blocks.output import json_types
 
+__all__ = ["is_missed", "run_study", "terminal_lines"]
 
 def run_study(folder: Path, trials: int, seed: int, jobs: int = 1) -> dict[str, Any]:
     """Make, diagnose and open a study, and return its figures.

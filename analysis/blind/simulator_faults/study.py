@@ -15,8 +15,8 @@ from clie_blocks.output import json_types, progress
 TARGET = 0.9  # of the faults, named first
 
 
-def run_study(folder: Path, laps: int, seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Make, examine and open a study; return answers and labels, each by trial.
+def run_study(folder: Path, laps: int, seed: int, jobs: int = 1) -> dict[str, Any]:
+    """Make, examine and open a study, and return its figures.
 
     Parameters
     ----------
@@ -26,12 +26,15 @@ def run_study(folder: Path, laps: int, seed: int) -> tuple[dict[str, Any], dict[
         Robots of each fault.
     seed : int
         Of the random numbers.
+    jobs : int
+        Not used: trials are examined one after the other.
 
     """
     trials = laps * len(INJECTED)
     if not study.already_made(folder, trials, seed):
         _make(folder, trials, seed)
-    return study.diagnose_trials(folder, diagnose=_examine), seal.unseal(folder)
+    answers = study.diagnose_trials(folder, diagnose=_examine)
+    return {"seeds": [seed], **score(answers, seal.unseal(folder))}
 
 
 def _make(folder: Path, trials: int, seed: int) -> None:
@@ -75,6 +78,11 @@ def score(answers: dict[str, Any], labels: dict[str, Any]) -> dict[str, Any]:
         "wrong": [{"trial": trial, "fault": labels[trial]["fault"],
                    "named": answers[trial]["verdict"]} for trial in sorted(labels)
                   if answers[trial]["verdict"] != labels[trial]["fault"]]}
+
+
+def is_missed(board: dict[str, Any]) -> bool:
+    """Whether fewer faults are named first than sought."""
+    return bool(board["named_first"]["rate"] < TARGET)
 
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:

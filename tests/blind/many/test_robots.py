@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from clie_blocks.analysis.blind.population import arms_in_space
-from clie_blocks.analysis.blind.population.catalogue import CATALOGUE
-from clie_blocks.analysis.blind.population.maker import make_trial
-from clie_blocks.analysis.blind.population.many_causes import (
+from clie_blocks.analysis.blind.many.robots import (
     COUNTS,
     MANY_CAUSES,
     NOT_TOGETHER,
     TRAINS,
     plan,
 )
+from clie_blocks.analysis.blind.population import arms_in_space
+from clie_blocks.analysis.blind.population.catalogue import CATALOGUE
+from clie_blocks.analysis.blind.population.maker import make_trial
 
 PLANS = [plan(3, index) for index in range(96)]
 

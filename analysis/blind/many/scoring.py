@@ -13,7 +13,7 @@ SEEN = 0.05  # share of the excess from which on a cause should be named
 PRECISION, RECALL, ORDER, CLOSED = 0.95, 0.85, 0.9, 0.9  # what is sought
 
 
-def score_many(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf,
+def score(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf,
                ) -> dict[str, Any]:
     """Return the figures of a study of robots with several effects, and a row per trial.
 
@@ -81,6 +81,12 @@ def _closed(label: dict[str, Any], answer: Answer) -> float | None:
     least = label["gap"]["true_model"]
     reducible = answer.before**2 - least**2
     return float((answer.before**2 - answer.after**2) / reducible) if reducible > 0 else None
+
+
+def is_missed(board: dict[str, Any]) -> bool:
+    """Whether more causes are named that are not there than sought."""
+    precision = board["precision"]["rate"]
+    return precision is not None and bool(precision < PRECISION)
 
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from clie_blocks.analysis.blind.scoring.many_causes import score_many, terminal_lines
+from clie_blocks.analysis.blind.many.scoring import score, terminal_lines
 
 LABEL = {"robot": "arm of 2", "labels": ["coulomb", "backlash", "time_delay"],
          "shares": {"coulomb": 0.6, "backlash": 0.3, "time_delay": 0.02},
@@ -18,7 +18,7 @@ def answer(*causes, unexplained=False, before=3e-4, after=1e-4):
 
 
 def row_of(diagnosis):
-    board = score_many({"trial-000": diagnosis}, {"trial-000": LABEL}, str)
+    board = score({"trial-000": diagnosis}, {"trial-000": LABEL}, str)
     return board, board["rows"][0]
 
 

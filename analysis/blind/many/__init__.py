@@ -1,0 +1,1 @@
+"""The study of robots that hold several effects at once."""
