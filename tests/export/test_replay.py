@@ -41,6 +41,11 @@ def run(text, q_d, noise, start=0.0, encoder=lambda q: q):
     return q, u
 
 
+def save_log(path, q, u, q_d):
+    np.savetxt(path, np.column_stack([robots.PERIOD * np.arange(len(q)), q, u, q_d]),
+               delimiter=",", fmt="%.9g", header="time,q1,u1,qd1", comments="")
+
+
 @pytest.mark.parametrize("name, size, least", [(None, 1.0, 0.98), ("coulomb", 0.1, 1.1)])
 def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
     """Logs of the exported model itself, with noise: its gap and floor are what this noise does.
@@ -58,9 +63,7 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
         noise = SIGMA * rng.standard_normal(len(q_d))
         q, u = run(text, q_d, noise)
         left.append(q + noise - run(text, q_d, 0.0 * noise, start=noise[0])[0])
-        np.savetxt(logs / f"log-{k}.csv", np.column_stack([
-            robots.PERIOD * np.arange(len(q)), q + noise, u, q_d]), delimiter=",", fmt="%.9g",
-            header="time,q1,u1,qd1", comments="")
+        save_log(logs / f"log-{k}.csv", q + noise, u, q_d)
     code = cli.main(["replay", str(logs), "--model", str(
         tmp_path / "model" / "joints.corrected.xml"), "--json"])
     told = capsys.readouterr()
@@ -85,9 +88,7 @@ def test_a_law_begins_where_its_encoder_sees_the_joint(tmp_path, capsys):
     q_d = robots.set_points(2.0)
     q, u = run(plain, q_d, 0.0 * q_d, encoder=encoder)
     (tmp_path / "robot.toml").write_text(ROBOT + "[experiment.log-1]\nstart_rad = [0.0]\n")
-    np.savetxt(tmp_path / "log-1.csv", np.column_stack([
-        robots.PERIOD * np.arange(len(q)), encoder(q), u, q_d]), delimiter=",", fmt="%.9g",
-        header="time,q1,u1,qd1", comments="")
+    save_log(tmp_path / "log-1.csv", encoder(q), u, q_d)
     code = cli.main(["replay", str(tmp_path), "--model", str(
         tmp_path / "model" / "joints.corrected.xml"), "--json"])
     told = capsys.readouterr()
@@ -102,9 +103,7 @@ def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
     q_d = robots.set_points(1.0)
     q, u = run(text, q_d, SIGMA * np.random.default_rng(0).standard_normal(len(q_d)))
     (tmp_path / "robot.toml").write_text(ROBOT)
-    np.savetxt(tmp_path / "log-1.csv", np.column_stack([
-        robots.PERIOD * np.arange(len(q)), q, u, q_d]), delimiter=",", fmt="%.9g",
-        header="time,q1,u1,qd1", comments="")
+    save_log(tmp_path / "log-1.csv", q, u, q_d)
     assert cli.main(["replay", str(tmp_path), "--model", str(tmp_path / "other.xml")]) in (2, 3)
     told = " ".join(capsys.readouterr().err.split())
     assert "other.xml has no joint 'j1', which the answer corrects" in told and "knee" in told

@@ -8,7 +8,7 @@ import numpy as np
 from clie_blocks.analysis.blind.laws.trials import RIGHT, TRIAL, TWIN
 from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes, label_as_classes
 from clie_blocks.analysis.blind.scoring.decisions import FAMILY, NO_EFFECTS, Answer, is_right
-from clie_blocks.analysis.blind.scoring.intervals import rate, share_difference
+from clie_blocks.analysis.blind.scoring.intervals import rate, share_difference, share_text
 
 NAMED, ACCUSED, LOST = 0.95, 0.02, -0.04  # what is sought
 SURE = 0.5  # probability from which a false name would be acted upon
@@ -114,24 +114,19 @@ def is_missed(board: dict[str, Any]) -> bool:
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
-    def share(figure: dict[str, Any]) -> str:
-        if figure["interval"] is None:
-            return "none"
-        low, high = figure["interval"]
-        return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
-
     beside = board["beside_twins"]
     low, high = beside["interval"] or (np.nan, np.nan)
     return [board["command"],
-            f"  law accepted, or named with its numbers: {share(board['law_named'])}, sought "
+            f"  law accepted, or named with its numbers: {share_text(board['law_named'])}, sought "
             f"{NAMED:.0%}",
-            *(f"    described {word}: {share(figure)}"
+            *(f"    described {word}: {share_text(figure)}"
               for word, figure in board["by_description"].items()),
-            f"  sound robots accused: {share(board['accused'])}, sought at most {ACCUSED:.0%}",
-            f"  sound robots called sound: {share(board['none_of_sound'])}",
-            f"  right class first: {share(board['right_first'])}",
-            f"  the same robots under PD as stated: {share(board['right_first_of_twins'])}",
+            f"  sound robots accused: {share_text(board['accused'])}, "
+            f"sought at most {ACCUSED:.0%}",
+            f"  sound robots called sound: {share_text(board['none_of_sound'])}",
+            f"  right class first: {share_text(board['right_first'])}",
+            f"  the same robots under PD as stated: {share_text(board['right_first_of_twins'])}",
             f"  difference: {100.0 * (beside['value'] or 0.0):+.0f} points ({100.0 * low:+.0f} "
             f"to {100.0 * high:+.0f}), sought at least {100.0 * LOST:+.0f}",
             "  another effect named with half the probability: "
-            f"{share(board['wrong_of_effects'])}"]
+            f"{share_text(board['wrong_of_effects'])}"]

@@ -6,15 +6,14 @@ import numpy as np
 
 from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes
 from clie_blocks.analysis.blind.scoring.decisions import NO_EFFECTS, Answer
-from clie_blocks.analysis.blind.scoring.intervals import rate, summary
+from clie_blocks.analysis.blind.scoring.intervals import rate, share_text, summary
 
 NAMED = 0.5  # probability from which on a cause is named
 SEEN = 0.05  # share of the excess from which on a cause should be named
 PRECISION, RECALL, ORDER, CLOSED = 0.95, 0.85, 0.9, 0.9  # what is sought
 
 
-def score(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf,
-               ) -> dict[str, Any]:
+def score(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf) -> dict[str, Any]:
     """Return the figures of a study of robots with several effects, and a row per trial.
 
     Parameters
@@ -32,8 +31,8 @@ def score(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf,
         "precision": rate(one["true"] for row in rows for one in row["named"]),
         "recall": rate(one["named"] for row in rows for one in row["truth"]
                        if one["share"] >= SEEN),
-        "recall_by_rank": [rate(row["truth"][k]["named"] for row in rows
-                                if row["truth"][k]["share"] >= SEEN) for k in range(3)],
+        "recall_by_rank": [rate(one["named"] for row in rows for one in row["truth"][k:k + 1]
+                                if one["share"] >= SEEN) for k in range(3)],
         "order": rate(row["order"] for row in rows if row["order"] is not None),
         "largest_first": rate(row["largest_first"] for row in rows),
         "something_more": rate(row["unexplained"] for row in rows),
@@ -91,23 +90,17 @@ def is_missed(board: dict[str, Any]) -> bool:
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
-    def share(figure: dict[str, Any]) -> str:
-        if figure["interval"] is None:
-            return "none"
-        low, high = figure["interval"]
-        return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
-
     median = board["closed"]["median"]
-    ranks = ", ".join(share(figure) for figure in board["recall_by_rank"])
+    ranks = ", ".join(share_text(figure) for figure in board["recall_by_rank"])
     return [board["command"],
             f"  causes named with half the probability that are there: "
-            f"{share(board['precision'])}, sought {PRECISION:.0%}",
+            f"{share_text(board['precision'])}, sought {PRECISION:.0%}",
             f"  causes with {SEEN:.0%} of the gap or more that are named: "
-            f"{share(board['recall'])}, sought {RECALL:.0%}",
+            f"{share_text(board['recall'])}, sought {RECALL:.0%}",
             f"    largest, second, third: {ranks}",
-            f"  largest cause first: {share(board['largest_first'])}",
-            f"  two largest in order, where two are named: {share(board['order'])}, sought "
+            f"  largest cause first: {share_text(board['largest_first'])}",
+            f"  two largest in order, where two are named: {share_text(board['order'])}, sought "
             f"{ORDER:.0%}",
-            f"  answers that hold something without a name: {share(board['something_more'])}",
+            f"  answers that hold something without a name: {share_text(board['something_more'])}",
             "  closed of the squared gap that the true model closes, median: "
             f"{np.nan if median is None else median:.2f}, sought {CLOSED:.2f}"]

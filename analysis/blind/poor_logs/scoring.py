@@ -2,13 +2,11 @@
 
 from typing import Any
 
-import numpy as np
-
 from clie_blocks.analysis.blind.laws.scoring import is_accused
 from clie_blocks.analysis.blind.poor_logs.kinds import CONDITIONS, CONTENTS
 from clie_blocks.analysis.blind.scoring.classes import ClassOf, as_classes, label_as_classes
 from clie_blocks.analysis.blind.scoring.decisions import Answer, is_right
-from clie_blocks.analysis.blind.scoring.intervals import rate
+from clie_blocks.analysis.blind.scoring.intervals import rate, share_text
 
 WRONG, COVERED = 0.03, 0.93  # what is sought, at most and at least
 COARSE_ENCODER = "encoder_quantization"  # what a logger does that rounds positions unasked
@@ -81,17 +79,13 @@ def is_missed(board: dict[str, Any]) -> bool:
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
-    def share(figure: dict[str, Any]) -> str:
-        low, high = figure["interval"] or (np.nan, np.nan)
-        return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
-
     lines = [board["command"],
-             f"  wrong name with half the probability: {share(board['wrong'])}, sought at most "
-             f"{WRONG:.0%}",
-             f"  90 % set holds the truth: {share(board['covered'])}, sought {COVERED:.0%}",
-             f"  right class first: {share(board['right_first'])}",
-             f"  unknown: {share(board['unknown'])}",
-             f"  stopped with an error: {share(board['stopped'])}",
+             f"  wrong name with half the probability: {share_text(board['wrong'])}, "
+             f"sought at most {WRONG:.0%}",
+             f"  90 % set holds the truth: {share_text(board['covered'])}, sought {COVERED:.0%}",
+             f"  right class first: {share_text(board['right_first'])}",
+             f"  unknown: {share_text(board['unknown'])}",
+             f"  stopped with an error: {share_text(board['stopped'])}",
              f"  {'logs':22}{'robots':>7}{'wrong':>7}{'in set':>7}{'first':>7}{'unknown':>8}"
              f"{'stopped':>8}"]
     for kind in ("by_content", "by_condition"):

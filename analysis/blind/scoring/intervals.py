@@ -21,6 +21,14 @@ def rate(flags: Iterable[bool]) -> dict[str, Any]:
     return {"rate": hits / count, "hits": hits, "of": count, "interval": [*wilson(hits, count)]}
 
 
+def share_text(figure: dict[str, Any]) -> str:
+    """A share of `rate` for a terminal: '7 of 8 (0.53 to 0.98)'."""
+    if figure["interval"] is None:
+        return "none"
+    low, high = figure["interval"]
+    return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
+
+
 def share_difference(pairs: Sequence[tuple[bool, bool]]) -> dict[str, Any]:
     """Difference of two shares on the same trials with its 95 % interval, by Bonett and Price.
 

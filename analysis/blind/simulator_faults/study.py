@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.blind.protocol import seal, study
-from clie_blocks.analysis.blind.scoring.intervals import rate
+from clie_blocks.analysis.blind.scoring.intervals import rate, share_text
 from clie_blocks.analysis.blind.simulator_faults.injected import INJECTED, NONE
 from clie_blocks.analysis.blind.simulator_faults.trials import MODEL, write_trial
 from clie_blocks.errors import ClieError
@@ -87,13 +87,9 @@ def is_missed(board: dict[str, Any]) -> bool:
 
 def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Scoreboard for a terminal."""
-    def share(figure: dict[str, Any]) -> str:
-        low, high = figure["interval"]
-        return f"{figure['hits']} of {figure['of']} ({low:.2f} to {high:.2f})"
-
     return [f"{board['command']}",
-            f"  fault of a simulator named first: {share(board['named_first'])}, "
+            f"  fault of a simulator named first: {share_text(board['named_first'])}, "
             f"sought {TARGET:.0%}",
-            f"  false alarm on a sound simulator: {share(board['false_alarm'])}",
+            f"  false alarm on a sound simulator: {share_text(board['false_alarm'])}",
             *(f"  {row['trial']}: {row['fault']}, named {row['named']}"
               for row in board["wrong"])]

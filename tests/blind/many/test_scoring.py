@@ -51,6 +51,15 @@ def test_a_name_that_the_logs_do_not_tell_from_the_truth_is_right():
     assert board["precision"]["rate"] == 1.0 and board["recall"]["hits"] == 1
 
 
+def test_names_of_one_class_count_once():
+    """Three effects of two classes: there is no third largest."""
+    friction = {"coulomb": "friction", "backlash": "friction"}
+    board = score({"trial-000": answer(("coulomb", 0.99, 0.6))}, {"trial-000": LABEL},
+                  lambda name: friction.get(name, name))
+    assert [one["effect"] for one in board["rows"][0]["truth"]] == ["friction", "time_delay"]
+    assert [figure["of"] for figure in board["recall_by_rank"]] == [1, 0, 0]
+
+
 def test_a_trial_that_failed_names_nothing():
     board, _ = row_of({"error": "too short", "exit_code": 4})
     assert board["failed"] == ["trial-000"] and board["recall"]["rate"] == 0.0
