@@ -23,12 +23,12 @@ def check_controller(problem: Problem) -> ControllerCheck:
 
 @functools.singledispatch
 def _check(law: Law, problem: Problem) -> ControllerCheck:
-    logs = [log for log in problem.logs if log.stride == 1]
+    logs = [log for log in problem.logs if log.shows_every_tick]
     if len(logs) == len(problem.logs):
         return _replay(problem)
     if not logs:
         return assume_stated_law(problem)
-    slow = ", ".join(log.name for log in problem.logs if log.stride > 1)
+    slow = ", ".join(log.name for log in problem.logs if not log.shows_every_tick)
     return _replay(problem.with_log_list(logs)).with_decisions(
         (f"the controller runs more often than {slow} has samples; there its law is not checked",))
 

@@ -106,7 +106,7 @@ def learned_law(problem: Problem) -> ControllerCheck | None:
     law, robot = problem.stated_law, problem.robot
     moving = np.min([np.ptp(log.q_d, axis=0) for log in problem.logs], axis=0)
     if (robot is None or law.holds_joints or law.measured_torque or not np.all(moving > 0.0)
-            or any(log.stride > 1 for log in problem.logs)):
+            or any(not log.shows_every_tick for log in problem.logs)):
         return None
     closed = without_recorded_excitation(problem)
     limit = rounding_limit(np.concatenate([log.u for log in closed.logs]), law.resolution)

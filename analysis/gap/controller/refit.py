@@ -126,7 +126,7 @@ def with_command_rounding(problem: Problem) -> Problem:
         return problem
 
     def rounded(log: Log) -> Log:
-        if log.stride > 1:  # the commands between its samples are not known
+        if not log.shows_every_tick:  # the commands between its samples are not known
             return log
         error = np.clip(log.u - law.commands(log), -largest, largest)
         known = known_samples(log, law)[:, None] & (np.abs(log.u) < law.saturation)

@@ -1,6 +1,7 @@
 """One experiment as the diagnosis reads it."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -14,6 +15,7 @@ LEAST_SAMPLES = 400  # of a log that can be diagnosed
 # Of the range of motion, between the stated start and the first sample of one run.
 LARGEST_START_ERROR = 0.1
 SHORTEST_CUT = 3  # steps: what happened in a longer gap is more than a pulse
+NEARLY_ALL = 0.98  # of the steps of a log are no gaps
 NOISE_CORNER = 30.0  # Hz, above which a measured position is noise
 
 
@@ -111,14 +113,43 @@ class Log:
             return None
         return self.measured[::self.stride]
 
+    @functools.cached_property
+    def sample_ticks(self) -> np.ndarray:
+        """Ticks of the samples that count."""
+        every = np.arange(0, len(self), self.stride)
+        return every if self.counted is None else every[self.counted]
+
+    @functools.cached_property
+    def usual_step(self) -> int:
+        """Ticks from one sample to the next, at most, of a logger that loses none.
+
+        Where most samples follow each other at once, others between them were lost.
+        """
+        steps = np.diff(self.sample_ticks)
+        if self.counted is None or np.median(steps) == self.stride:
+            return self.stride
+        return int(np.quantile(steps, NEARLY_ALL))
+
+    @property
+    def shows_every_tick(self) -> bool:
+        """Whether the log has a sample of each tick of its controller, but for lost ones."""
+        return self.usual_step == 1
+
+    @functools.cached_property
+    def seen(self) -> np.ndarray:
+        """Mask of the ticks that no gap lies over, shape (N,)."""
+        seen = np.zeros(len(self), bool)
+        seen[self.sample_ticks] = True
+        for behind in (np.flatnonzero(np.diff(self.sample_ticks) <= self.usual_step) + 1).tolist():
+            seen[self.sample_ticks[behind - 1]:self.sample_ticks[behind]] = True
+        return seen
+
     @property
     def gaps(self) -> list[tuple[int, int]]:
-        """Last tick before, and first tick behind, samples that do not count."""
-        if self.counted is None:
-            return []
-        known = np.flatnonzero(self.counted)
-        before = np.flatnonzero(np.diff(known) > 1)
-        return [(int(self.stride * known[i]), int(self.stride * known[i + 1])) for i in before]
+        """Last tick before, and first tick behind, samples that were lost."""
+        known = self.sample_ticks
+        before = np.flatnonzero(np.diff(known) > self.usual_step)
+        return [(int(known[i]), int(known[i + 1])) for i in before]
 
     @property
     def cuts(self) -> list[int]:
@@ -136,9 +167,10 @@ class Log:
 
     def at_samples(self, values: np.ndarray) -> np.ndarray:
         """Values of the samples at every tick: each stands for the ticks up to the next one."""
-        if self.stride == 1:
+        if self.shows_every_tick:
             return values
-        return np.repeat(values[::self.stride], self.stride, axis=0)
+        latest = np.searchsorted(self.sample_ticks, np.arange(len(self)), side="right") - 1
+        return values[self.sample_ticks[np.maximum(latest, 0)]]
 
 
 def as_logs(record: Record, robot: Robot, k: int, period: float) -> list[Log]:

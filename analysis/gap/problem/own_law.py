@@ -172,7 +172,7 @@ def with_law_state(log: Log, law: Law) -> Log:
 
     Where the controller runs more often than the log has samples, it begins at rest.
     """
-    if not isinstance(law, BlockLaw) or not law.block.states or log.stride > 1:
+    if not isinstance(law, BlockLaw) or not law.block.states or not log.shows_every_tick:
         return log
     rows = slice(0, STATE_SAMPLES)
     q, q_d, pe, u = (x[rows] for x in (log.law_q, log.q_d, log.pe, log.u))

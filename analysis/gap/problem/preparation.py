@@ -15,7 +15,7 @@ import numpy as np
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.command_unit import in_one_unit
 from clie_blocks.analysis.gap.problem.measured_velocity import with_measured_velocity
-from clie_blocks.analysis.gap.problem.ticks import on_ticks
+from clie_blocks.analysis.gap.problem.ticks import on_ticks, tick_period
 from clie_blocks.analysis.gap.problem.what_u_is import UNSIGNED, as_u_is, has_sign
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
@@ -148,9 +148,11 @@ def on_even_clock(record: Record, controller: Controller) -> Record:
     controller is unknown were taken when their stamps say: those are brought to an even clock.
     """
     record = even_clock(record)
-    if controller.law == "unknown":
+    period = tick_period(record, controller)
+    if controller.law == "unknown" and period == record.sample_time:
         record = _resampled(record)
-    return on_ticks(record, record.sample_time)
+        period = record.sample_time
+    return on_ticks(record, period)
 
 
 def _resampled(record: Record) -> Record:

@@ -332,7 +332,7 @@ def _is_too_fast(problem: Problem, robot: Robot, records: Sequence[Record]) -> b
 
     Sampled at their rate it would be unstable.  Without recorded commands there is no other way.
     """
-    if (not problem.law.holds_joints or any(log.stride == 1 for log in problem.logs)
+    if (not problem.law.holds_joints or any(log.shows_every_tick for log in problem.logs)
             or any(record.u is None for record in records)):
         return False
     logged = min(record.sample_time for record in records)

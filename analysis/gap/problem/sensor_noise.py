@@ -51,6 +51,8 @@ def torque_noise(problem: Problem, k: int) -> float:
 
 def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
     """Standard deviation of the noise of a position (N,) in one log, over its whole band [rad]."""
+    if log.usual_step > log.stride:
+        return _noise_of_uneven_samples(log.sample_ticks, q[log.sample_ticks])
     rate = 1.0 / (period * log.stride)
     corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
     fast = high_pass(q[::log.stride], 4, corner, rate)
@@ -59,3 +61,15 @@ def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
     if log.counted is not None:
         inner = np.flatnonzero(log.counted)[inner]
     return float(np.sqrt(np.mean(fast[inner] ** 2)) / np.sqrt(1.0 - 2 * corner / rate))
+
+
+def _noise_of_uneven_samples(ticks: np.ndarray, q: np.ndarray) -> float:
+    """Noise of samples q at uneven ticks: what a cubic through four neighbours misses of each."""
+    neighbours = (-2, -1, 1, 2)
+    inner = np.arange(2, len(ticks) - 2)
+    at = {i: (ticks[inner + i] - ticks[inner]).astype(float) for i in neighbours}
+    weights = [np.prod([at[j] / (at[j] - at[i]) for j in neighbours if j != i], axis=0)
+               for i in neighbours]
+    miss = q[inner] - sum(w * q[inner + i] for w, i in zip(weights, neighbours))
+    size = miss / np.sqrt(1.0 + np.sum(np.square(weights), axis=0))
+    return float(np.median(np.abs(size)) / _MAD)

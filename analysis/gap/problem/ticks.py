@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.analysis.records.robot import Controller
@@ -19,6 +20,7 @@ from clie_blocks.errors import RecordError
 FAST_ENOUGH = 5e-4  # s: a servo that is faster is simulated at this period, if its loop is stable
 FINEST_PERIOD = 2e-5  # s, down to which a period is sought at which the loop is stable
 OFF_TICK = 0.1  # of a period, by which a sample may miss its tick
+AT_TICKS = 0.95  # share of the steps of a clock whose ticks are known
 OFF_STEP = 0.01  # of the step of a log, by which that may differ from its ticks
 SAME_PERIOD = 1e-3  # relative, between two clocks that show the same period
 MOST_PARTS = 10  # of a period, so that the samples of logs of several rates are at ticks
@@ -58,6 +60,29 @@ def _off_step(ratios: np.ndarray) -> float:
     count = np.rint(ratios)
     off = np.abs(ratios - count) / np.maximum(count, 1.0)
     return float(np.max(np.where(np.abs(ratios - 1.0) <= OFF_TICK, 0.0, off)))
+
+
+def tick_period(record: Record, controller: Controller) -> float:
+    """Period of the ticks of a record [s]: its step, or a part of it where rows are uneven.
+
+    A logger that takes a row after one, two or three cycles of the controller has steps of the
+    cycle times those numbers, whatever its median is.
+    """
+    step, steps = record.sample_time, np.diff(record.time)
+    steps = steps[(steps > 0) & (steps <= GAP * step)]
+    stated = controller.sample_time
+    if controller.law == "unknown":
+        parts = step / np.arange(1, MOST_PARTS + 1)
+    else:
+        parts = np.array([step] if stated is None or stated >= step else [step, stated])
+    fitting = (float(part) for part in parts if _share_at_ticks(steps, part) >= AT_TICKS)
+    return next(fitting, step)
+
+
+def _share_at_ticks(steps: np.ndarray, period: float) -> float:
+    """Share of steps of a clock that are a number of periods, and at least one."""
+    count = np.maximum(np.rint(steps / period), 1)
+    return float(np.mean(np.abs(steps / period - count) <= OFF_TICK))
 
 
 def on_ticks(record: Record, period: float) -> Record:
@@ -229,8 +254,9 @@ def _sentences(valid: np.ndarray, pieces: int) -> list[str]:
     """What was done to a record."""
     sentences = []
     if (~valid).any():
-        sentences.append(f"{np.count_nonzero(~valid)} of {valid.size} samples are missing or "
-                         "cannot be used: models run through them, and they do not count.")
+        sentences.append(f"{np.count_nonzero(~valid)} of {valid.size} cycles of the controller "
+                         "have no sample, or none that can be used: models run through them, and "
+                         "they do not count.")
     if pieces > 1:
         sentences.append(f"The clock was reset, or stood still for more than {LONGEST_BRIDGE:g} "
                          f"s: the log is cut into {pieces} pieces, each with a start of its own.")

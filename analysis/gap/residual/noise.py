@@ -117,13 +117,17 @@ def sensor_noise_model(problem: Problem, k: int, responses: Sequence[np.ndarray]
         responses[k] = responses[k] - sigma[k] * impulse
         responses.append(own * impulse)
         sigma[k] = own
-    rows = rows_of(problem.logs[0], problem.period)
+    floor, log = float(np.linalg.norm(responses)), problem.logs[0]
+    unseen = np.count_nonzero(log.seen[::log.stride]) / len(log.sample_ticks) - 1.0
+    if unseen > 0.0:  # a row rests on fewer samples than the loop reads in it
+        responses.append(sigma[k] * np.sqrt(unseen) * np.eye(1, len(responses[k]))[0])
+    rows = rows_of(log, problem.period)
     covariance = np.sum([_covariance(response, rows) for response in responses], axis=0)
     covariance[0] *= 1.0 + 1e-9
     lags = np.abs(np.subtract.outer(range(ORDER), range(ORDER)))
     predictor = np.linalg.solve(covariance[lags], covariance[1:])
     innovation = covariance[0] - predictor @ covariance[1:]
-    return Noise(sigma=sigma[k], floor=float(np.linalg.norm(responses)),
+    return Noise(sigma=sigma[k], floor=floor,
                  whitener=np.concatenate(([1.0], -predictor)) / np.sqrt(innovation))
 
 

@@ -31,7 +31,7 @@ def counted_rows(log: Log, period: float) -> np.ndarray | None:
     if log.counted is None:
         return None
     rows = rows_of(log, period)
-    seen = rows.of_samples(np.asarray(log.measured, float)) >= LEAST_MEASURED
+    seen = rows.of_samples(log.seen.astype(float)) >= LEAST_MEASURED
     return whiten((~seen).astype(float), np.ones(ORDER + 1)) == 0.0
 
 
@@ -47,7 +47,7 @@ def unknown_responses(problem: Problem, inertia: np.ndarray, damping: np.ndarray
     first = _initial_responses(problem, inertia, damping, k, len(log))
     zero = np.ones((len(log), int(log.of_other_encoder)))  # of an encoder beside the law's
     white = whiten(rows.of_samples(np.hstack([first, zero])), noise.whitener)
-    if counted is None and log.stride == 1:
+    if counted is None and log.shows_every_tick:
         return _orthonormal(white)
     ahead = np.pad(first[:, 0], (ORDER * rows.ticks, 0))[:len(first)]
     least = VISIBLE / float(np.linalg.norm(whiten(rows.of_samples(ahead), noise.whitener)))
@@ -112,18 +112,19 @@ def _behind_gaps(problem: Problem, k: int, log: Log, rows: Rows) -> list[_Unknow
 
 def _steps(problem: Problem, k: int, log: Log) -> list[_Unknown]:
     """Steps of the command between two samples: when they came is not known to the tick."""
-    if log.stride == 1:
+    if log.shows_every_tick:
         return []
-    step = problem.law.kp[k] * _held_steps(log.q_d[:, k], log.stride) + _held_steps(
-        log.pe[:, k], log.stride)
-    return [_Unknown(float(abs(step[i])) * log.stride / 2, log.stride * i + log.stride // 2, 1)
-            for i in np.flatnonzero(step).tolist()]
+    ticks = log.sample_ticks
+    between = np.diff(ticks)
+    step = problem.law.kp[k] * _held_steps(log.q_d[:, k], ticks) + _held_steps(log.pe[:, k], ticks)
+    return [_Unknown(float(abs(step[i]) * between[i]) / 2, int(ticks[i] + between[i] // 2), 1)
+            for i in np.flatnonzero(step * (between <= log.usual_step)).tolist()]
 
 
-def _held_steps(signal: np.ndarray, stride: int) -> np.ndarray:
-    """Steps behind each sample of a signal that is held up to the next one; else zero."""
-    first, last = signal[::stride], signal[stride - 1::stride]
-    return np.where(first == last, np.diff(first, append=first[-1]), 0.0)
+def _held_steps(signal: np.ndarray, ticks: np.ndarray) -> np.ndarray:
+    """Steps behind each sample but the last of a signal that is held up to the next; else zero."""
+    first, last, after = signal[ticks[:-1]], signal[ticks[1:] - 1], signal[ticks[1:]]
+    return np.where(first == last, after - first, 0.0)
 
 
 def unlogged_pulse(torque: np.ndarray, before: int, behind: int, log: Log) -> float:
@@ -133,15 +134,20 @@ def unlogged_pulse(torque: np.ndarray, before: int, behind: int, log: Log) -> fl
     the command made a step; of more, the slopes on both sides.  Infinite where too few are known.
     """
     step, ticks = log.stride, behind - before
-    if ticks == 2 * step:
+    if ticks == 2 * step:  # never in a log of uneven steps
         return STEP_ON_CURVE * ticks * max(_miss_of_curve(torque, before - step, log),
                                            _miss_of_curve(torque, behind + step, log))
-    if not _are_known(log, np.array([before - step, behind + step])):
+    known = log.sample_ticks
+    i = int(np.searchsorted(known, before))
+    if i == 0 or i + 2 == len(known):
         return np.inf
-    length = ticks / step
-    slopes = torque[before] - torque[before - step], torque[behind + step] - torque[behind]
-    jump = torque[behind] - torque[before] - length * (slopes[0] + slopes[1]) / 2
-    bend = (slopes[1] - slopes[0]) * length / 8
+    earlier, later = int(known[i - 1]), int(known[i + 2])
+    if max(before - earlier, later - behind) > log.usual_step:
+        return np.inf
+    slopes = ((torque[before] - torque[earlier]) / (before - earlier),
+              (torque[later] - torque[behind]) / (later - behind))
+    jump = torque[behind] - torque[before] - ticks * (slopes[0] + slopes[1]) / 2
+    bend = (slopes[1] - slopes[0]) * ticks / 8
     return float((abs(jump) / 2 + abs(bend)) * ticks)
 
 

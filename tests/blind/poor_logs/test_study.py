@@ -21,6 +21,8 @@ from clie_blocks.analysis.blind.poor_logs.scoring import score, terminal_lines  
 from clie_blocks.analysis.blind.protocol import seal  # noqa: E402
 from clie_blocks.analysis.cli import main as clie  # noqa: E402
 from clie_blocks.analysis.gap.batch import read  # noqa: E402
+from clie_blocks.analysis.gap.causes.vocabulary import class_of  # noqa: E402
+from clie_blocks.analysis.gap.diagnosis import diagnose  # noqa: E402
 
 SEED = 29  # of robots that no study has
 
@@ -135,6 +137,17 @@ def test_names_that_are_alike_are_one():
     board = score({"trial-0": alike}, {"trial-0": LABEL}, str)
     assert (board["wrong"]["hits"], board["covered"]["hits"], board["right_first"]["hits"]) == (
         0, 1, 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("index", "content"), [(10, "measured"), (54, "command")])
+def test_rows_at_uneven_times_hide_no_effect_and_show_none(index, content, tmp_path):
+    trial = made.draw_trial(SEED, index)
+    assert (trial.content, trial.condition) == (content, "jittered")
+    made.write_trial(trial, tmp_path)
+    answer = diagnose(read(tmp_path)).to_dict()
+    board = score({"trial-0": answer}, {"trial-0": trial.label}, class_of)
+    assert (board["wrong"]["hits"], board["right_first"]["hits"]) == (0, 1)
 
 
 @pytest.mark.slow

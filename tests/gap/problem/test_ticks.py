@@ -10,6 +10,7 @@ from clie_blocks.analysis.gap.problem.ticks import (
     between_samples,
     controller_period,
     on_ticks,
+    tick_period,
     ticks,
 )
 from clie_blocks.analysis.records import Record
@@ -19,6 +20,7 @@ from clie_blocks.errors import RecordError
 PERIOD = 0.001  # s
 TIME = PERIOD * np.arange(3000)
 COURSE = np.stack([np.sin(2 * np.pi * TIME), np.cos(3.0 * TIME)], axis=1)
+STATED = Controller(law="pd", kp=[40.0], kd=[2.0], sample_time=PERIOD)
 STEPS = np.repeat([[0.0, 1.0], [0.5, -1.0], [0.2, 0.3]], 1000, axis=0)
 
 
@@ -54,6 +56,35 @@ def test_a_sample_belongs_to_its_tick_whatever_the_jitter_and_drift_of_its_stamp
     tick -= tick[0]
     stamps = PERIOD * (tick * (1.0 + drift) + jitter * rng.standard_normal(tick.size))
     np.testing.assert_array_equal(ticks(stamps, PERIOD), tick)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([(1, 2, 3), (2, 3), (1, 3, 4), (2, 5)]),
+       st.floats(0.0, 0.03))
+@settings(max_examples=40, deadline=None)
+def test_rows_after_some_cycles_of_the_controller_lie_on_its_cycles(seed, cycles, late):
+    rng = np.random.default_rng(seed)
+    tick = np.cumsum(rng.choice(cycles, 900))
+    stamps = PERIOD * (tick + late * rng.uniform(-1.0, 1.0, tick.size))
+    record = Record(time=stamps, q=rng.normal(size=(tick.size, 1)))
+    period = tick_period(record, STATED)
+    assert period == PERIOD
+    placed = on_ticks(record, period)
+    np.testing.assert_array_equal(np.flatnonzero(placed.valid), tick - tick[0])
+
+
+@pytest.mark.parametrize("controller", [
+    STATED, Controller(law="pd", kp=[40.0], kd=[2.0]), Controller(law="unknown")])
+def test_a_late_stamp_or_a_lost_row_is_no_other_period(controller):
+    rng = np.random.default_rng(4)
+    for steps in (1.0 + 0.2 * rng.standard_normal(2000), rng.choice([1, 1, 1, 2], 2000)):
+        record = Record(time=PERIOD * np.cumsum(np.abs(steps)), q=np.zeros((2000, 1)))
+        assert tick_period(record, controller) == record.sample_time
+
+
+def test_rows_of_a_machine_of_unknown_law_have_their_common_divisor():
+    steps = PERIOD * np.random.default_rng(3).choice([4, 6, 10], 2000)
+    record = Record(time=np.cumsum(steps), q=np.zeros((2000, 1)))
+    assert tick_period(record, Controller(law="unknown")) == pytest.approx(2 * PERIOD)
 
 
 def test_a_smooth_signal_is_bridged_along_a_curve_and_a_constant_one_is_held():

@@ -33,6 +33,15 @@ def make_log_with_gap(first, last, stride=1):
     return dataclasses.replace(make_log(np.sin(time) + noise), measured=measured, stride=stride)
 
 
+def make_uneven_log(seed=5, lost=0.02):
+    """The same, with a row after one to three ticks, of which some were lost."""
+    rng = np.random.default_rng(seed)
+    ticks = np.cumsum(rng.choice([1, 2, 3], SAMPLES))
+    measured = np.zeros(SAMPLES, bool)
+    measured[ticks[(ticks < SAMPLES) & (rng.random(SAMPLES) >= lost)]] = measured[0] = True
+    return dataclasses.replace(make_log_with_gap(0, 0), measured=measured)
+
+
 def problem_of(*logs):
     problem = make_problem([np.zeros((SAMPLES, 1))] * len(logs), held_out=0, period=PERIOD)
     return problem.with_log_list(logs)
@@ -123,3 +132,49 @@ def test_noise_round_the_loop_is_white_in_the_rows_of_a_slow_log(stride):
     white = np.concatenate([model.whitened(part, 0)[0] for part in np.split(
         noise[:length - length % SAMPLES], length // SAMPLES)])
     assert np.mean(white**2) == pytest.approx(1.0, rel=0.06)
+
+
+def test_rows_at_uneven_times_are_no_gaps():
+    log = make_uneven_log(lost=0.0)
+    assert (log.usual_step, log.gaps, log.shows_every_tick) == (3, [], False)
+    assert counted_rows(log, PERIOD).all()
+    lossy = make_uneven_log(lost=0.3)
+    assert lossy.gaps
+    assert all(behind - before > lossy.usual_step for before, behind in lossy.gaps)
+    assert 0.2 < counted_rows(lossy, PERIOD).mean() < 1.0
+
+
+def test_samples_of_uneven_rows_stand_for_the_ticks_up_to_the_next():
+    log = make_uneven_log()
+    values = np.arange(float(SAMPLES))
+    held = log.at_samples(values)
+    assert set(held) == set(log.sample_ticks) and np.all(held <= values)
+    every = make_log_with_gap(3000, 3050)
+    assert every.at_samples(values) is values
+
+
+def test_a_step_between_uneven_rows_may_have_come_at_any_tick():
+    log = make_uneven_log(lost=0.0)
+    at = next(int(a) for a, b in zip(log.sample_ticks, log.sample_ticks[1:]) if b - a == 3)
+    stepped = np.zeros((SAMPLES, 1))
+    stepped[at + 3:] = 0.1
+    model = residual_model(problem_of(dataclasses.replace(log, q_d=stepped)), JointModel(1),
+                           METHOD)
+    still = residual_model(problem_of(dataclasses.replace(log, q_d=0.0 * stepped)), JointModel(1),
+                           METHOD)
+    assert (model.initial_responses[0][0].shape[1]
+            == still.initial_responses[0][0].shape[1] + 1)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.02])
+def test_noise_round_the_loop_is_white_in_uneven_rows(lost):
+    rng, log = np.random.default_rng(2), make_uneven_log(lost=lost)
+    model = residual_model(problem_of(log), JointModel(1), METHOD)
+    assert model.noise(0, 0).sigma == pytest.approx(1e-4, rel=0.03)
+    white, runs = [], 60
+    for _ in range(runs):
+        drawn = 1e-4 * rng.standard_normal((SAMPLES, 1))
+        noise = lfilter(*model.problem.law.sensor_sensitivity(0, 0.5, 0.5), drawn)
+        white.append(model.whitened(log.bridged(noise), 0)[0])
+    counts = model.samples(white[0], 0, 0)
+    assert np.sum(np.square(white)) / (runs * counts) == pytest.approx(1.0, rel=0.12)
