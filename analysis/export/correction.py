@@ -102,6 +102,8 @@ class Correction:
         What the model corrects: the ``datasheet``, the user's ``simulator`` or ``loop``.
     verdict : str
         Of the diagnosis.
+    of_links : tuple of str
+        Effects whose load is the weight of the links, in the place of the torque of the motor.
     uncertainty : dict
         ``numbers`` that the logs leave uncertain, by key, and their ``covariance``.
 
@@ -114,6 +116,7 @@ class Correction:
     without_block: tuple[Mapping[str, Any], ...] = ()
     basis: str = "datasheet"
     verdict: str = "effect"
+    of_links: tuple[str, ...] = ()
     uncertainty: Mapping[str, Any] = dataclasses.field(
         default_factory=lambda: {"numbers": [], "covariance": []})
 
@@ -196,7 +199,7 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
                       tuple(_settings(plain["effects"], source)),
                       tuple(_settings(plain["of_law"], source)),
                       tuple(plain["without_block"]), plain["basis"], answer["verdict"],
-                      plain["uncertainty"])
+                      tuple(plain.get("of_links", ())), plain["uncertainty"])
 
 
 def _joint(plain: Mapping[str, Any]) -> Joint:

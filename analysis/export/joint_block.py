@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.analysis.gap.causes.friction import OF_LINKS
 from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.insertion import of_law
 from clie_blocks.labels import signals
@@ -43,6 +44,18 @@ OF_ROBOT = ("q_robot", "dq_robot", "u_robot")
 OUTPUTS = ("tau", "u_delivered", "tau_smooth", "friction_forward", "friction_backward",
            "q_measured")
 _MOTOR_SUBSTEPS = 5  # of a step in which motor and link move apart, as in the sampled robot
+
+
+@dataclasses.dataclass(frozen=True)
+class _BesideLinks(State):
+    """A joint whose links the simulator moves: what they load it with is an input."""
+
+    weight: np.ndarray
+
+    @property
+    def carried(self) -> np.ndarray:
+        """Torque that the gear carries, motor side."""
+        return self.weight
 
 
 def why_no_block(setting: Setting, joints: int) -> str:
@@ -76,6 +89,8 @@ class JointBlock:
         It also holds the viscous friction and the offset of the joint.
     joints : tuple of Joint
         All joints of the robot, where an effect reads them; `joint` is that at `k`.
+    of_links : tuple of str
+        Effects whose load is the weight of the links, less `tau_other`.
 
     """
 
@@ -86,6 +101,7 @@ class JointBlock:
     n: int = 1
     whole: bool = True
     joints: tuple[Joint, ...] = ()
+    of_links: tuple[str, ...] = ()
 
     @property
     def sees_robot(self) -> bool:
@@ -97,7 +113,8 @@ class JointBlock:
         """What the effects add, each delay with as many samples as it needs."""
         return [(setting.name, _long_enough(piece, self._values(setting), self.step))
                 for setting in self.effects
-                for piece in pieces_of(setting.effect,
+                for piece in pieces_of(OF_LINKS if setting.effect.name in self.of_links
+                                       else setting.effect,
                                        [p.name for p in setting.effect.parameters])]
 
     def _values(self, setting: Setting) -> dict[str, np.ndarray]:
@@ -181,8 +198,8 @@ class JointBlock:
         """Outputs, and every state one sample later."""
         p = _parameters(params, pieces)
         pieces = self._seen(pieces, u, p)
-        now = State(u[0:1] - p["zero"], u[1:2], p["command"] * u[2:3], t, self.step,
-                    no_links(1), np.array([self.joint.gear_ratio]))
+        now = _BesideLinks(u[0:1] - p["zero"], u[1:2], p["command"] * u[2:3], t, self.step,
+                           no_links(1), np.array([self.joint.gear_ratio]), -u[3:4] / p["torque"])
         motor = now
         if gear:
             fresh = memory["started"][0] < 0.5
@@ -243,7 +260,8 @@ class JointBlock:
 
 
 def joint_block(correction: Correction, k: int, step: float,
-                effects: Sequence[Setting] | None = None, whole: bool = True) -> JointBlock:
+                effects: Sequence[Setting] | None = None, whole: bool = True,
+                sees_links: bool = False) -> JointBlock:
     """Return the block of joint k.
 
     Parameters
@@ -258,12 +276,15 @@ def joint_block(correction: Correction, k: int, step: float,
         What it holds; by default everything that acts on the joint and that it can hold.
     whole : bool
         It also holds the viscous friction and the offset of the joint.
+    sees_links : bool
+        Its input `tau_other` holds the weight of the links.
 
     """
     n = len(correction.joints)
     held = effects if effects is not None else [
         one for one in correction.at(k) if not why_no_block(one, n)]
-    return JointBlock(correction.joints[k], tuple(held), step, k, n, whole, correction.joints)
+    return JointBlock(correction.joints[k], tuple(held), step, k, n, whole, correction.joints,
+                      correction.of_links if sees_links else ())
 
 
 def _at_joint(act: Callable[..., Any], k: int, robot: tuple[np.ndarray, ...],

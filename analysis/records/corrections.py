@@ -307,16 +307,19 @@ def _with_positions_read(seen: Examination, joints: Sequence[int]) -> Examinatio
 def _with_the_zero_of_the_file(seen: Examination) -> Examination:
     """Logs whose positions and references have another zero than the robot file states.
 
-    The law cannot show it, but every log then begins as far from its stated start.
+    The law cannot show it, but every log then begins as far from its stated start.  A reference
+    that begins there has the zero of the file: an encoder that is eccentric reads so, too.
     """
     offsets = start_offsets(seen.records, seen.robot)
-    if offsets is None or len(offsets) < 2 or any(r.qd is None for r in seen.records):
+    of_reference = start_offsets(seen.records, seen.robot, "qd")
+    if offsets is None or len(offsets) < 2 or of_reference is None:
         return seen
     step = seen.robot.encoder.resolution
     floor = np.maximum(SMALL_OFFSET, FEW_STEPS * (0.0 if step is None else step))
     shift = np.median(offsets, axis=0)
     spread = np.abs(offsets - shift).max(axis=0)
-    moved = (np.abs(shift) > floor) & (spread < SAME_OFFSET * np.abs(shift))
+    moved = ((np.abs(shift) > floor) & (spread < SAME_OFFSET * np.abs(shift))
+             & (np.median(np.abs(of_reference), axis=0) > SAME_OFFSET * np.abs(shift)))
     if not moved.any():
         return seen
     shift = np.where(moved, shift, 0.0)

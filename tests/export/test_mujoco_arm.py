@@ -8,6 +8,7 @@ import pytest
 from clie_blocks.analysis.export.c_target import export_c
 from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.analysis.gap.causes.friction import OF_LINKS
 from clie_blocks.robot_loop.links import planar_links
 from tests.export import robots
 
@@ -61,6 +62,29 @@ def test_the_bodies_of_a_model_couple_its_joints_as_stated_links_do(tmp_path, st
     alone = robots.reference((), q_d, inertia=whole + ROTOR, period=period)
     left = robots.rms(robots.in_mujoco(found, q_d, period) - expected)
     assert left < ALLOWED and left < robots.rms(expected - alone) / 100
+
+
+def test_friction_that_the_weight_of_the_links_makes_is_that_of_the_bodies(tmp_path):
+    """The diagnosis may take the links' weight as the load, and not the torque of the motor."""
+    own = tmp_path / "arm.xml"
+    own.write_text(ARM.format(step=1.25e-4).replace('gravity="0 0 0"', 'gravity="0 0 -9.81"'))
+    turning = OWN[1] + MASS[1] * COM[1] ** 2
+    outer = MASS[1] * (LENGTH[0] ** 2 + 2 * LENGTH[0] * COM[1])
+    whole = np.array([OWN[0] + MASS[0] * COM[0] ** 2 + outer + turning, turning])
+    joints = tuple(robots.joint(name=f"j{k + 1}", links_known=True, beside_links=ROTOR,
+                                inertia=whole[k] + ROTOR) for k in range(2))
+    links = dataclasses.replace(planar_links(
+        LENGTH, MASS, COM, OWN, g=9.81, bearing_damping=np.zeros(2), has_gravity=True,
+        has_coupling=True), diagonal=whole)
+    friction = robots.setting("load_dependent_friction", share=[0.2, 0.2], level=[0.0, 0.0])
+    of_links = dataclasses.replace(friction, effect=OF_LINKS)
+    q_d = both(1e-3)
+    expected, by_motor = (robots.reference((one,), q_d, inertia=whole + ROTOR, links=links)
+                          for one in (of_links, friction))
+    left = [robots.rms(robots.in_mujoco(export_mujoco(
+        Correction(joints, 1e-3, (friction,), of_links=names), own), q_d) - motion)
+        for names, motion in ((("load_dependent_friction",), expected), ((), by_motor))]
+    assert max(left) < ALLOWED and max(left) < robots.rms(expected - by_motor) / 10
 
 
 WHOLE_ROBOT = {

@@ -168,6 +168,17 @@ def test_a_zero_that_every_log_shows_is_that_of_the_file(logs, robot):
     assert examine(both, robot).corrections == ()
 
 
+def test_an_encoder_that_reads_off_the_start_of_its_reference_has_the_zero_of_the_file(
+        logs, robot):
+    """An eccentric disc does so in every log that begins at the same place."""
+    starts = {f"log-{k + 1}": Experiment(start=log.qd[0]) for k, log in enumerate(logs)}
+    stated = dataclasses.replace(robot, experiments=starts)
+    read = [log.replace(q=log.q - log.q[0] + log.qd[0] + np.array([0.0, 0.05, 0.0]), dq=None,
+                        tau=None) for log in logs]
+    law = [log.replace(u=_law(log, robot)) for log in read]
+    assert examine(of(stated, law), stated).corrections == ()
+
+
 def test_two_readings_of_one_log_stop_it(logs, robot):
     alike = dataclasses.replace(robot, controller=dataclasses.replace(
         robot.controller, kp=np.full(3, 20.0), kd=np.full(3, 4.0)))

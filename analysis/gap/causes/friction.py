@@ -51,13 +51,13 @@ def _load_probes(scene: Scene) -> list[Probe]:
                   ("level", "share"))]
 
 
-_OF_LINKS = dataclasses.replace(  # the load that the gear carries, in the place of the motor's
+OF_LINKS = dataclasses.replace(  # the load that the gear carries, in the place of the motor's
     LIBRARY["load_dependent_friction"],
     build=dry_friction(load_dependent_limits, inputs=("dq", "carried")))
 LOAD_DEPENDENT_FRICTION = (
     cause_of(LIBRARY["load_dependent_friction"], ("level", "share"), _load_probes,
              without=("coulomb", "share")),
-    cause_of(_OF_LINKS, ("level", "share"), _load_probes, without=("coulomb", "share"),
+    cause_of(OF_LINKS, ("level", "share"), _load_probes, without=("coulomb", "share"),
              variant="links", needs_links=True))
 
 

@@ -41,13 +41,15 @@ def correction(result: Result) -> dict[str, Any]:
     if only_differences(result):
         basis = "simulator" if result.problem.simulated else "loop"
     plain: dict[str, Any] = {"basis": basis, "not_exported": why, "period": result.problem.period,
-                             "joints": [], "effects": [], "of_law": [], "without_block": []}
+                             "joints": [], "effects": [], "of_links": [], "of_law": [],
+                             "without_block": []}
     if why is not None:
         return plain
     found, without = _settings(result)
     joints = _joints(result)
     named = law_settings(result.controller.named, result.problem.n)
     return plain | {"joints": joints, "effects": [_plain(one) for one in found],
+                    "of_links": _of_links(result),
                     "of_law": [_plain(one) for one in named], "without_block": without,
                     "uncertainty": uncertainty(result, _numbers)}
 
@@ -88,6 +90,12 @@ def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
         except ClieError as error:
             without.append({"effect": member.cause.name, "joints": joints, "why": str(error)})
     return found, without
+
+
+def _of_links(result: Result) -> list[str]:
+    """Effects whose load is the weight of the links, in the place of the torque of the motor."""
+    return [member.cause.name for member in result.model.hypothesis.members
+            if member.cause.variant == "links"]
 
 
 def _joints(result: Result) -> list[dict[str, Any]]:
