@@ -8,7 +8,11 @@ import pytest
 
 from clie_blocks.analysis.blind.imperfect.damages import DAMAGES
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh, were_opened
-from clie_blocks.analysis.blind.protocol.targets import compare, compare_with_targets
+from clie_blocks.analysis.blind.protocol.targets import (
+    CATALOGUE_TARGETS,
+    compare,
+    compare_with_targets,
+)
 from clie_blocks.analysis.blind.report import imperfect as imperfect_page
 from clie_blocks.analysis.blind.report.page import document
 from clie_blocks.analysis.blind.scoring import imperfect
@@ -16,9 +20,11 @@ from clie_blocks.analysis.blind.scoring.intervals import rate, summary
 from clie_blocks.analysis.blind.scoring.robustness import outcome_shares
 from clie_blocks.analysis.blind.scoring.score import VISIBLE
 from clie_blocks.analysis.report.render import markdown
+from clie_blocks.effects import LIBRARY
 from clie_blocks.output import to_json
 
 IMPERFECT = Path(__file__).resolve().parents[2] / "docs" / "blind" / "imperfect.json"
+CATALOGUE = IMPERFECT.parent / "catalogue" / "scoreboard.json"
 BOARD = Path(__file__).resolve().parents[2] / "docs" / "blind" / "scoreboard.json"
 
 
@@ -87,6 +93,38 @@ def test_the_page_shows_the_published_targets_and_the_readme_some_of_them(board)
     assert all(row in readme for row in rows[:len(board["targets"])])
     shown = [line for line in told.splitlines() if re.match(r"\| .* \| (yes|no) \|$", line)]
     assert len(shown) >= 5 and set(shown) <= set(rows)
+
+
+@pytest.fixture
+def catalogue_board():
+    if not CATALOGUE.is_file():
+        pytest.skip("no study of the catalogue is published in docs/blind")
+    return json.loads(CATALOGUE.read_text())
+
+
+def test_the_published_study_of_the_catalogue_is_complete(catalogue_board):
+    board = catalogue_board
+    assert are_fresh(board["seeds"]) and board["failed"] == []
+    assert board["trials"] == sum(board["kinds"].values()) == 89 * len(board["seeds"])
+    assert board["targets"] == compare_with_targets(board, CATALOGUE_TARGETS)
+    assert CATALOGUE.with_suffix(".md").read_text() == markdown(document(board))
+    assert set(LIBRARY) <= set(board["by_name"])
+
+
+def test_the_pages_tell_the_study_of_the_catalogue(catalogue_board):
+    board, told = catalogue_board, (BOARD.parents[1] / "how_often_right.md").read_text()
+    page = CATALOGUE.with_suffix(".md").read_text().splitlines()
+    for row in board["targets"]:
+        (line, *_) = [one.strip() for one in page if one.startswith(f"| {row['words']} |")]
+        assert line in told
+    first, unknown = board["top_1"], board["false_unknown"]
+    assert f"Of {board['trials']} further robots" in told
+    assert unknown["hits"] == 10 and f"ten of the {unknown['of']} robots" in told
+    low, high = first["interval"]
+    assert (f"{first['of']} robots with one effect of all names {first['rate']:.2f} ({low:.2f} to "
+            f"{high:.2f}) were named right") in " ".join(
+                (BOARD.parents[2] / "README.md").read_text().split())
+    assert board["false_alarm"]["hits"] == 0
 
 
 @pytest.fixture
