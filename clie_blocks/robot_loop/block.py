@@ -150,16 +150,15 @@ class LoopBlock:
 
     def initial_state(self, start: np.ndarray, speed: float | np.ndarray, values: Values,
                       law_state: np.ndarray | None = None) -> np.ndarray:
-        """State at a measured position [rad]: at rest, or moving at a speed [rad/s].
+        """State with the joints at a position [rad]: at rest, or moving at a speed [rad/s].
 
         A law of its own begins with a state that is given.
         """
         where, state = self.layout.slices, np.zeros(self.layout.size)
         if self.shape.law and law_state is not None:
             state[:self.layout.offset] = law_state
-        at_start = self._joint_at(start, values) if self.shape.two_encoders else start
         for name in ("q", "q_motor") if self.moves_apart else ("q",):
-            state[where[name]] = at_start
+            state[where[name]] = start
         for name, piece in self.pieces:
             if piece.port == "sensor" and piece.states:
                 state[where[name]] = np.tile(start, piece.states)
@@ -171,16 +170,20 @@ class LoopBlock:
                     speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
 
-    def _joint_at(self, start: np.ndarray, values: Values) -> np.ndarray:
-        """Position of the joint at which the law's encoder reads a start behind an uneven gear."""
-        if self.shape.encoder_on_motor:
-            return start
-        given = {**values, "start": start, "first": np.zeros(self.shape.n)}
+    def joint_at(self, measured: np.ndarray, values: Values) -> np.ndarray:
+        """Position of the joints at which the law's encoder reads one behind an uneven gear.
+
+        What an encoder itself adds is not undone: a log states where its robot stands.
+        """
+        between = tuple((name, piece) for name, piece in self._seen_by_law if piece.of_link)
+        if not between:
+            return measured
+        given = {**values, "start": measured, "first": np.zeros(self.shape.n)}
         memory, p, links = self._unpack(np.zeros(self.layout.size), given)
-        now = dataclasses.replace(self._now(0.0, memory, p, links), q=start)
+        now = dataclasses.replace(self._now(0.0, memory, p, links), q=measured)
         for _ in range(_INVERSIONS):
-            seen, _ = measured_position(now, memory, self._of_link, p)
-            now = dataclasses.replace(now, q=now.q + start - seen)
+            seen, _ = measured_position(now, memory, between, p)
+            now = dataclasses.replace(now, q=now.q + measured - seen)
         return now.q
 
     @functools.cached_property

@@ -20,7 +20,8 @@ def both_encoders(effect, encoder_on_motor, rows=400, **values):
               "kd": 9 * np.ones(1), "b": np.array([[1e3], [-1e3], [0.0]]),
               "a": np.array([[1.0], [0.0], [0.0]]),
               **{f"{effect.name}.{name}": value * np.ones(1) for name, value in values.items()}}
-    x, seen = loop.initial_state(np.zeros(1), 0.0, params), []
+    params["start"] = loop.joint_at(np.zeros(1), params)
+    x, seen = loop.initial_state(params["start"], 0.0, params), []
     for k in range(rows):
         u = np.array([0.5 * np.sin(8e-3 * k), 0.0, 0.0])
         seen.append(system.output(k * 1e-3, x, u, params))
@@ -56,3 +57,23 @@ def test_an_eccentric_disk_is_at_the_encoder_of_the_law(encoder_on_motor):
     law, other = both_encoders(LIBRARY["encoder_eccentricity"], encoder_on_motor, sine=5e-3,
                                order=9.0)
     np.testing.assert_allclose(law, other + 5e-3 * np.sin(9 * other), atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "values"), [
+    ("kinematic_error", {"sine": 5e-3, "cosine": 2e-2, "order": 9.0}),
+    ("ratio_error", {"error": 0.05}), ("coupled_joints", {"ratio": 0.2})])
+@pytest.mark.parametrize("two_encoders", [False, True])
+def test_a_robot_whose_encoder_reads_its_set_point_rests(name, values, two_encoders):
+    effect, goal = LIBRARY[name], np.array([0.7, -0.4])
+    pieces = tuple((name, piece) for piece in pieces_of(effect, list(values)))
+    loop = LoopBlock(Structure(2, 1e-3, no_links(2).layout, False, two_encoders=two_encoders),
+                     pieces, {name: tuple(values)})
+    system = loop.system
+    params = {**system.params, "first": np.zeros(2), "load": np.zeros(2), "kp": np.full(2, 40.0),
+              **{f"{name}.{key}": np.full(2, value) for key, value in values.items()}}
+    params["start"] = loop.joint_at(goal, params)
+    x, u = loop.initial_state(params["start"], 0.0, params), np.concatenate((goal, np.zeros(4)))
+    assert np.abs(params["start"] - goal).max() > 1e-3
+    for k in range(300):
+        np.testing.assert_allclose(system.output(k * 1e-3, x, u, params)[:2], goal, atol=1e-7)
+        x = system.dynamics(k * 1e-3, x, u, params)

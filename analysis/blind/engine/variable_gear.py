@@ -59,7 +59,10 @@ class VariableGear:
         """
         first, second = (x.ravel() for x in motor_per_link(q, self.p))
         self.model.actuator_gear[self.actuator, 0] = first * self.gear
-        self.model.dof_armature[self.motor] = first**2 * self.rotor + self.link
+        armature = first**2 * self.rotor + self.link
+        # of a body alone, centred on its axis, the engine never looks at the armature again
+        self.model.dof_M0[self.motor] += armature - self.model.dof_armature[self.motor]
+        self.model.dof_armature[self.motor] = armature
         self.model.dof_damping[self.motor] = first**2 * self.drag + self.bearing
         turning = (first * second * self.rotor * dq.ravel()**2).reshape(self.shape)
         return turning + (first.reshape(self.shape) - 1.0) * offset

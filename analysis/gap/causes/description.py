@@ -58,7 +58,7 @@ def _links_terms(links: Links, q: np.ndarray, dq: np.ndarray,
     return own, 0.0 * cross, gravity_torque(links, q) if links.has_gravity else np.zeros(links.n)
 
 
-def _difference(s: State, links: Links, q: np.ndarray) -> BodyTerms:
+def changed_links(s: State, links: Links, q: np.ndarray) -> BodyTerms:
     """Terms of other links, in another pose, less those of the stated ones, motor side."""
     pairs = zip(_links_terms(links, q, s.dq), _links_terms(s.links, s.q, s.dq))
     own, cross, torque = ((other - stated) / s.ratio for other, stated in pairs)
@@ -66,23 +66,23 @@ def _difference(s: State, links: Links, q: np.ndarray) -> BodyTerms:
 
 
 def _mass(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.links.with_changes(mass=p[CHANGE]), s.q)
+    return changed_links(s, s.links.with_changes(mass=p[CHANGE]), s.q)
 
 
 def _com(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.links.with_changes(com=p[CHANGE]), s.q)
+    return changed_links(s, s.links.with_changes(com=p[CHANGE]), s.q)
 
 
 def _length(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.links.with_changes(length=p[CHANGE]), s.q)
+    return changed_links(s, s.links.with_changes(length=p[CHANGE]), s.q)
 
 
 def _inertia(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.links.with_changes(inertia=p[CHANGE]), s.q)
+    return changed_links(s, s.links.with_changes(inertia=p[CHANGE]), s.q)
 
 
 def _zero(s: State, p: Values) -> BodyTerms:
-    return _difference(s, s.links, s.q + p[CHANGE])
+    return changed_links(s, s.links, s.q + p[CHANGE])
 
 
 def _geared_torque(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:

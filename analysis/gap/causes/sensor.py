@@ -1,6 +1,7 @@
 """Where to look for causes in the measured position."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from clie_blocks.analysis.gap.causes.cause import (
     Values,
     cause_of,
 )
+from clie_blocks.analysis.gap.causes.description import changed_links
 from clie_blocks.analysis.gap.causes.drive import LONGEST_DELAY, counts_motor_turns
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.delay import DelayLine, constant_delay
+from clie_blocks.rigid_body.scalars import times, total
 from clie_blocks.robot_loop.dynamics import Piece, State
 from clie_blocks.robot_loop.links import gravity_torque
 
@@ -71,11 +74,31 @@ def _push_of_link(s: State, p: Values) -> BodyTerms:
     return own, np.zeros((s.links.n, s.links.n)), torque
 
 
-def _as_effect(problem: Problem, values: Values) -> EffectValues:
-    """The effect, which leaves out what the motor feels."""
-    block = KINEMATIC_ERROR_FELT.block
-    return {"kinematic_error": {name: np.asarray(values[f"{block}.{name}"])
-                                for name in ("sine", "cosine", "order")}}
+def _pull_of_belt(s: State, p: Values) -> BodyTerms:
+    """What motors feel of links that move along with the joint before, beyond their own motion."""
+    n, coupling = s.links.n, s.links.motor_coupling
+    dragged = [[1.0 if i == k else p["ratio"][k] if i + 1 == k else 0.0 for i in range(n)]
+               for k in range(n)]
+    if coupling is not None:
+        dragged = [[total(*(times(c, row[i]) for c, row in zip(of_joint, dragged)))
+                    for i in range(n)] for of_joint in coupling]
+    links = dataclasses.replace(s.links, motor_coupling=tuple(map(tuple, dragged)))
+    own, cross, torque = changed_links(s, links, s.q)
+    bearing = [each.at_motors(each.bearing_damping * each.at_joints(s.dq)[0])
+               for each in (links, s.links)]
+    return own, cross, torque + (bearing[0] - bearing[1]) / s.ratio
+
+
+def _belt_probes(scene: Scene) -> list[Probe]:
+    return [Probe({"ratio": 1e-3 + 0 * scene.torque}, ("ratio",))] * (scene.problem.n > 1)
+
+
+def _as_effect(name: str, numbers: tuple[str, ...],
+               ) -> Callable[[Problem, Values], EffectValues]:
+    """The effect of a variant that is felt; the effect leaves out what the motor feels."""
+    def of_effect(problem: Problem, values: Values) -> EffectValues:
+        return {name: {number: np.asarray(values[f"{name}_felt.{number}"]) for number in numbers}}
+    return of_effect
 
 
 KINEMATIC_ERROR = cause_of(
@@ -85,14 +108,19 @@ KINEMATIC_ERROR_FELT = Cause(
     "kinematic_error", (*KINEMATIC_ERROR.pieces, Piece("body", _push_of_link)),
     (*KINEMATIC_ERROR.numbers, Number("link_inertia", "kg m^2", 0.0, 1e4, neutral=None,
                                       nuisance=True)),
-    _felt_probes, variant="felt", of_effect=_as_effect)
+    _felt_probes, variant="felt",
+    of_effect=_as_effect("kinematic_error", ("sine", "cosine", "order")))
 ENCODER_ECCENTRICITY = cause_of(
     LIBRARY["encoder_eccentricity"], ("sine", "cosine", "order"), _probes, fixed=("order",),
     within={"sine": (-_WORST, _WORST), "cosine": (-_WORST, _WORST)})
 COUPLED_JOINTS = cause_of(
     LIBRARY["coupled_joints"], ("ratio",),
-    lambda scene: [Probe({"ratio": 1e-3 + 0 * scene.torque}, ("ratio",))] * (scene.problem.n > 1),
+    lambda scene: [] if scene.problem.links.known else _belt_probes(scene),
     within={"ratio": (-1.5, 1.5)})
+COUPLED_JOINTS_FELT = Cause(
+    "coupled_joints", (*COUPLED_JOINTS.pieces, Piece("body", _pull_of_belt)),
+    COUPLED_JOINTS.numbers, _belt_probes, variant="felt", needs_links=True,
+    of_effect=_as_effect("coupled_joints", ("ratio",)))
 # A delayed encoder acts as a delayed drive until one joint pushes another: the push comes in time.
 ENCODER_DELAY = cause_of(
     dataclasses.replace(LIBRARY["time_delay"], port="sensor",

@@ -49,8 +49,11 @@ class LaneSimulator(Protocol):
     def for_delays(self, longest: float) -> LaneSimulator:
         """Return the simulator with delay lines for a longest delay [s]."""
 
-    def initial_state(self, log: Log, values: Values) -> np.ndarray:
-        """State at the first sample of a log."""
+    def joint_start(self, log: Log, values: Values) -> np.ndarray:
+        """Position of the joints at the first sample of a log [rad]."""
+
+    def initial_state(self, log: Log, start: np.ndarray, values: Values) -> np.ndarray:
+        """State at the first sample of a log, with the joints at a position [rad]."""
 
 
 def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], names: Sequence[str],
@@ -121,11 +124,12 @@ def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width
     """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
     filled = [*sets, *[sets[-1]] * (width - len(sets))]
     inputs, n = _inputs(log, dithered), simulator.shape.n
+    start = simulator.joint_start(log, sets[0])
     runs = simulator.program.batch(
         len(log) * simulator.shape.period, inputs=inputs,
-        initial_state=simulator.initial_state(log, sets[0]),
+        initial_state=simulator.initial_state(log, start, sets[0]),
         params={**{key: np.stack([values[key] for values in filled]) for key in sets[0]},
-                "start": log.start[None], "first": inputs[:1, 2 * n:3 * n]},
+                "start": start[None], "first": inputs[:1, 2 * n:3 * n]},
         log=signals(*names, n=n), every=every, threads=1)
     return runs.outputs[:len(sets)]
 

@@ -130,9 +130,13 @@ class Simulator:
     def check(self, log: Log) -> None:
         """A stated loop runs with any log; its fit shows whether it diverges."""
 
-    def initial_state(self, log: Log, values: Values) -> np.ndarray:
+    def joint_start(self, log: Log, values: Values) -> np.ndarray:
+        """Position of the joints at which their encoder reads the start of a log [rad]."""
+        return self.block.joint_at(log.start, values)
+
+    def initial_state(self, log: Log, start: np.ndarray, values: Values) -> np.ndarray:
         """State at the first sample of a log: at rest, or in its motion."""
-        return self.block.initial_state(log.start, log.speed, values, log.law_state)
+        return self.block.initial_state(start, log.speed, values, log.law_state)
 
     def for_delays(self, longest: float) -> Simulator:
         """Return the same simulator with delay lines that are long enough for a delay [s].

@@ -78,7 +78,7 @@ def test_a_delay_line_is_as_long_as_a_delay_needs(healthy, cause, samples):
     assert (chosen is simulator) == (samples > SHORT_DELAY_TAPS)
     with_full_line = np.stack(simulator.program.batch(
         len(log) * healthy.period, inputs=np.hstack([log.q_d, log.pe, log.dither]),
-        initial_state=simulator.initial_state(log, model.values), threads=1, log=["q"],
+        initial_state=simulator.initial_state(log, log.start, model.values), threads=1, log=["q"],
         params={**{key: value[None] for key, value in model.of_log(0).items()},
                 "start": log.start[None], "first": log.dither[:1]}).outputs)[..., :len(log)]
     np.testing.assert_allclose(model.positions(0, [model.values]), with_full_line, rtol=0,

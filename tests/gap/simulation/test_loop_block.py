@@ -32,7 +32,7 @@ def test_a_log_that_begins_in_motion_starts_with_its_velocity(healthy):
     simulator = hypothesis.simulator
     moving = dataclasses.replace(log, start=log.q[100], speed=0.3 * np.ones(healthy.n))
     state = simulator.block.layout.unpack(
-        simulator.initial_state(moving, hypothesis.of_log(0)))
+        simulator.initial_state(moving, moving.start, hypothesis.of_log(0)))
     np.testing.assert_array_equal(state["q"][0], log.q[100])
     np.testing.assert_array_equal(state["dq"][0], moving.speed)
     assert np.all(np.abs(state["law"][0]) > 0.0) and not np.any(state["sum"])
