@@ -119,6 +119,37 @@ def computed_torque(n: int, off: float, kp: float = 250.0, kd: float = 22.0) -> 
     return control_laws.computed_torque(arm, kp, kd, off)
 
 
+CARRIED, WIDTH = 0.05, 0.05  # N m, rad/s: dry friction that a law carries, by its velocity
+
+
+def pid_that_carries_friction(ki: float, kp: float = KP, kd: float = KD) -> Law:
+    """PID on the joint's velocity, which also carries some dry friction by its direction."""
+    plain = control_laws.pid(kp, ki, kd)
+    return lambda now: plain(now) + CARRIED * np.tanh(now.rate / WIDTH)
+
+
+def program_text(**gains: float) -> str:
+    """The same law as a user writes it, on the velocity that the drive measures."""
+    stated = {"kp": KP, "ki": 60.0, "kd": KD, "carried": CARRIED, **gains}
+    return f'''import control as ct
+import numpy as np
+
+
+def total(t, x, u, params):
+    return x + {PERIOD} * (u[:1] - u[1:2])
+
+
+def command(t, x, u, params):
+    q_d, q, dq = u[:1], u[1:2], u[2:]
+    return (params["kp"] * (q_d - q) + params["ki"] * total(t, x, u, params)
+            - params["kd"] * dq + params["carried"] * np.tanh(dq / {WIDTH}))
+
+
+controller = ct.nlsys(total, command, name="carrying", dt={PERIOD}, states=1, params={stated},
+                      inputs=["q_d[0]", "q[0]", "dq[0]"], outputs=["u[0]"])
+'''
+
+
 def robot_text(n: int, controller: str, gravity: bool = False, motor: str = "") -> str:
     """The robot file; datasheet numbers are the true ones."""
     def row(value: float) -> str:
@@ -151,6 +182,7 @@ class Robot:
     n: int = 1
     gravity: bool = False
     motor: str = ""
+    program: str = ""  # a law of the owner's, beside the robot file
     options: dict = dataclasses.field(default_factory=dict)
 
     def write(self, folder, effect: str = "", logs: int = 2, seconds: float = 8.0) -> None:
@@ -158,6 +190,8 @@ class Robot:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "robot.toml").write_text(
             robot_text(self.n, self.controller, self.gravity, self.motor))
+        if self.program:
+            (folder / "my_law.py").write_text(self.program)
         unit = "[duty]" if "servo" in self.controller else ""
         for seed in range(logs):
             log = run(self.law(), self.n, effect, seed + 1, seconds, self.gravity, **self.options)
@@ -172,6 +206,7 @@ def _of_servo(u: np.ndarray, dq: np.ndarray) -> np.ndarray:
     return K_T * (SUPPLY * u - K_T * dq) / OHM
 
 
+PROGRAM = 'law = "my_law.py:controller"\n' + RESOLUTION
 UNKNOWN = 'law = "unknown"\n' + RESOLUTION
 STATED_PD = PD_TEXT + RESOLUTION
 

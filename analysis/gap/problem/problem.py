@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.block_of_file import law_of_file
+from clie_blocks.analysis.gap.problem.drive_signals import with_drive_rest
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.locked_output import LockedError, Twist, is_locked, twists
@@ -157,7 +158,8 @@ class Problem:
             Take the logs as they are: correct nothing in them, and stop for nothing.
         law : control.InputOutputSystem, optional
             The control law as a block in discrete time, in place of that of the robot file:
-            inputs q_d[k], q[k] [rad] and, if it adds one, pe[k]; outputs u[k], as logged.
+            inputs q_d[k], q[k] [rad] and, if it takes them, pe[k], dq[k] [rad/s] and tau[k];
+            outputs u[k], as logged.
 
         Raises
         ------
@@ -427,7 +429,7 @@ def _begun(log: Log, law: StatedLaw) -> Log:
     if np.isnan(log.u).all():
         log = dataclasses.replace(log, u=law.commands(log))
     if isinstance(law, BlockLaw):
-        return with_law_state(with_initial_speed(log, law.period), law)
+        return with_law_state(with_drive_rest(with_initial_speed(log, law.period), law), law)
     return with_initial_state(log, law)
 
 

@@ -76,6 +76,11 @@ class Simulator:
         """Structure of the robot."""
         return self.block.shape
 
+    @property
+    def drive_inputs(self) -> int:
+        """Inputs of the loop for what the law reads of the drives."""
+        return self.shape.n * len(self.shape.law.reads) if self.shape.law else 0
+
     @functools.cached_property
     def program(self) -> CachedProgram | Program:
         """The compiled program; an earlier process may have compiled it."""
