@@ -217,18 +217,22 @@ def _velocity_in_steps(law: StatedLaw, log: Log) -> Callable[[np.ndarray], np.nd
 
 def _block_in_steps(law: BlockLaw, log: Log) -> Callable[[int, np.ndarray], np.ndarray]:
     state = law.rest if log.law_state is None else log.law_state
-    rate, reads, u = _velocity_in_steps(law, log), law.block.reads, np.zeros_like(log.start)
-    rest = np.zeros((len(log), 0)) if log.drive_rest is None else log.drive_rest
+    beyond = np.zeros_like(log.q) if log.drive_rest is None else log.drive_rest
+    rate, reads, sent = _velocity_in_steps(law, log), law.block.reads, np.zeros_like(log.start)
 
     def command(i: int, q: np.ndarray) -> np.ndarray:
-        nonlocal state, u
-        formed = {VELOCITY: rate(q), TORQUE: u}
-        of_drive = [formed[port] + beyond for port, beyond in zip(
-            reads, np.split(rest[i], max(1, len(reads))))]
+        nonlocal state, sent
+        of_drive = []
+        if VELOCITY in reads:
+            of_drive.append(rate(q) + beyond[i, :len(q)])
+        if TORQUE in reads:
+            recorded = log.u[i - 1] if i else 0.0
+            of_drive.append((sent - recorded) / np.array(law.block.scale)
+                            + log.of_drive[TORQUE][i])
         state, u = law.block.step(i * law.period, state, log.q_d[i], q, log.pe[i], law.parameters,
                                   *of_drive)
-        u = np.clip(u, -law.saturation, law.saturation)
-        return u
+        sent = np.clip(u, -law.saturation, law.saturation)
+        return sent
 
     return command
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -56,6 +57,7 @@ class Structure:
     two_encoders: bool = False
     law: SampledLaw | None = None
     supplied: bool = False
+    beside_record: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -69,7 +71,9 @@ class LoopBlock:
     A law of its own may read a velocity and a torque that the drive measures.  The velocity is
     that of the filter ``b, a`` of the position as it is read; the torque is the one that the drive
     gave in the sample before.  What the drive's measurements are beyond that are the inputs
-    ``noise_dq`` and ``noise_tau``.
+    ``noise_dq`` and ``noise_tau``.  Where the structure is `beside_record`, the torque that the
+    same drive gives for the commands of a record, the input ``recorded``, is taken off: with the
+    recorded torque as ``noise_tau``, the law reads that one where the commands are the recorded.
 
     Parameters
     ----------
@@ -94,6 +98,9 @@ class LoopBlock:
         rows = {} if law else {"law": 2}
         for port in law.reads if law else ():
             rows |= of_law[port]
+        if self.shape.beside_record:
+            rows |= {_of_record(name): count for name, count in
+                     rows_of_pieces(self._of_drive).items()}
         rows |= {"q": 1, "dq": 1, "sum": 1}
         if self.moves_apart:
             rows.update(q_motor=1, dq_motor=1)
@@ -139,6 +146,7 @@ class LoopBlock:
         """Names of the inputs."""
         reads = self.shape.law.reads if self.shape.law else ()
         return ("q_d", "pe", "noise", *(f"noise_{port}" for port in reads),
+                *(("recorded",) if self.shape.beside_record else ()),
                 *(("supply",) if self.shape.supplied else ()))
 
     @property
@@ -267,9 +275,27 @@ class LoopBlock:
                 read - self._first_read(now, p), memory["rate"], p["b"], p["a"])
             of_drive.append(rate + given["noise_dq"])
         if TORQUE in law.reads:
-            of_drive.append(memory["given"][0] + given["noise_tau"])
+            of_drive.append(memory["given"][0] / np.array(law.scale) + given["noise_tau"])
         after, command = law.step(now.t, memory["law"][0], q_d, read, pe, p[PARAMETERS], *of_drive)
         return limited(command, self.shape.clipped, p), (after, *of_filter)
+
+    def _read_next(self, now: State, torque: np.ndarray, given: Values, memory: Memory,
+                   p: Parameters) -> list[np.ndarray]:
+        """What the law reads of the drive's torque a sample later, with the memory of that."""
+        if "given" not in memory:
+            return []
+        if not self.shape.beside_record:
+            return [torque]
+        own = {name: memory[_of_record(name)] for name, _ in self._of_drive}
+        of_record, after = delivered_torque(
+            dataclasses.replace(now, u=given["recorded"]), own, self._of_drive, p)
+        kept = [after[name] for name, piece in self._of_drive if piece.states]
+        return [torque - of_record, *itertools.chain.from_iterable(kept)]
+
+    @functools.cached_property
+    def _of_drive(self) -> NamedPieces:
+        """Pieces of the drive."""
+        return tuple((name, piece) for name, piece in self.pieces if piece.port == "drive")
 
     def _first_read(self, now: State, p: Parameters) -> np.ndarray:
         """Position that the law reads at the first sample, where its velocity filter rests."""
@@ -292,7 +318,7 @@ class LoopBlock:
         move = move_apart if self.moves_apart else move_as_one
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
-        read_next = [torque] if "given" in memory else []
+        read_next = self._read_next(now, torque, given, memory, p)
         parts = [*of_law, *read_next, *motion[:2], memory["sum"][0] + q, *motion[2:]]
         if self.shape.two_encoders:
             other, of_other = self._other_position(now, memory, p)
@@ -300,6 +326,11 @@ class LoopBlock:
         for name, piece in self.pieces:
             parts += after[name] if piece.states else []
         return np.concatenate(parts)
+
+
+def _of_record(name: str) -> str:
+    """Name of the memory of a drive's block for the commands of a record."""
+    return f"{name}, recorded"
 
 
 def ramp_memory(speed: np.ndarray, b: np.ndarray, a: np.ndarray, period: float) -> np.ndarray:

@@ -90,15 +90,14 @@ class SampledLaw:
              ) -> tuple[np.ndarray, np.ndarray]:
         """Next state, and command with the excitation, of one sample.
 
-        What the drive measured comes last, in the order of `reads`: torques [N m], as all others.
+        What the drive measured comes last, in the order of `reads`: a torque in the unit of the
+        block's command.
         """
         from clie_blocks.compiled.frontend.symbol_arrays import array_of
 
         scale = np.array(self.scale)
         given = {REFERENCE: q_d, POSITION: q, EXCITATION: pe / scale,
                  **dict(zip(self.reads, of_drive, strict=True))}
-        if TORQUE in given:
-            given[TORQUE] = given[TORQUE] / scale
         after, u = self.function(t, x, array_of([given[port][k] for port, k in self.order]), p)
         return after, scale * u + (0.0 if self.takes_excitation else pe)
 
@@ -139,7 +138,7 @@ def sampled_law(block: InputOutputSystem, period: float,
     """Return a block of python-control as a law of the sampled loop.
 
     Ports: inputs q_d[k], q[k] [rad] and optionally pe[k] [N m] and, as the drive measures them,
-    dq[k] [rad/s] and tau[k] [N m]; outputs u[k] [N m].
+    dq[k] [rad/s] and tau[k] [as u]; outputs u[k].
 
     Parameters
     ----------
@@ -215,9 +214,6 @@ def _check_ports(block: InputOutputSystem) -> int:
         if name not in known:
             raise DiagramError(f"{block.name}: a law has no input {name!r}; "
                                f"{nearest(name, known)}. What else it needs it forms itself")
-    if TORQUE in inputs:
-        raise DiagramError(f"{block.name}: a law that reads a measured torque, tau[k], is not "
-                           "run; form the torque within the law, from its own commands")
     for name, kind, given in ((POSITION, "input", inputs), (COMMAND, "output", outputs)):
         if name not in given:
             raise DiagramError(f"{block.name}: the law has no {kind} {name!r}; its ports are the "

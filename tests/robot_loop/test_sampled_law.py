@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from clie_blocks.compiled import TraceError, compile_diagram
+from clie_blocks.effects import LIBRARY
 from clie_blocks.labels import DiagramError, signals
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.links import no_links
+from clie_blocks.robot_loop.pieces import pieces_of
 from clie_blocks.robot_loop.robot_loop import robot_loop
 from clie_blocks.robot_loop.sampled_law import sampled_law
 
@@ -98,6 +100,68 @@ def test_a_law_on_a_measured_velocity_in_the_loop_is_that_written_by_hand():
         end = speed + T * (u - damping * middle) / inertia
         q, speed = q + T / 2 * (speed + end), end
     np.testing.assert_allclose(run[:2, :steps].T, by_hand, rtol=1e-9, atol=1e-12)
+
+
+def around_torque():
+    """Proportional law whose torque an integral brings about, by what the drive measures."""
+    return ct.nlsys(
+        lambda t, x, u, params: x + 0.2 * (4.0 * (u[:1] - u[1:2]) - u[2:]),
+        lambda t, x, u, params: 4.0 * (u[:1] - u[1:2]) + x, name="around", dt=T, states=1,
+        inputs=["q_d[0]", "q[0]", "tau[0]"], outputs=["u[0]"])
+
+
+def test_a_law_reads_the_torque_that_a_weak_drive_gave_in_the_sample_before():
+    inertia, damping, steps = 2e-3, 5e-2, 300
+    loop = robot_loop(inertia, damping, 0.0, 0.0, T, law=around_torque(),
+                      effects=[LIBRARY["torque_gain_error"](error=-0.3)])
+    q_d = 0.3 * np.sin(9 * T * np.arange(steps))
+    noise_tau = 0.02 * np.random.default_rng(5).normal(size=steps)
+    zero = np.zeros(steps)
+    run = compile_diagram(loop).run(
+        steps * T, inputs=np.stack([q_d, zero, zero, noise_tau], axis=1)).outputs
+    q, speed, given, total, by_hand = 0.0, 0.0, 0.0, 0.0, []
+    for k in range(steps):
+        wanted = 4.0 * (q_d[k] - q)
+        by_hand.append((q, wanted + total))
+        total, given = total + 0.2 * (wanted - given - noise_tau[k]), 0.7 * (wanted + total)
+        middle = speed + T / 2 * (given - damping * speed) / inertia
+        end = speed + T * (given - damping * middle) / inertia
+        q, speed = q + T / 2 * (speed + end), end
+    np.testing.assert_allclose(run[:2, :steps].T, by_hand, rtol=1e-9, atol=1e-12)
+
+
+def test_a_loop_beside_its_own_record_reads_the_torque_of_the_record():
+    effect = LIBRARY["actuator_lag"](lag=4e-3)
+    law = sampled_law(around_torque(), T, [2.0])  # torques are logged per unit of command
+    pieces = [("lag", piece) for piece in pieces_of(effect.effect, ["lag"])]
+    links = no_links(1)
+    values = {key: np.ones(1) for key in ("kp", "kd", "ratio")} | {
+        "inertia": np.array([2e-3]), "damping": np.array([5e-2]), "saturation": np.array([9.0]),
+        "load": np.zeros(1), "start": np.zeros(1), "first": np.zeros(1),
+        "lag.lag": np.array([4e-3]),
+        "b": np.zeros((3, 1)), "a": np.zeros((3, 1)),
+        **{f"links.{name}": getattr(links, name) for name in links.parameters}}
+
+    def stepped(beside, *inputs):
+        """Commands, and torques that the drive gave before them, in each sample."""
+        shape = Structure(1, T, links.layout, False, law=law, beside_record=beside)
+        block = LoopBlock(shape, pieces, {"lag": ("lag",)}).block(values, "robot")
+        x, rows = np.zeros(block.nstates), []
+        for row in np.stack(inputs, axis=1):
+            rows.append((block.output(0.0, x, row)[1], x[block.state_labels.index("given[0]")]))
+            x = block.dynamics(0.0, x, row)
+        return np.transpose(rows)
+
+    t = T * np.arange(120)
+    q_d, offset, zero = 0.3 * np.sin(30 * t), 0.1 + 0.05 * np.cos(50 * t), 0.0 * t
+    u, given = stepped(False, q_d, zero, zero, offset)
+    assert np.std(given) > 0.2
+    again, beyond = stepped(True, q_d, zero, zero, given / 2.0 + offset, u)
+    np.testing.assert_allclose(again, u, rtol=1e-9, atol=1e-12)
+    assert np.abs(beyond).max() < 1e-12
+    other, _ = stepped(True, 1.1 * q_d, zero, zero, given / 2.0 + offset, u)
+    linear, _ = stepped(False, 1.1 * q_d, zero, zero, offset)
+    np.testing.assert_allclose(other, linear, rtol=1e-9, atol=1e-12)
 
 
 def test_a_transfer_function_without_states_of_its_own_is_a_law():

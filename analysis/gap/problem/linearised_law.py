@@ -56,7 +56,7 @@ class LawOnPositions:
             rate, after = formed_velocity(q - start, rows[:2], self.numerator, self.denominator)
             of_drive.append(rate)
         if TORQUE in self.block.reads:
-            of_drive.append(rows[-1])
+            of_drive.append(rows[-1] / np.array(self.block.scale))
         x, u = finite_step(self.block, z[:own], start, q, self.parameters, of_drive)
         given = [u] if TORQUE in self.block.reads else []
         return np.concatenate([x, *after, *given]), u

@@ -59,11 +59,11 @@ class Log:
     added : ndarray, shape (N, n), or float
         What of `pe` no excitation was: part of the recorded command that models follow [N m].
     of_drive : mapping
-        Velocity ``dq`` [rad/s] and torque ``tau`` [N m] that the drives measured, of shape (N, n),
-        where they were logged; a law of the user's own may read them.
+        Velocity ``dq`` [rad/s] and torque ``tau`` [as logged] that the drives measured, of shape
+        (N, n), where they were logged; a law of the user's own may read them.
     drive_rest, drive_dither : ndarray, shape (N, m), or None
-        What of the signals that such a law reads its models do not form, and what is noise above
-        all motion: inputs of their loop.
+        What such a law reads beyond what its models form, and what of it is noise above all
+        motion: inputs of their loop, see `drive_signals`.
     supply : ndarray, shape (N, n), or None
         Voltage of the drives over its nominal value, by which their torque grows; None where it
         was not logged, or the drives control their current.

@@ -107,6 +107,19 @@ def test_a_measured_velocity_is_linearised_as_models_form_it(corners):
     np.testing.assert_array_equal(np.concatenate(other), np.concatenate(feedback))
 
 
+def test_a_loop_around_the_torque_is_linearised_with_the_drive_of_a_model():
+    g, scale = 0.3, 2.5  # N m per unit of command, in which the torque is logged, too
+    block = ct.nlsys(
+        lambda t, x, u, params: x + g * (40.0 * (u[:1] - u[1:2]) - u[2:]),
+        lambda t, x, u, params: 40.0 * (u[:1] - u[1:2]) + x, name="around", dt=T, states=1,
+        inputs=["q_d[0]", "q[0]", "tau[0]"], outputs=["u[0]"])
+    law = block_law(sampled_law(block, T, [scale]), np.zeros(1), FREE, EXACT)
+    z = np.exp(1j * FREQUENCIES)
+    wanted = scale * 40.0 * (1 + g / (z - 1)) / (1 + g / (z * (z - 1)))
+    np.testing.assert_allclose(frequency_response(*law.feedback[0], FREQUENCIES), wanted,
+                               rtol=1e-6)
+
+
 def test_commands_on_a_measured_velocity_are_those_by_hand():
     law, (q, q_d) = law_of(on_velocity()), motion()
     dq = np.random.default_rng(1).normal(size=q.shape)  # of a drive, whatever q does

@@ -24,6 +24,7 @@ from law_robots import (  # noqa: E402
 )
 
 from clie_blocks import gap  # noqa: E402
+from clie_blocks.analysis.export.replay import law_in_steps  # noqa: E402
 from clie_blocks.analysis.gap.controller.check import check_controller  # noqa: E402
 from clie_blocks.errors import NotIdentifiableError  # noqa: E402
 
@@ -70,6 +71,15 @@ def test_a_velocity_in_degrees_is_read_by_its_unit(tmp_path):
         rows[:, 4] = np.degrees(rows[:, 4])
         np.savetxt(path, rows, "%.12g", ",", header=head.replace("dq1", "dq1[deg/s]"), comments="")
     assert check_controller(gap.read(tmp_path, run_law=True)).as_stated
+
+
+def test_an_exported_model_reads_what_models_form_without_the_noise_of_the_drive(tmp_path):
+    own_law().write(tmp_path, seconds=2.0)
+    problem = gap.read(tmp_path, run_law=True)
+    log, in_steps = problem.logs[0], law_in_steps(problem, problem.logs[0])
+    quiet = dataclasses.replace(log, of_drive={"dq": log.of_drive["dq"] - log.drive_dither})
+    np.testing.assert_allclose([in_steps(i, q) for i, q in enumerate(log.law_q)],
+                               problem.law.commands(quiet), atol=1e-4)
 
 
 def test_wrong_numbers_of_such_a_law_are_found(tmp_path):
