@@ -128,10 +128,11 @@ def computed_torque(n: int, off: float, kp: float = 250.0, kd: float = 22.0) -> 
 CARRIED, WIDTH = 0.05, 0.05  # N m, rad/s: dry friction that a law carries, by its velocity
 
 
-def pid_that_carries_friction(ki: float, kp: float = KP, kd: float = KD) -> Law:
+def pid_that_carries_friction(ki: float, kp: float = KP, kd: float = KD,
+                              carried: float = CARRIED) -> Law:
     """PID on the joint's velocity, which also carries some dry friction by its direction."""
     plain = control_laws.pid(kp, ki, kd)
-    return lambda now: plain(now) + CARRIED * np.tanh(now.rate / WIDTH)
+    return lambda now: plain(now) + carried * np.tanh(now.rate / WIDTH)
 
 
 TORQUE_RATE = 30.0  # 1/s, of a loop around the torque

@@ -49,7 +49,7 @@ class BlockLaw(StatedLaw):
 
     Beyond what a `StatedLaw` has: the `block` with its `parameters` (m,); `feedback` of each
     joint, C(z) from its position to less of its command, linearised with the joints at rest at
-    `pose` (n,) [rad]; and `rest` (states,), the state of the block there.
+    `pose` (n,) [rad] over a `width` [rad]; and `rest` (states,), the state of the block there.
     """
 
     block: SampledLaw = dataclasses.field(kw_only=True)
@@ -57,6 +57,7 @@ class BlockLaw(StatedLaw):
     rest: np.ndarray = dataclasses.field(kw_only=True)
     parameters: np.ndarray = dataclasses.field(kw_only=True)
     pose: np.ndarray = dataclasses.field(kw_only=True)
+    width: float = dataclasses.field(kw_only=True)
 
     @property
     def pd(self) -> StatedLaw:
@@ -71,9 +72,16 @@ class BlockLaw(StatedLaw):
 
     def with_parameters(self, parameters: np.ndarray) -> BlockLaw:
         """The law with other parameters."""
+        return self._again(parameters, self.width)
+
+    def over_motions(self) -> BlockLaw:
+        """The law linearised over motions, and not just at rest."""
+        return self._again(self.parameters, BEYOND_DEAD_BAND)
+
+    def _again(self, parameters: np.ndarray, width: float) -> BlockLaw:
         return block_law(self.block, self.pose, self.saturation, self.resolution,
                          self.measured_torque, parameters,
-                         (self.numerator[:, 0], self.denominator[:, 0]))
+                         (self.numerator[:, 0], self.denominator[:, 0]), width)
 
     def commands(self, log: LawLog) -> np.ndarray:
         """Commands of the law on the signals of a log, shape (N, n)."""
@@ -147,7 +155,8 @@ class BlockLaw(StatedLaw):
 def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
               resolution: np.ndarray, measured_torque: bool = False,
               parameters: np.ndarray | None = None,
-              velocity: tuple[np.ndarray, np.ndarray] | None = None) -> BlockLaw:
+              velocity: tuple[np.ndarray, np.ndarray] | None = None,
+              width: float = PERTURBATION) -> BlockLaw:
     """Law of a block, linearised at rest at a position.
 
     Parameters
@@ -165,6 +174,8 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
     velocity : tuple of ndarray, shape (3,), optional
         Filter ``b, a`` by which models form the velocity that the law reads of the drive; by
         default the difference of two samples.
+    width : float
+        Of positions and states, over which it is linearised.
 
     Raises
     ------
@@ -177,8 +188,8 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
             velocity or velocity_filter("difference", block.period))
     on_positions = LawOnPositions(block, parameters, b, a)
     rest = on_positions.at_rest(start)
-    for change in (PERTURBATION, BEYOND_DEAD_BAND):
-        feedback = on_positions.feedback(start, rest, change)
+    for over in (width, BEYOND_DEAD_BAND):
+        feedback = on_positions.feedback(start, rest, over)
         kp, kd = np.transpose([_nearest_pd(*each, block.period) for each in feedback])
         if np.any(kp):
             break
@@ -189,7 +200,7 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
     return BlockLaw(kp, kd, b, a, block.period, resolution,
                     saturation, variant="difference", measured_torque=measured_torque,
                     block=block, feedback=feedback, rest=rest[:block.states],
-                    parameters=parameters, pose=start)
+                    parameters=parameters, pose=start, width=over)
 
 
 def with_law_state(log: Log, law: Law) -> Log:

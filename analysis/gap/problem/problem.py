@@ -378,11 +378,23 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
             f"{shortest.name} has {shortest.sample_count()} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     fit, validation = _split(by_record, _held_out(records, held_out))
-    return Problem(
+    return _linearised_where_stable(Problem(
         fit, validation, law, nominal_model(robot, links, ratio, logs, law.period), links,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
-        records=tuple(records), robot=robot)
+        records=tuple(records), robot=robot))
+
+
+def _linearised_where_stable(problem: Problem) -> Problem:
+    """Problem whose law, if it pushes the joints along near rest, is linearised over motions.
+
+    A dry friction that the law carries by the direction of a velocity is steep at rest, where it
+    would be unstable without the friction.
+    """
+    if not isinstance(problem.law, BlockLaw) or is_stable(problem):
+        return problem
+    over_motions = dataclasses.replace(problem, law=problem.law.over_motions())
+    return over_motions if is_stable(over_motions) else problem
 
 
 def _held_out_of_free(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,

@@ -26,6 +26,7 @@ from law_robots import (  # noqa: E402
 from clie_blocks import gap  # noqa: E402
 from clie_blocks.analysis.export.replay import law_in_steps  # noqa: E402
 from clie_blocks.analysis.gap.controller.check import check_controller  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import is_stable  # noqa: E402
 from clie_blocks.errors import NotIdentifiableError  # noqa: E402
 
 LAG = 5e-3  # s, ten times what the difference of two samples is late
@@ -127,6 +128,17 @@ def test_friction_is_named_under_a_law_on_a_measured_velocity(tmp_path):
     first = diagnosis.to_dict()["effects"][0]
     assert first["effect"] == "coulomb" and diagnosis.controller.as_stated
     assert first["parameters"]["level"]["value"][0] == pytest.approx(FRICTION, rel=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["", "coulomb"])
+def test_a_law_that_pushes_the_joint_along_near_rest_hides_no_friction(tmp_path, effect):
+    carried = 0.1  # N m: at rest 2 N m s/rad, more than the law and the bearings damp
+    dataclasses.replace(own_law(carried=carried), law=lambda: pid_that_carries_friction(
+        60.0, carried=carried)).write(tmp_path, effect, logs=3)
+    problem = gap.read(tmp_path, run_law=True)
+    assert is_stable(problem)
+    assert gap.diagnose(problem).ranking[0].names[0] == (effect or "none")
 
 
 @pytest.mark.slow
