@@ -219,6 +219,17 @@ def test_a_law_that_breaks_the_contract_is_refused(block, message):
         sampled_law(block(), T)
 
 
+def test_a_law_whose_parts_need_each_other_at_once_is_refused_with_the_way_round():
+    inner = ct.nlsys(None, lambda t, x, u, params: u[:1] - 0.5 * u[1:2] - u[2:], name="inner",
+                     inputs=["q_d[0]", "dq[0]", "back"], outputs=["out"], dt=T)
+    outer = ct.nlsys(None, lambda t, x, u, params: 2.0 * u[:1] - u[1:], name="outer",
+                     inputs=["out", "q[0]"], outputs=["back"], dt=T)
+    law = ct.interconnect([inner, outer], inputs=["q_d[0]", "dq[0]", "q[0]"], outputs=["u[0]"],
+                          outlist=["outer.back"], name="law", dt=T)
+    with pytest.raises(DiagramError, match="algebraic loop: inner.out -> outer.back"):
+        sampled_law(law, T)
+
+
 @pytest.mark.parametrize(("output", "message"), [
     (lambda t, x, u, params: u[:1] if u[0] > 0 else -u[:1], "np.where"),
     (lambda t, x, u, params: 1 / 0 * u[:1], "ZeroDivisionError"),
