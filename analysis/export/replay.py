@@ -24,6 +24,8 @@ from clie_blocks.analysis.gap.report.joint_side import logged_command
 from clie_blocks.analysis.gap.report.mjcf import turn
 from clie_blocks.errors import ClieError, DivergedError, RecordError
 from clie_blocks.robot_loop.block import ramp_memory
+from clie_blocks.robot_loop.dynamics import formed_velocity
+from clie_blocks.robot_loop.sampled_law import TORQUE, VELOCITY
 from clie_blocks.user_files import run_file
 
 if TYPE_CHECKING:
@@ -193,31 +195,44 @@ def law_in_steps(problem: Problem, log: Log) -> Callable[[int, np.ndarray], np.n
                         "the model")
     if isinstance(law, BlockLaw):
         return _block_in_steps(law, log)
-    n = problem.n
-    memory = ramp_memory(np.broadcast_to(log.speed, (n,)) * 1.0, law.numerator, law.denominator,
-                         law.period).reshape(2, n)
-    start = log.start
+    rate = _velocity_in_steps(law, log)
+    return lambda i, q: law.command(log.q_d[i] - q, rate(q), log.pe[i])
 
-    def command(i: int, q: np.ndarray) -> np.ndarray:
-        nonlocal start
-        if i == 0:
-            start = q
-        x = q - start
-        rate = law.numerator[0] * x + memory[0]
-        memory[0] = law.numerator[1] * x - law.denominator[1] * rate + memory[1]
-        memory[1] = law.numerator[2] * x - law.denominator[2] * rate
-        return law.command(log.q_d[i] - q, rate, log.pe[i])
 
-    return command
+def _velocity_in_steps(law: StatedLaw, log: Log) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the velocity filter of a law as a function of the position at the next sample."""
+    memory = list(ramp_memory(np.broadcast_to(log.speed, log.start.shape) * 1.0, law.numerator,
+                              law.denominator, law.period).reshape(2, -1))
+    start = None
+
+    def rate(q: np.ndarray) -> np.ndarray:
+        nonlocal start, memory
+        start = q if start is None else start
+        formed, after = formed_velocity(q - start, memory, law.numerator, law.denominator)
+        memory = list(after)
+        return formed
+
+    return rate
 
 
 def _block_in_steps(law: BlockLaw, log: Log) -> Callable[[int, np.ndarray], np.ndarray]:
     state = law.rest if log.law_state is None else log.law_state
+    beyond = np.zeros_like(log.q) if log.drive_rest is None else log.drive_rest
+    rate, reads, sent = _velocity_in_steps(law, log), law.block.reads, np.zeros_like(log.start)
 
     def command(i: int, q: np.ndarray) -> np.ndarray:
-        nonlocal state
-        state, u = law.block.step(i * law.period, state, log.q_d[i], q, log.pe[i], law.parameters)
-        return np.clip(u, -law.saturation, law.saturation)
+        nonlocal state, sent
+        of_drive = []
+        if VELOCITY in reads:
+            of_drive.append(rate(q) + beyond[i, :len(q)])
+        if TORQUE in reads:
+            recorded = log.u[i - 1] if i else 0.0
+            of_drive.append((sent - recorded) / np.array(law.block.scale)
+                            + log.of_drive[TORQUE][i])
+        state, u = law.block.step(i * law.period, state, log.q_d[i], q, log.pe[i], law.parameters,
+                                  *of_drive)
+        sent = np.clip(u, -law.saturation, law.saturation)
+        return sent
 
     return command
 

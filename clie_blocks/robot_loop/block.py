@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -21,13 +22,14 @@ from clie_blocks.robot_loop.dynamics import (
     State,
     Values,
     delivered_torque,
+    formed_velocity,
     law_command,
     limited,
     measured_position,
 )
 from clie_blocks.robot_loop.links import Layout, Links
 from clie_blocks.robot_loop.motion import move_apart, move_as_one
-from clie_blocks.robot_loop.sampled_law import PARAMETERS, SampledLaw
+from clie_blocks.robot_loop.sampled_law import PARAMETERS, TORQUE, VELOCITY, SampledLaw
 from clie_blocks.robot_loop.state_layout import StateLayout, rows_of_pieces
 
 if TYPE_CHECKING:
@@ -55,6 +57,7 @@ class Structure:
     two_encoders: bool = False
     law: SampledLaw | None = None
     supplied: bool = False
+    beside_record: bool = False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -64,6 +67,13 @@ class LoopBlock:
     A further input ``supply`` scales what the drives make of a command, as the voltage of a motor
     without current control does.  With two encoders ``other`` and its sum, ``sum_other``, follow:
     the position that the other encoder sees.
+
+    A law of its own may read a velocity and a torque that the drive measures.  The velocity is
+    that of the filter ``b, a`` of the position as it is read; the torque is the one that the drive
+    gave in the sample before.  What the drive's measurements are beyond that are the inputs
+    ``noise_dq`` and ``noise_tau``.  Where the structure is `beside_record`, the torque that the
+    same drive gives for the commands of a record, the input ``recorded``, is taken off: with the
+    recorded torque as ``noise_tau``, the law reads that one where the commands are the recorded.
 
     Parameters
     ----------
@@ -84,7 +94,14 @@ class LoopBlock:
     def layout(self) -> StateLayout:
         """Memory of the law, motion, sum of the measured positions, memory of the pieces."""
         law = self.shape.law
-        rows = {**({} if law else {"law": 2}), "q": 1, "dq": 1, "sum": 1}
+        of_law = {VELOCITY: {"rate": 2}, TORQUE: {"given": 1}}
+        rows = {} if law else {"law": 2}
+        for port in law.reads if law else ():
+            rows |= of_law[port]
+        if self.shape.beside_record:
+            rows |= {_of_record(name): count for name, count in
+                     rows_of_pieces(self._of_drive).items()}
+        rows |= {"q": 1, "dq": 1, "sum": 1}
         if self.moves_apart:
             rows.update(q_motor=1, dq_motor=1)
         if self.shape.two_encoders:
@@ -127,7 +144,10 @@ class LoopBlock:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the inputs."""
-        return ("q_d", "pe", "noise", *(("supply",) if self.shape.supplied else ()))
+        reads = self.shape.law.reads if self.shape.law else ()
+        return ("q_d", "pe", "noise", *(f"noise_{port}" for port in reads),
+                *(("recorded",) if self.shape.beside_record else ()),
+                *(("supply",) if self.shape.supplied else ()))
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -165,8 +185,8 @@ class LoopBlock:
         if np.any(speed):
             for name in ("dq", "dq_motor") if self.moves_apart else ("dq",):
                 state[where[name]] = speed
-            if "law" in where:
-                state[where["law"]] = ramp_memory(
+            for name in where.keys() & {"law", "rate"}:
+                state[where[name]] = ramp_memory(
                     speed * np.ones(self.shape.n), values["b"], values["a"], self.shape.period)
         return state
 
@@ -208,7 +228,7 @@ class LoopBlock:
         joint = self._now(t, memory, p, links)
         now = self._at_encoder(joint, memory)
         q, _ = measured_position(now, memory, self._seen_by_law, p)
-        command, _ = self._command(now, q, u, memory, p)
+        command, _ = self._command(now, q, self._given(u), memory, p)
         if not self.shape.two_encoders:
             return np.concatenate((q, command, memory["sum"][0]))
         other, _ = self._other_position(joint, memory, p)
@@ -240,18 +260,52 @@ class LoopBlock:
         (q_motor,), (dq_motor,) = memory["q_motor"], memory["dq_motor"]
         return dataclasses.replace(now, q=q_motor, dq=dq_motor)
 
-    def _command(self, now: State, q: np.ndarray, u: np.ndarray, memory: Memory, p: Parameters,
+    def _given(self, u: np.ndarray) -> dict[str, np.ndarray]:
+        """Inputs by name, shape (n,) each."""
+        n = self.shape.n
+        return {name: u[k * n:(k + 1) * n] for k, name in enumerate(self.inputs)}
+
+    def _command(self, now: State, q: np.ndarray, given: Values, memory: Memory, p: Parameters,
                  ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """Command of the law for a measured position, and its memory one sample later."""
-        n, law = self.shape.n, self.shape.law
-        q_d, pe, read = u[:n], u[n:2 * n], q + u[2 * n:3 * n]
-        if law:
-            after, command = law.step(now.t, memory["law"][0], q_d, read, pe, p[PARAMETERS])
-            return limited(command, self.shape.clipped, p), (after,)
+        law, q_d, pe, read = self.shape.law, given["q_d"], given["pe"], q + given["noise"]
+        if law is None:
+            return law_command(read, q_d, pe, memory["law"], self._first_read(now, p),
+                               self.shape.clipped, p)
+        of_drive, of_filter = [], ()
+        if VELOCITY in law.reads:
+            rate, of_filter = formed_velocity(
+                read - self._first_read(now, p), memory["rate"], p["b"], p["a"])
+            of_drive.append(rate + given["noise_dq"])
+        if TORQUE in law.reads:
+            of_drive.append(memory["given"][0] / np.array(law.scale) + given["noise_tau"])
+        after, command = law.step(now.t, memory["law"][0], q_d, read, pe, p[PARAMETERS], *of_drive)
+        return limited(command, self.shape.clipped, p), (after, *of_filter)
+
+    def _read_next(self, now: State, torque: np.ndarray, given: Values, memory: Memory,
+                   p: Parameters) -> list[np.ndarray]:
+        """What the law reads of the drive's torque a sample later, with the memory of that."""
+        if "given" not in memory:
+            return []
+        if not self.shape.beside_record:
+            return [torque]
+        own = {name: memory[_of_record(name)] for name, _ in self._of_drive}
+        of_record, after = delivered_torque(
+            dataclasses.replace(now, u=given["recorded"]), own, self._of_drive, p)
+        kept = [after[name] for name, piece in self._of_drive if piece.states]
+        return [torque - of_record, *itertools.chain.from_iterable(kept)]
+
+    @functools.cached_property
+    def _of_drive(self) -> NamedPieces:
+        """Pieces of the drive."""
+        return tuple((name, piece) for name, piece in self.pieces if piece.port == "drive")
+
+    def _first_read(self, now: State, p: Parameters) -> np.ndarray:
+        """Position that the law reads at the first sample, where its velocity filter rests."""
         at_rest = {name: [p["start"]] * piece.states for name, piece in self.pieces}
         start, _ = measured_position(
             dataclasses.replace(now, q=p["start"]), at_rest, self._seen_by_law, p)
-        return law_command(read, q_d, pe, memory["law"], start + p["first"], self.shape.clipped, p)
+        return start + p["first"]
 
     def _step(self, t: float, x: np.ndarray, u: np.ndarray, params: Values) -> np.ndarray:
         """State one period later: measure, command, hold, move."""
@@ -259,20 +313,27 @@ class LoopBlock:
         now = self._now(t, memory, p, links)
         seen = self._at_encoder(now, memory)
         q, of_sensor = measured_position(seen, memory, self._seen_by_law, p)
-        command, of_law = self._command(seen, q, u, memory, p)
-        supplied = command * u[3 * self.shape.n:] if self.shape.supplied else command
+        given = self._given(u)
+        command, of_law = self._command(seen, q, given, memory, p)
+        supplied = command * given["supply"] if self.shape.supplied else command
         torque, of_drive = delivered_torque(
             dataclasses.replace(now, u=supplied), memory, self.pieces, p)
         move = move_apart if self.moves_apart else move_as_one
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}
-        parts = [*of_law, *motion[:2], memory["sum"][0] + q, *motion[2:]]
+        read_next = self._read_next(now, torque, given, memory, p)
+        parts = [*of_law, *read_next, *motion[:2], memory["sum"][0] + q, *motion[2:]]
         if self.shape.two_encoders:
             other, of_other = self._other_position(now, memory, p)
             parts, after = [*parts, memory["sum_other"][0] + other], {**after, **of_other}
         for name, piece in self.pieces:
             parts += after[name] if piece.states else []
         return np.concatenate(parts)
+
+
+def _of_record(name: str) -> str:
+    """Name of the memory of a drive's block for the commands of a record."""
+    return f"{name}, recorded"
 
 
 def ramp_memory(speed: np.ndarray, b: np.ndarray, a: np.ndarray, period: float) -> np.ndarray:

@@ -124,11 +124,16 @@ def law_command(q: np.ndarray, q_d: np.ndarray, pe: np.ndarray, memory: Sequence
                 start: np.ndarray, clipped: bool, p: Parameters,
                 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Command of the sampled law, started at rest at a measured position, and its memory after."""
-    b, a, x = p["b"], p["a"], q - start
-    rate = b[0] * x + memory[0]
-    after = (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
+    rate, after = formed_velocity(q - start, memory, p["b"], p["a"])
     u = p["kp"] * (q_d - q) - p["kd"] * rate + pe
     return limited(u, clipped, p), after
+
+
+def formed_velocity(x: np.ndarray, memory: Sequence[np.ndarray], b: np.ndarray, a: np.ndarray,
+                    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Velocity that a filter ``b, a``, three rows each, forms of a position, and its memory."""
+    rate = b[0] * x + memory[0]
+    return rate, (b[1] * x - a[1] * rate + memory[1], b[2] * x - a[2] * rate)
 
 
 def limited(u: np.ndarray, clipped: bool, p: Parameters) -> np.ndarray:

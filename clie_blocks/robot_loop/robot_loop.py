@@ -54,7 +54,8 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
         Motor turns per joint turn, of the links.
     velocity_filter : tuple of array_like, optional
         Coefficients ``b, a`` of the filter from position to velocity, three values each; by
-        default the difference of two samples.
+        default the difference of two samples.  It also forms the velocity ``dq`` that a law of
+        its own reads.
     links : Links, optional
         Links that weigh or push each other, see `planar_links`.
     encoder_on_motor : bool
@@ -62,9 +63,11 @@ def robot_loop(inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike, kd: ArrayL
     effects : list of Setting
         Effects with their parameters.
     law : control.InputOutputSystem, optional
-        Any law in the place of PD, in discrete time: inputs q_d[k], q[k] [rad] and, if it adds
-        one, pe[k] [N m]; outputs u[k] [N m].  It begins with zero states; `kp`, `kd` and
-        `velocity_filter` are then of no account.
+        Any law in the place of PD, in discrete time: inputs q_d[k], q[k] [rad] and, if it takes
+        them, pe[k] [N m], dq[k] [rad/s] and tau[k] [N m], the torque that the drive gave in the
+        sample before; outputs u[k] [N m].  It begins with zero states; `kp` and `kd` are then of
+        no account.  A law that reads dq or tau gives the block the inputs noise_dq and noise_tau,
+        behind noise: what the drive's sensors add to them.
     supplied : bool
         The voltage of the drives over its nominal value is a fourth input, ``supply`` [1], by
         which their torque grows, and its limit with it: motors without current control.

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from clie_blocks.compiled.ir.parameters import Parameters
 
 REFERENCE, POSITION, EXCITATION, COMMAND = "q_d", "q", "pe", "u"
+VELOCITY, TORQUE = "dq", "tau"
+OF_DRIVE = (VELOCITY, TORQUE)  # what a drive measures, and a law may read beside the position
 LawFunction = Callable[[float | np.ndarray, np.ndarray, np.ndarray, np.ndarray],
                        tuple[np.ndarray, np.ndarray]]
 NONE = np.zeros(0)
@@ -77,26 +79,39 @@ class SampledLaw:
         """Whether the excitation is an input; else it is added to the command."""
         return any(port == EXCITATION for port, _ in self.order)
 
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """What it reads of the drive, some of `OF_DRIVE`."""
+        ports_of_law = {port for port, _ in self.order}
+        return tuple(port for port in OF_DRIVE if port in ports_of_law)
+
     def step(self, t: float | np.ndarray, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
-             pe: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Next state, and command with the excitation, of one sample."""
+             pe: np.ndarray, p: np.ndarray, *of_drive: np.ndarray,
+             ) -> tuple[np.ndarray, np.ndarray]:
+        """Next state, and command with the excitation, of one sample.
+
+        What the drive measured comes last, in the order of `reads`: a torque in the unit of the
+        block's command.
+        """
         from clie_blocks.compiled.frontend.symbol_arrays import array_of
 
         scale = np.array(self.scale)
-        given = {REFERENCE: q_d, POSITION: q, EXCITATION: pe / scale}
+        given = {REFERENCE: q_d, POSITION: q, EXCITATION: pe / scale,
+                 **dict(zip(self.reads, of_drive, strict=True))}
         after, u = self.function(t, x, array_of([given[port][k] for port, k in self.order]), p)
         return after, scale * u + (0.0 if self.takes_excitation else pe)
 
     @functools.cached_property
     def system(self) -> NonlinearIOSystem:
-        """The law as a block with the inputs q_d, q, pe and the output u."""
+        """The law as a block with the inputs q_d, q, pe and what it `reads`, and the output u."""
         import control as ct
 
         n = self.n
 
         def step(t: float, x: np.ndarray, u: np.ndarray, params: Mapping[str, np.ndarray],
                  ) -> tuple[np.ndarray, np.ndarray]:
-            return self.step(t, x, u[:n], u[n:2 * n], u[2 * n:], params.get(PARAMETERS, NONE))
+            q_d, q, pe, *of_drive = (u[k:k + n] for k in range(0, len(u), n))
+            return self.step(t, x, q_d, q, pe, params.get(PARAMETERS, NONE), *of_drive)
 
         def update(t: float, x: np.ndarray, u: np.ndarray,
                    params: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -108,15 +123,22 @@ class SampledLaw:
 
         return ct.nlsys(update, output, name="law", dt=self.period, states=self.states,
                         params={PARAMETERS: np.array(self.values)} if self.values else {},
-                        inputs=signals(REFERENCE, POSITION, EXCITATION, n=n),
+                        inputs=signals(REFERENCE, POSITION, EXCITATION, *self.reads, n=n),
                         outputs=signals(COMMAND, n=n))
+
+
+def read_of_drive(block: InputOutputSystem | None) -> tuple[str, ...]:
+    """What a block reads of the drives, some of `OF_DRIVE`."""
+    given = ports(block.input_labels) if block is not None else {}
+    return tuple(port for port in OF_DRIVE if port in given)
 
 
 def sampled_law(block: InputOutputSystem, period: float,
                 scale: Sequence[float] | np.ndarray | None = None) -> SampledLaw:
     """Return a block of python-control as a law of the sampled loop.
 
-    Ports: inputs q_d[k], q[k] [rad] and optionally pe[k] [N m]; outputs u[k] [N m].
+    Ports: inputs q_d[k], q[k] [rad] and optionally pe[k] [N m] and, as the drive measures them,
+    dq[k] [rad/s] and tau[k] [as u]; outputs u[k].
 
     Parameters
     ----------
@@ -187,17 +209,17 @@ def _names(parameters: Parameters) -> tuple[tuple[str, int], ...]:
 def _check_ports(block: InputOutputSystem) -> int:
     """Number of joints of a law with the right ports."""
     inputs, outputs = ports(block.input_labels), ports(block.output_labels)
-    known = (REFERENCE, POSITION, EXCITATION)
+    known = (REFERENCE, POSITION, EXCITATION, *OF_DRIVE)
     for name in inputs:
         if name not in known:
-            raise DiagramError(
-                f"{block.name}: a law has no input {name!r}; {nearest(name, known)}. A velocity "
-                "is formed within the law, from q, as the controller forms it")
+            raise DiagramError(f"{block.name}: a law has no input {name!r}; "
+                               f"{nearest(name, known)}. What else it needs it forms itself")
     for name, kind, given in ((POSITION, "input", inputs), (COMMAND, "output", outputs)):
         if name not in given:
             raise DiagramError(f"{block.name}: the law has no {kind} {name!r}; its ports are the "
-                               "inputs q_d[k], q[k] and, if it adds one, pe[k], and the outputs "
-                               f"u[k], one per joint; it has {', '.join([*inputs, *outputs])}")
+                               "inputs q_d[k], q[k] and, if it takes them, pe[k], dq[k] and "
+                               "tau[k], and the outputs u[k], one per joint; it has "
+                               f"{', '.join([*inputs, *outputs])}")
     n = len(outputs[COMMAND])
     for name, labels in [*inputs.items(), *outputs.items()]:
         if name != COMMAND and name in outputs:

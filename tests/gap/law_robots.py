@@ -23,7 +23,7 @@ from clie_blocks.analysis.blind.laws.run import Reference
 
 PERIOD, SUBSTEPS = 2e-3, 4  # s, steps of the engine per period
 NOISE, STEP = 2e-5, 1e-4  # rad, N m: of the encoder, and rounding of the command
-NOISE_OF_SPEED = 2e-3  # rad/s, of a drive that measures it
+NOISE_OF_SPEED, NOISE_OF_TORQUE = 2e-3, 1e-3  # rad/s, N m, of a drive that measures them
 ARMATURE, DAMPING, MASS, LENGTH = 0.05, 0.08, 0.4, 0.3  # kg m^2, N m s/rad, kg, m
 COM, G = LENGTH / 2, 9.81
 SPIN = MASS * LENGTH**2 / 12
@@ -61,8 +61,12 @@ def model_text(n: int, effect: str, gravity: bool) -> str:
 def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 8.0,
         gravity: bool = False, fastest: float = 1.6,
         torque: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda u, dq: u,
-        step: float = STEP, sensor_lag: float = 0.0) -> dict[str, np.ndarray]:
-    """Log of one experiment: time, q, u, qd; and dq, where a drive measures it behind a lag."""
+        step: float = STEP, sensor_lag: float = 0.0, senses_torque: bool = False,
+        ) -> dict[str, np.ndarray]:
+    """Log of one experiment: time, q, u, qd; and dq, where a drive measures it behind a lag.
+
+    A drive that senses its torque gives the law that of the sample before, and logs it as tau.
+    """
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(model_text(n, effect, gravity))
@@ -73,7 +77,7 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
     loose = [model.joint(f"joint{k}").qposadr[0] for k in range(n) if effect == "backlash"
              and k == 0]
     sent: list[np.ndarray] = [np.zeros(n)] * DELAY
-    last, rows, speed = None, [], np.zeros(n)
+    last, rows, speed, given = None, [], np.zeros(n), np.zeros(n)
     pole = np.exp(-PERIOD / SUBSTEPS / sensor_lag) if sensor_lag else 0.0
     for k in range(round(seconds / PERIOD)):
         q = data.qpos[motors].copy()
@@ -86,17 +90,19 @@ def run(law: Law, n: int = 1, effect: str = "", seed: int = 0, seconds: float = 
         if sensor_lag:
             rate = np.round(speed + NOISE_OF_SPEED * rng.normal(size=n), 5)
         now = Signals(q_d, dq_d, ddq_d, q, rate)
-        u = np.rint(law(now) / step) * step
+        tau = np.round(given + NOISE_OF_TORQUE * rng.normal(size=n), 6) if senses_torque else None
+        u = np.rint((law(now) if tau is None else law(now, tau)) / step) * step
         last = q
         sent.append(u)
         acting = sent[-1 - DELAY] if effect == "delay" else u
         for _ in range(SUBSTEPS):
-            data.ctrl[:] = torque(acting, data.qvel[motors])
+            data.ctrl[:] = given = torque(acting, data.qvel[motors])
             mujoco.mj_step(model, data)
             speed = pole * speed + (1.0 - pole) * data.qvel[motors]
-        rows.append(np.concatenate([[k * PERIOD], q, u, q_d, *([rate] if sensor_lag else [])]))
+        measured = [*([rate] if sensor_lag else []), *([tau] if senses_torque else [])]
+        rows.append(np.concatenate([[k * PERIOD], q, u, q_d, *measured]))
     table = np.array(rows)
-    names = ("q", "u", "qd", "dq") if sensor_lag else ("q", "u", "qd")
+    names = ("q", "u", "qd", *(["dq"] if sensor_lag else []), *(["tau"] if senses_torque else []))
     return {"time": table[:, 0], **{name: table[:, 1 + n * i:1 + n * (i + 1)]
                                     for i, name in enumerate(names)}}
 
@@ -117,6 +123,76 @@ def computed_torque(n: int, off: float, kp: float = 250.0, kd: float = 22.0) -> 
     every = np.ones(n)
     arm = Arm(MASS * every, LENGTH * every, ARMATURE * every, DAMPING * every, every, True)
     return control_laws.computed_torque(arm, kp, kd, off)
+
+
+CARRIED, WIDTH = 0.05, 0.05  # N m, rad/s: dry friction that a law carries, by its velocity
+
+
+def pid_that_carries_friction(ki: float, kp: float = KP, kd: float = KD,
+                              carried: float = CARRIED) -> Law:
+    """PID on the joint's velocity, which also carries some dry friction by its direction."""
+    plain = control_laws.pid(kp, ki, kd)
+    return lambda now: plain(now) + carried * np.tanh(now.rate / WIDTH)
+
+
+TORQUE_RATE = 30.0  # 1/s, of a loop around the torque
+
+
+def pd_around_torque(kp: float = KP, kd: float = KD) -> Callable[..., np.ndarray]:
+    """PD whose torque an integral brings about, by the torque that the drive senses."""
+    total = np.zeros(1)
+
+    def law(now: Signals, tau: np.ndarray) -> np.ndarray:
+        nonlocal total
+        wanted = kp * (now.q_d - now.q) - kd * now.rate
+        u = wanted + total
+        total = total + TORQUE_RATE * PERIOD * (wanted - tau)
+        return u
+
+    return law
+
+
+TORQUE_PROGRAM = f'''import control as ct
+import numpy as np
+
+
+def wanted(x, u, params):
+    q_d, q = u[:1], u[1:2]
+    return params["kp"] * (q_d - q) - params["kd"] * (q - x[1:]) / {PERIOD}
+
+
+def update(t, x, u, params):
+    return np.concatenate(
+        [x[:1] + params["rate"] * {PERIOD} * (wanted(x, u, params) - u[2:]), u[1:2]])
+
+
+controller = ct.nlsys(
+    update, lambda t, x, u, params: wanted(x, u, params) + x[:1], name="torque loop", dt={PERIOD},
+    states=2, params={{"kp": {KP}, "kd": {KD}, "rate": {TORQUE_RATE}}},
+    inputs=["q_d[0]", "q[0]", "tau[0]"], outputs=["u[0]"])
+'''
+
+
+def program_text(**gains: float) -> str:
+    """The same law as a user writes it, on the velocity that the drive measures."""
+    stated = {"kp": KP, "ki": 60.0, "kd": KD, "carried": CARRIED, **gains}
+    return f'''import control as ct
+import numpy as np
+
+
+def total(t, x, u, params):
+    return x + {PERIOD} * (u[:1] - u[1:2])
+
+
+def command(t, x, u, params):
+    q_d, q, dq = u[:1], u[1:2], u[2:]
+    return (params["kp"] * (q_d - q) + params["ki"] * total(t, x, u, params)
+            - params["kd"] * dq + params["carried"] * np.tanh(dq / {WIDTH}))
+
+
+controller = ct.nlsys(total, command, name="carrying", dt={PERIOD}, states=1, params={stated},
+                      inputs=["q_d[0]", "q[0]", "dq[0]"], outputs=["u[0]"])
+'''
 
 
 def robot_text(n: int, controller: str, gravity: bool = False, motor: str = "") -> str:
@@ -151,6 +227,7 @@ class Robot:
     n: int = 1
     gravity: bool = False
     motor: str = ""
+    program: str = ""  # a law of the owner's, beside the robot file
     options: dict = dataclasses.field(default_factory=dict)
 
     def write(self, folder, effect: str = "", logs: int = 2, seconds: float = 8.0) -> None:
@@ -158,6 +235,8 @@ class Robot:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "robot.toml").write_text(
             robot_text(self.n, self.controller, self.gravity, self.motor))
+        if self.program:
+            (folder / "my_law.py").write_text(self.program)
         unit = "[duty]" if "servo" in self.controller else ""
         for seed in range(logs):
             log = run(self.law(), self.n, effect, seed + 1, seconds, self.gravity, **self.options)
@@ -172,6 +251,7 @@ def _of_servo(u: np.ndarray, dq: np.ndarray) -> np.ndarray:
     return K_T * (SUPPLY * u - K_T * dq) / OHM
 
 
+PROGRAM = 'law = "my_law.py:controller"\n' + RESOLUTION
 UNKNOWN = 'law = "unknown"\n' + RESOLUTION
 STATED_PD = PD_TEXT + RESOLUTION
 

@@ -194,9 +194,11 @@ def _regression(log: Log, law: BlockLaw, parameters: np.ndarray, free: np.ndarra
     usable = (np.abs(log.u) < law.saturation) & known_samples(log, law)[:, None]
     weight = np.where(usable, 1.0 / limit, 0.0)[::every]
 
+    inputs = law.inputs_of(log)
+
     def changes(states: list[np.ndarray], of: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """What the first run leaves, and by how much the others differ from it."""
-        runs = law.run(log.law_q, log.q_d, log.pe, states, of, every)
+        runs = law.run(inputs, states, of, every)
         if not np.abs(runs).max(initial=0.0) < HUGE:  # or NaN
             return np.full(runs[0].size, DIVERGED), np.zeros((runs[0].size, len(runs) - 1))
         left = ((log.u[::every] - runs[0]) * weight).ravel()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.measured_velocity import filter_of
 from clie_blocks.analysis.gap.problem.nominal import stated_or
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw, block_law
 from clie_blocks.analysis.records import Robot
@@ -47,7 +48,8 @@ def as_law(block: NonlinearIOSystem, robot: Robot, period: float, pose: np.ndarr
         raise DiagramError(f"{law.name}: the law commands {law.n} joints, the robot has {n}")
     return block_law(law, pose, stated_or(controller.saturation, n, np.inf),
                      stated_or(controller.command_resolution, n, 0.0),
-                     controller.u_is == MEASURED)
+                     controller.u_is == MEASURED,
+                     velocity=filter_of(controller, period) if law.reads else None)
 
 
 def block_of_file(robot: Robot, period: float, links: Links,

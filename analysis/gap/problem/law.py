@@ -1,7 +1,7 @@
 """The control law of a problem: what the stages need of it, and the law of a robot file."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, Self
 
 import numpy as np
@@ -51,6 +51,10 @@ class LawLog(Protocol):
     @property
     def pe(self) -> np.ndarray:
         """Excitations, shape (N, n)."""
+
+    @property
+    def of_drive(self) -> Mapping[str, np.ndarray]:
+        """What the drives measured beside the position, by the port of a law that reads it."""
 
     @property
     def law_state(self) -> np.ndarray | None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.two_encoders import other_encoder
 from clie_blocks.linear_filters import high_pass
+from clie_blocks.robot_loop.sampled_law import OF_DRIVE
 
 LEAST_SAMPLES = 400  # of a log that can be diagnosed
 # Of the range of motion, between the stated start and the first sample of one run.
@@ -56,6 +58,12 @@ class Log:
         State of a law of the user's own at the first sample.
     added : ndarray, shape (N, n), or float
         What of `pe` no excitation was: part of the recorded command that models follow [N m].
+    of_drive : mapping
+        Velocity ``dq`` [rad/s] and torque ``tau`` [as logged] that the drives measured, of shape
+        (N, n), where they were logged; a law of the user's own may read them.
+    drive_rest, drive_dither : ndarray, shape (N, m), or None
+        What such a law reads beyond what its models form, and what of it is noise above all
+        motion: inputs of their loop, see `drive_signals`.
     supply : ndarray, shape (N, n), or None
         Voltage of the drives over its nominal value, by which their torque grows; None where it
         was not logged, or the drives control their current.
@@ -78,6 +86,9 @@ class Log:
     of_other_encoder: bool = False
     law_state: np.ndarray | None = None
     added: np.ndarray | float = 0.0
+    of_drive: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
+    drive_rest: np.ndarray | None = None
+    drive_dither: np.ndarray | None = None
     supply: np.ndarray | None = None
 
     def __len__(self) -> int:
@@ -199,7 +210,7 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
 
     A command that was not logged is NaN.
     """
-    dither = _dither(record.q, record.sample_time)
+    dither = noise_above_motion(record.q, record.sample_time)
     if stride > 1:
         record, dither = between_samples(record, stride), spread(dither, stride)
     at_rest = np.repeat(record.q[:1], len(record), axis=0)
@@ -212,6 +223,8 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
                start=record.q[0] if start is None else start, at_rest=start is not None,
                dither=dither, measured=None if record.valid.all() else record.valid,
                stride=stride, other_q=other_encoder(record),
+               of_drive={name: record.signal(name) for name in OF_DRIVE
+                         if getattr(record, name) is not None},
                supply=_relative_supply(record, robot))
 
 
@@ -234,6 +247,6 @@ def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | No
     return start
 
 
-def _dither(q: np.ndarray, period: float) -> np.ndarray:
-    """Part of the measured positions above all motion [rad]."""
-    return high_pass(q, 2, min(NOISE_CORNER, 0.2 / period), 1.0 / period)
+def noise_above_motion(x: np.ndarray, period: float) -> np.ndarray:
+    """Part of a measured signal above all motion."""
+    return high_pass(x, 2, min(NOISE_CORNER, 0.2 / period), 1.0 / period)

@@ -5,6 +5,9 @@
 A model has no such sensor.  It forms its velocity by the filter F(z) that comes nearest to the
 logged one, which gives its feedback the lag of the drive's; what no filter explains, r, was logged
 and is a known excitation.  So the law gives the logged commands exactly.
+
+A law of the user's own may do more with a velocity than damp it: there r is added to the velocity
+that a model forms, see `drive_signals`.
 """
 
 import dataclasses
@@ -15,10 +18,13 @@ import numpy as np
 from clie_blocks.analysis.gap.problem.initial_state import LEAST_INITIAL_SPEED
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.law import explained_rms
-from clie_blocks.analysis.records.control_law import control_law, gains, stated_variant
+from clie_blocks.analysis.records.control_law import gains, stated_variant
 from clie_blocks.analysis.records.replay import replay, sample_time
 from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 from clie_blocks.errors import ClieError
+from clie_blocks.linear_filters import lfilter
+from clie_blocks.robot_loop.sampled_law import VELOCITY, read_of_drive
 
 EXACT = "exact"
 CORNERS = 24  # of filters that are tried, evenly apart on a logarithmic scale
@@ -37,6 +43,12 @@ def with_measured_velocity(robot: Robot, records: Sequence[Record],
     are those of the law on the logged velocity and not on the stated one.
     """
     controller, records = robot.controller, list(records)
+    if VELOCITY in read_of_drive(controller.block):
+        formed = _nearest_filter(records[0], controller)
+        note = (f"The law reads the velocity dq that was logged; models form theirs by the filter "
+                f"that comes nearest to it, {_describe(formed)}, and get the rest as it was.")
+        return (dataclasses.replace(robot, controller=formed),
+                [record.noted(note) for record in records])
     if not _is_additive(controller) or not all(_has_all(log, controller) for log in records):
         return robot, records
     stated = stated_variant(controller)
@@ -104,12 +116,27 @@ def _rest(record: Record, controller: Controller) -> np.ndarray:
     The filter begins at rest, or where the robot moves as if it had come on a ramp.
     """
     period, dq = sample_time(record, controller), record.signal("dq")
-    law = control_law(controller, period)
     fastest = np.nanmax(np.abs(dq), axis=0)
     slope = np.where(np.abs(dq[0]) > LEAST_INITIAL_SPEED * fastest, dq[0], 0.0)
-    behind = period * np.arange(-law.settling, 0)
-    formed = law.rate(np.concatenate([record.q[0] + np.outer(behind, slope), record.q]))
-    return dq - formed[law.settling:]
+    return velocity_beyond(filter_of(controller, period), record.q, dq, slope, period)
+
+
+def filter_of(controller: Controller, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients of the filter by which models form a velocity that the law reads."""
+    return velocity_filter(stated_variant(controller) or "difference", period, controller.corners)
+
+
+def velocity_beyond(velocity: tuple[np.ndarray, np.ndarray], q: np.ndarray, dq: np.ndarray,
+                    slope: np.ndarray, period: float) -> np.ndarray:
+    """What of a measured velocity a filter does not give of the positions, shape (N, n) [rad/s].
+
+    Before the first sample the joints moved along a slope (n,) [rad/s].
+    """
+    b, a = velocity
+    forgotten = settling(a)
+    behind = period * np.arange(-forgotten, 0)
+    moved = np.concatenate([np.outer(behind, slope), q - q[0]])
+    return dq - lfilter(b, a, moved - moved[0])[forgotten:]
 
 
 def _with_rest(record: Record, controller: Controller) -> Record:

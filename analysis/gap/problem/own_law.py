@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.law import Filter, Law, LawLog, StatedLaw
+from clie_blocks.analysis.gap.problem.linearised_law import (
+    NEGLIGIBLE,
+    LawOnPositions,
+    finite_step,
+)
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.records.control_law import HALF_CIRCLE
 from clie_blocks.analysis.records.velocity_filter import NEVER_FORGETS, settling, velocity_filter
@@ -21,15 +27,13 @@ from clie_blocks.analysis.theory.sampled_loop import closed_loop, held_plant
 from clie_blocks.errors import ClieError
 from clie_blocks.labels import signals
 from clie_blocks.linear_filters import frequency_response
-from clie_blocks.robot_loop.sampled_law import COMMAND, PARAMETERS, SampledLaw
+from clie_blocks.robot_loop.sampled_law import COMMAND, PARAMETERS, VELOCITY, SampledLaw
 
 if TYPE_CHECKING:
     from clie_blocks.compiled.runtime.api import Batches
 
 PERTURBATION = 1e-6  # of states and positions, in the central differences of a linearisation
 BEYOND_DEAD_BAND = 0.1  # rad, likewise where smaller ones do not change the command
-NEGLIGIBLE = 1e-9  # of the largest entry of a linearisation: rounding of its differences
-AT_REST = 1e-7  # of the largest state, by which a state at rest may change
 LOWEST = 1.0  # rad/s, from which a law is compared with PD
 HIGHEST = 0.2  # rad per sample, up to which
 NOISE_OF_REFERENCE = 1e-9  # rad, by which a law's gain on it is measured
@@ -45,7 +49,7 @@ class BlockLaw(StatedLaw):
 
     Beyond what a `StatedLaw` has: the `block` with its `parameters` (m,); `feedback` of each
     joint, C(z) from its position to less of its command, linearised with the joints at rest at
-    `pose` (n,) [rad]; and `rest` (states,), the state of the block there.
+    `pose` (n,) [rad] over a `width` [rad]; and `rest` (states,), the state of the block there.
     """
 
     block: SampledLaw = dataclasses.field(kw_only=True)
@@ -53,6 +57,7 @@ class BlockLaw(StatedLaw):
     rest: np.ndarray = dataclasses.field(kw_only=True)
     parameters: np.ndarray = dataclasses.field(kw_only=True)
     pose: np.ndarray = dataclasses.field(kw_only=True)
+    width: float = dataclasses.field(kw_only=True)
 
     @property
     def pd(self) -> StatedLaw:
@@ -67,27 +72,49 @@ class BlockLaw(StatedLaw):
 
     def with_parameters(self, parameters: np.ndarray) -> BlockLaw:
         """The law with other parameters."""
+        return self._again(parameters, self.width)
+
+    def over_motions(self) -> BlockLaw:
+        """The law linearised over motions, and not just at rest."""
+        return self._again(self.parameters, BEYOND_DEAD_BAND)
+
+    def _again(self, parameters: np.ndarray, width: float) -> BlockLaw:
         return block_law(self.block, self.pose, self.saturation, self.resolution,
-                         self.measured_torque, parameters)
+                         self.measured_torque, parameters,
+                         (self.numerator[:, 0], self.denominator[:, 0]), width)
 
     def commands(self, log: LawLog) -> np.ndarray:
         """Commands of the law on the signals of a log, shape (N, n)."""
         state = self.rest if log.law_state is None else log.law_state
-        return self._limited(self.run(log.law_q, log.q_d, log.pe, [state])[0])
+        return self._limited(self.run(self.inputs_of(log), [state])[0])
 
     def replay(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float) -> np.ndarray:
         """Command on measured positions, from rest, shape (N, n)."""
-        return self._limited(self.run(q, q_d, pe, [self.rest])[0])
+        return self._limited(self.run(self.inputs(q, q_d, pe), [self.rest])[0])
 
-    def run(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float,
-            states: Sequence[np.ndarray], parameters: Sequence[np.ndarray] = (),
-            every: int = 1) -> np.ndarray:
+    def inputs_of(self, log: LawLog) -> np.ndarray:
+        """Inputs of the block in a log."""
+        return self.inputs(log.law_q, log.q_d, log.pe, log.of_drive)
+
+    def inputs(self, q: np.ndarray, q_d: np.ndarray, pe: np.ndarray | float = 0.0,
+               of_drive: Mapping[str, np.ndarray] = MappingProxyType({})) -> np.ndarray:
+        """Inputs of the block, from signals of shape (N, n).
+
+        Of what it reads of the drive, a velocity that was not measured is that of the velocity
+        filter, and a torque is zero.
+        """
+        formed = {VELOCITY: self.rate(q)} if VELOCITY in self.block.reads else {}
+        measured = [{**formed, **of_drive}.get(port, 0.0) for port in self.block.reads]
+        return np.hstack([np.broadcast_to(x, (len(q), len(self.kp)))
+                          for x in (q_d, q, pe, *measured)])
+
+    def run(self, inputs: np.ndarray, states: Sequence[np.ndarray],
+            parameters: Sequence[np.ndarray] = (), every: int = 1) -> np.ndarray:
         """Commands without the stated limits from first states, shape (runs, rows, n).
 
         Each run has a state and parameters of its own; of its samples one in `every` is kept.
         """
-        n, rows = len(self.kp), len(q)
-        inputs = np.hstack([np.broadcast_to(x, (rows, n)) for x in (q_d, q, pe)])
+        n, rows = len(self.kp), len(inputs)
         numbers = parameters or [self.parameters] * len(states)
         outputs = self._program.batch(
             rows * self.period, inputs=inputs, threads=1, log=signals(COMMAND, n=n), every=every,
@@ -109,7 +136,8 @@ class BlockLaw(StatedLaw):
         """RMS of the command over that of white noise in a reference (N, n), shape (n,)."""
         q_d = q_d[:STATE_SAMPLES]
         noise = NOISE_OF_REFERENCE * np.random.default_rng(0).normal(size=q_d.shape)
-        clean, noisy = (self.run(q_d, one, 0.0, [self.rest])[0] for one in (q_d, q_d + noise))
+        clean, noisy = (self.run(self.inputs(q_d, one), [self.rest])[0]
+                        for one in (q_d, q_d + noise))
         return np.sqrt(np.mean((noisy - clean) ** 2, axis=0)) / NOISE_OF_REFERENCE
 
     def _polynomials(self, k: int, inertia: float, damping: float,
@@ -126,7 +154,9 @@ class BlockLaw(StatedLaw):
 
 def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
               resolution: np.ndarray, measured_torque: bool = False,
-              parameters: np.ndarray | None = None) -> BlockLaw:
+              parameters: np.ndarray | None = None,
+              velocity: tuple[np.ndarray, np.ndarray] | None = None,
+              width: float = PERTURBATION) -> BlockLaw:
     """Law of a block, linearised at rest at a position.
 
     Parameters
@@ -141,6 +171,11 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
         The logged command is a measured torque.
     parameters : ndarray, shape (m,), optional
         Parameters of the block; by default its own.
+    velocity : tuple of ndarray, shape (3,), optional
+        Filter ``b, a`` by which models form the velocity that the law reads of the drive; by
+        default the difference of two samples.
+    width : float
+        Of positions and states, over which it is linearised.
 
     Raises
     ------
@@ -149,9 +184,12 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
 
     """
     parameters = np.array(block.values) if parameters is None else parameters
-    rest = _rest_state(block, start, parameters)
-    for change in (PERTURBATION, BEYOND_DEAD_BAND):
-        feedback = tuple(_linearised(block, start, rest, parameters, change))
+    b, a = (np.outer(side, np.ones(block.n)) for side in
+            velocity or velocity_filter("difference", block.period))
+    on_positions = LawOnPositions(block, parameters, b, a)
+    rest = on_positions.at_rest(start)
+    for over in (width, BEYOND_DEAD_BAND):
+        feedback = on_positions.feedback(start, rest, over)
         kp, kd = np.transpose([_nearest_pd(*each, block.period) for each in feedback])
         if np.any(kp):
             break
@@ -159,12 +197,10 @@ def block_law(block: SampledLaw, start: np.ndarray, saturation: np.ndarray,
         raise ClieError(f"{block.name}: no position changes the command of the law, so that "
                         "nothing holds the joints; state law = \"unknown\" for a robot without "
                         "feedback")
-    b, a = velocity_filter("difference", block.period)
-    one = np.ones(block.n)
-    return BlockLaw(kp, kd, np.outer(b, one), np.outer(a, one), block.period, resolution,
+    return BlockLaw(kp, kd, b, a, block.period, resolution,
                     saturation, variant="difference", measured_torque=measured_torque,
-                    block=block, feedback=feedback, rest=rest, parameters=parameters,
-                    pose=start)
+                    block=block, feedback=feedback, rest=rest[:block.states],
+                    parameters=parameters, pose=start, width=over)
 
 
 def with_law_state(log: Log, law: Law) -> Log:
@@ -175,14 +211,14 @@ def with_law_state(log: Log, law: Law) -> Log:
     if not isinstance(law, BlockLaw) or not law.block.states or not log.shows_every_tick:
         return log
     rows = slice(0, STATE_SAMPLES)
-    q, q_d, pe, u = (x[rows] for x in (log.law_q, log.q_d, log.pe, log.u))
+    u, inputs = log.u[rows], law.inputs_of(log)[rows]
     usable = np.abs(u) < law.saturation
     if log.measured is not None:
         usable &= log.measured[rows, None]
-    state, left = _likeliest_state(law, u, usable, q, q_d, pe), np.inf
+    state, left = _likeliest_state(law, u, usable, inputs), np.inf
     for _ in range(STATE_ROUNDS):
         steps = STATE_STEP * np.eye(law.block.states)
-        runs = law.run(q, q_d, pe, [state, *(state + steps)])
+        runs = law.run(inputs, [state, *(state + steps)])
         residual = (u - runs[0])[usable]
         if not residual @ residual < left:
             break
@@ -192,87 +228,20 @@ def with_law_state(log: Log, law: Law) -> Log:
     return dataclasses.replace(log, law_state=found if np.isfinite(left) else law.rest)
 
 
-def _likeliest_state(law: BlockLaw, u: np.ndarray, usable: np.ndarray, q: np.ndarray,
-                     q_d: np.ndarray, pe: np.ndarray) -> np.ndarray:
+def _likeliest_state(law: BlockLaw, u: np.ndarray, usable: np.ndarray,
+                     inputs: np.ndarray) -> np.ndarray:
     """State from which the search begins: at rest at the first sample, or just behind it.
 
     A law that began a sample ago has the first error for its last one.  Without that, the error's
     velocity would be so large that the command meets a limit, where nothing shows the state.
     """
-    at_rest = _rest_state(law.block, q[0], law.parameters)
-    states = [law.rest, at_rest]
+    q_d, q, _, *of_drive = np.split(inputs[0], 3 + len(law.block.reads))
+    on_positions = LawOnPositions(law.block, law.parameters, law.numerator, law.denominator)
+    states = [law.rest, on_positions.at_rest(q)[:law.block.states]]
     for _ in range(MOST_BEHIND if law.block.has_clock else 1):
-        states.append(_step(law.block, states[-1], q_d[0], q[0], law.parameters)[0])
-    left = [float(np.sum((u - run)[usable] ** 2)) for run in law.run(q, q_d, pe, states)]
+        states.append(finite_step(law.block, states[-1], q_d, q, law.parameters, of_drive)[0])
+    left = [float(np.sum((u - run)[usable] ** 2)) for run in law.run(inputs, states)]
     return states[int(np.argmin(left))]
-
-
-def _rest_state(block: SampledLaw, start: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-    """State that stays as it is while the joints rest at their references."""
-    from scipy.optimize import least_squares
-
-    def change(x: np.ndarray) -> np.ndarray:
-        return _step(block, x, start, start, parameters)[0] - x
-
-    zero = np.zeros(block.states)
-    if not block.states or not np.any(change(zero)):
-        return zero
-    columns = np.stack([change(unit) - change(zero) for unit in np.eye(block.states)], axis=1)
-    at_once = -np.linalg.lstsq(columns, change(zero), rcond=NEGLIGIBLE)[0]
-    if np.abs(change(at_once)).max() <= AT_REST * np.abs(at_once).max(initial=0.0):
-        return at_once
-    return least_squares(change, zero, xtol=1e-14, ftol=1e-14, gtol=1e-14).x
-
-
-def _step(block: SampledLaw, x: np.ndarray, q_d: np.ndarray, q: np.ndarray,
-          parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    with np.errstate(all="ignore"):
-        after, u = block.step(0.0, x, q_d, q, np.zeros(block.n), parameters)
-    if not (np.isfinite(after).all() and np.isfinite(u).all()):
-        raise ClieError(f"{block.name}: the law gives NaN or infinity with the joints at "
-                        f"{np.round(q, 6).tolist()} rad and the references at "
-                        f"{np.round(q_d, 6).tolist()} rad; keep roots, logarithms and divisions "
-                        "off zero")
-    return after, u
-
-
-def _linearised(block: SampledLaw, start: np.ndarray, rest: np.ndarray,
-                parameters: np.ndarray, h: float) -> list[Filter]:
-    """C(z) of each joint at rest: of the states that its position moves and its command reads."""
-    n, states = block.n, block.states
-
-    def both(x: np.ndarray, q: np.ndarray) -> np.ndarray:
-        return np.concatenate(_step(block, x, start, q, parameters))
-
-    by_state = [(both(rest + h * unit, start) - both(rest - h * unit, start)) / (2 * h)
-                for unit in np.eye(states)]
-    by_position = [(both(rest, start + h * unit) - both(rest, start - h * unit)) / (2 * h)
-                   for unit in np.eye(n)]
-    jacobian = np.transpose([*by_state, *by_position])
-    jacobian[np.abs(jacobian) < NEGLIGIBLE * np.abs(jacobian).max(initial=0.0)] = 0.0
-    a, b = jacobian[:states, :states], jacobian[:states, states:]
-    c, d = jacobian[states:, :states], jacobian[states:, states:]
-    return [_transfer(a, b[:, k], c[k], d[k, k]) for k in range(n)]
-
-
-def _transfer(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: float) -> Filter:
-    """Feedback ``-(d + c (z - a)^-1 b)`` in powers of 1/z, without states that take no part."""
-    used = _reached(a, b != 0) & _reached(a.T, c != 0)
-    a, b, c = a[np.ix_(used, used)], b[used], c[used]
-    denominator = np.real(np.poly(a)) if used.any() else np.ones(1)
-    numerator = np.real(np.poly(a - np.outer(b, c))) if used.any() else np.ones(1)
-    return -(numerator + (d - 1.0) * denominator), denominator
-
-
-def _reached(a: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """States that some first ones move, in any number of samples."""
-    reached = first
-    for _ in range(len(a)):
-        wider = reached | ((a != 0) @ reached)
-        if np.array_equal(wider, reached):
-            break
-        reached = wider
-    return reached
 
 
 def _nearest_pd(b: np.ndarray, a: np.ndarray, period: float) -> tuple[float, float]:

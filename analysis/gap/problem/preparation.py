@@ -14,6 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.command_unit import in_one_unit
+from clie_blocks.analysis.gap.problem.drive_signals import check_signals_of_law
 from clie_blocks.analysis.gap.problem.measured_velocity import with_measured_velocity
 from clie_blocks.analysis.gap.problem.ticks import on_ticks, tick_period
 from clie_blocks.analysis.gap.problem.what_u_is import UNSIGNED, as_u_is, has_sign
@@ -25,6 +26,7 @@ from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.replay import sample_time
 from clie_blocks.analysis.records.robot import MEASURED, Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
+from clie_blocks.robot_loop.sampled_law import read_of_drive
 
 Form = Callable[[Robot, Sequence[Record]], tuple[Robot, list[Record]]]
 
@@ -55,11 +57,13 @@ def prepare(robot: Robot, records: Sequence[Record]) -> tuple[Robot, list[Record
         If the logs are of several robots, or of one with several gains.
     NotIdentifiableError
         If a log has neither a command nor a reference: nothing then says what drove the machine.
+        Or if it lacks a signal that a law of the user's own reads.
 
     """
     _check_one_robot(robot, records)
     _check_samples(records)
     robot, records = as_u_is(robot, records)
+    check_signals_of_law(robot, records)
     records = [on_even_clock(record, robot.controller) for record in records]
     if robot.controller.law == "unknown":
         records = at_one_rate(records)
@@ -152,7 +156,7 @@ def on_even_clock(record: Record, controller: Controller) -> Record:
     if controller.law == "unknown" and period == record.sample_time:
         record = _resampled(record)
         period = record.sample_time
-    return on_ticks(record, period)
+    return on_ticks(record, period, read_of_drive(controller.block))
 
 
 def _resampled(record: Record) -> Record:

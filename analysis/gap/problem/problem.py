@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.block_of_file import law_of_file
+from clie_blocks.analysis.gap.problem.drive_signals import with_drive_rest
 from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.locked_output import LockedError, Twist, is_locked, twists
@@ -157,7 +158,8 @@ class Problem:
             Take the logs as they are: correct nothing in them, and stop for nothing.
         law : control.InputOutputSystem, optional
             The control law as a block in discrete time, in place of that of the robot file:
-            inputs q_d[k], q[k] [rad] and, if it adds one, pe[k]; outputs u[k], as logged.
+            inputs q_d[k], q[k] [rad] and, if it takes them, pe[k], dq[k] [rad/s] and tau[k];
+            outputs u[k], as logged.
 
         Raises
         ------
@@ -376,11 +378,23 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
             f"{shortest.name} has {shortest.sample_count()} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
     fit, validation = _split(by_record, _held_out(records, held_out))
-    return Problem(
+    return _linearised_where_stable(Problem(
         fit, validation, law, nominal_model(robot, links, ratio, logs, law.period), links,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
         resolution=stated_or(robot.encoder.resolution, robot.n, 0.0), joints=tuple(robot.joints),
-        records=tuple(records), robot=robot)
+        records=tuple(records), robot=robot))
+
+
+def _linearised_where_stable(problem: Problem) -> Problem:
+    """Problem whose law, if it pushes the joints along near rest, is linearised over motions.
+
+    A dry friction that the law carries by the direction of a velocity is steep at rest, where it
+    would be unstable without the friction.
+    """
+    if not isinstance(problem.law, BlockLaw) or is_stable(problem):
+        return problem
+    over_motions = dataclasses.replace(problem, law=problem.law.over_motions())
+    return over_motions if is_stable(over_motions) else problem
 
 
 def _held_out_of_free(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
@@ -427,7 +441,7 @@ def _begun(log: Log, law: StatedLaw) -> Log:
     if np.isnan(log.u).all():
         log = dataclasses.replace(log, u=law.commands(log))
     if isinstance(law, BlockLaw):
-        return with_law_state(with_initial_speed(log, law.period), law)
+        return with_law_state(with_drive_rest(with_initial_speed(log, law.period), law), law)
     return with_initial_state(log, law)
 
 

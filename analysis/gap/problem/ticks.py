@@ -85,10 +85,11 @@ def _share_at_ticks(steps: np.ndarray, period: float) -> float:
     return float(np.mean(np.abs(steps / period - count) <= OFF_TICK))
 
 
-def on_ticks(record: Record, period: float) -> Record:
+def on_ticks(record: Record, period: float, read: Sequence[str] = ()) -> Record:
     """Record with a row at every tick of its period [s]; itself where it is so already.
 
-    Rows that were filled in are not `valid`, and `segments` are the pieces.
+    Rows that were filled in are not `valid`, and `segments` are the pieces.  A row that lacks a
+    signal that the law has `read` does not count, either.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def on_ticks(record: Record, period: float) -> Record:
         If less than half of the samples can be used.
 
     """
-    known, usable = _rows(record)
+    known, usable = _rows(record, (*NEEDED, *read))
     if usable.all() and _is_even(record.time, period):
         return record
     pieces = [_piece(record, known & _between(known, rows), usable, period)
@@ -113,14 +114,14 @@ def on_ticks(record: Record, period: float) -> Record:
         *_sentences(valid, len(pieces)))
 
 
-def _rows(record: Record) -> tuple[np.ndarray, np.ndarray]:
+def _rows(record: Record, needed: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """Masks of the rows of which something is known, and of those that count.
 
     Of rows with one stamp the last counts.  A row that lacks a value keeps the others; one that
     is complete, and marked as invalid, says nothing.
     """
     complete = np.ones(len(record), bool)
-    for name in NEEDED:
+    for name in needed:
         signal = getattr(record, name)
         if signal is not None:
             complete &= np.isfinite(signal).all(axis=1)

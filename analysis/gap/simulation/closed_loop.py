@@ -22,7 +22,7 @@ from clie_blocks.errors import DivergedError
 from clie_blocks.robot_loop.block import LoopBlock, Structure
 from clie_blocks.robot_loop.dynamics import ActingCause, Values
 from clie_blocks.robot_loop.pieces import Late
-from clie_blocks.robot_loop.sampled_law import PARAMETERS
+from clie_blocks.robot_loop.sampled_law import PARAMETERS, TORQUE
 
 if TYPE_CHECKING:
     from clie_blocks.compiled import Program
@@ -33,11 +33,12 @@ SHORT_DELAY_TAPS = 20  # samples of a delay line that is long enough for most ro
 
 def structure(problem: Problem) -> Structure:
     """Return the structure of a problem."""
+    law = problem.law.block if isinstance(problem.law, BlockLaw) else None
     return Structure(problem.n, problem.period, problem.links.layout,
                      bool(np.isfinite(problem.law.saturation).all()),
-                     problem.encoder_on_motor, problem.two_encoders,
-                     problem.law.block if isinstance(problem.law, BlockLaw) else None,
-                     any(log.supply is not None for log in problem.logs))
+                     problem.encoder_on_motor, problem.two_encoders, law,
+                     any(log.supply is not None for log in problem.logs),
+                     beside_record=law is not None and TORQUE in law.reads)
 
 
 def constants(problem: Problem) -> dict[str, np.ndarray]:
@@ -75,6 +76,12 @@ class Simulator:
     def shape(self) -> Structure:
         """Structure of the robot."""
         return self.block.shape
+
+    @property
+    def drive_inputs(self) -> int:
+        """Inputs of the loop for what the law reads of the drives."""
+        reads = self.shape.law.reads if self.shape.law else ()
+        return self.shape.n * (len(reads) + self.shape.beside_record)
 
     @functools.cached_property
     def program(self) -> CachedProgram | Program:

@@ -135,9 +135,14 @@ def start_of(log: Log, simulated: Log, problem: Problem) -> np.ndarray:
 
 
 def with_positions(problem: Problem, logs: Sequence[Log]) -> Problem:
-    """Problem with the positions and starts of other logs, in the same order."""
-    return problem.with_log_list([dataclasses.replace(log, q=other.q, start=other.start)
-                                  for log, other in zip(problem.logs, logs)])
+    """Problem with the positions and starts of other logs, in the same order.
+
+    What was measured beside them goes with them.
+    """
+    return problem.with_log_list([
+        dataclasses.replace(log, q=other.q, start=other.start, of_drive=other.of_drive,
+                            drive_rest=other.drive_rest, drive_dither=other.drive_dither)
+        for log, other in zip(problem.logs, logs)])
 
 
 def identify_simulator(simulated: Problem, causes: Sequence[Cause], method: Method,
@@ -170,7 +175,9 @@ def with_noise_floor_of(simulated: Problem, problem: Problem) -> Problem:
 
 def without_noise(problem: Problem) -> Problem:
     """Problem whose models run without the measured noise."""
-    problem = problem.with_logs(lambda log: dataclasses.replace(log, dither=0.0 * log.dither))
+    problem = problem.with_logs(lambda log: dataclasses.replace(
+        log, dither=0.0 * log.dither,
+        drive_dither=None if log.drive_dither is None else 0.0 * log.drive_dither))
     return dataclasses.replace(problem, quiet=True)
 
 

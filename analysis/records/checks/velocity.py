@@ -90,8 +90,9 @@ def _delay(record: Record, k: int, at: np.ndarray, width: int) -> list[Finding]:
     return [Finding("warning", "velocity.late", f"Its velocity trails the position by "
                     f"{1e3 * trails * record.sample_time:.3g} ms ({trails:.1f} samples), as a "
                     "filtered one does.", "A lag in the velocity looks like inertia.",
-                    "The velocity is taken from the position; where the controller used this one, "
-                    "state its filter in [controller].", joint=record.joints[k])]
+                    "The velocity is taken from the position, but for a law that reads this one: "
+                    "state velocity_filter = \"exact\", or let a law of your own read dq[k].",
+                    joint=record.joints[k])]
 
 
 def _gear_ratio(robot: Robot | None, k: int) -> float | None:
