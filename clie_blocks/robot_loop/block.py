@@ -272,7 +272,8 @@ class LoopBlock:
         if law is None:
             return law_command(read, q_d, pe, memory["law"], self._first_read(now, p),
                                self.shape.clipped, p)
-        of_drive, of_filter = [], ()
+        of_drive: list[np.ndarray] = []
+        of_filter: tuple[np.ndarray, ...] = ()
         if VELOCITY in law.reads:
             rate, of_filter = formed_velocity(
                 read - self._first_read(now, p), memory["rate"], p["b"], p["a"])

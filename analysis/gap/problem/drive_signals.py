@@ -37,6 +37,8 @@ def check_signals_of_law(robot: Robot, records: Sequence[Record]) -> None:
 
     """
     block = robot.controller.block
+    if block is None:
+        return
     for port in read_of_drive(block):
         for record in records:
             if getattr(record, port) is None:

@@ -51,7 +51,8 @@ class LawOnPositions:
              ) -> tuple[np.ndarray, np.ndarray]:
         """Next state, and command, at a position beside the reference at which it started."""
         own, n = self.block.states, self.block.n
-        rows, of_drive, after = list(z[own:].reshape(-1, n)), [], []
+        rows, of_drive = list(z[own:].reshape(-1, n)), []
+        after: tuple[np.ndarray, ...] = ()
         if VELOCITY in self.block.reads:
             rate, after = formed_velocity(q - start, rows[:2], self.numerator, self.denominator)
             of_drive.append(rate)
