@@ -12,6 +12,7 @@ from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate
 from clie_blocks.analysis.gap.search.event_times import refit_event_times
+from clie_blocks.analysis.gap.search.wave_orders import refit_orders
 
 
 def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate], finalists: int,
@@ -34,7 +35,7 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
         finished.sort(key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
-    return [refit_event_times(one, residuals)
+    return [refit_orders(refit_event_times(one, residuals), residuals)
             if explains_fair_share(one, nominal, method) and not residuals.is_out_of_time else one
             for one in finished] + [one for one in order if one not in to_finish]
 
