@@ -121,8 +121,8 @@ def test_the_pages_tell_the_study_of_the_catalogue(catalogue_board):
     assert f"Of {board['trials']} further robots" in told
     assert unknown["hits"] == 10 and f"ten of the {unknown['of']} robots" in told
     low, high = first["interval"]
-    assert (f"{first['of']} robots with one effect of all names {first['rate']:.2f} ({low:.2f} to "
-            f"{high:.2f}) were named right") in " ".join(
+    assert (f"{first['rate']:.2f} ({low:.2f} to {high:.2f}) of {first['of']} robots with one "
+            "effect were named right") in " ".join(
                 (BOARD.parents[2] / "README.md").read_text().split())
     assert board["false_alarm"]["hits"] == 0
 
