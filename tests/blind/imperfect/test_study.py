@@ -200,10 +200,10 @@ def test_answers_do_not_show_where_the_study_lies(monkeypatch, tmp_path):
 @pytest.mark.slow
 @pytest.mark.timeout(1500)  # two processes of its own beside those of the other tests
 def test_a_small_study_of_imperfect_logs_holds(tmp_path):
-    """Twelve fixed trials; what may be lost before somebody looks."""
-    main(["--imperfect", "--trials", "12", "--seed", "9012", "--jobs", "2", "-o", str(tmp_path)])
+    """Four fixed trials, damaged and not; what may be lost before somebody looks."""
+    main(["--imperfect", "--trials", "4", "--seed", "9012", "--jobs", "2", "-o", str(tmp_path)])
     board = json.loads((tmp_path / "imperfect.json").read_text())
     assert board["broken"]["hits"] == 0
     assert board["wrong_name"]["hits"] <= 1
-    assert board["false_alarm"]["of"] >= 3 and board["false_alarm"]["hits"] == 0
+    assert board["false_alarm"]["of"] >= 1 and board["false_alarm"]["hits"] == 0
     assert board["named"]["rate"] is None or board["named"]["rate"] >= 0.5
