@@ -45,8 +45,4 @@ def notes(correction: Correction) -> tuple[str, ...]:
                      f"{inside if motor else ''}.")
         found += [f"Left out at {joint.name}: {one!r}; {why}." for one in correction.at(k)
                   if (why := why_no_block(one, n))]
-    found += [f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
-              for row in correction.without_block]
-    found += [f"Your controller or your log needs it, not the model: {one!r}."
-              for one in correction.of_law]
-    return tuple(found)
+    return (*found, *correction.common_notes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ import numpy as np
 from clie_blocks.analysis.export.correction import check_joint_names
 from clie_blocks.analysis.export.mujoco_engine import load
 from clie_blocks.analysis.export.mujoco_target import DRIVEN
+from clie_blocks.analysis.export.replay_moments import SetIn, seek_moments
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
@@ -61,6 +62,23 @@ class JointGap:
         """Share of the gap above the floor that the correction removes [%]."""
         above = self.nominal - self.floor
         return 100.0 * (self.nominal - self.corrected) / above if above > 0.0 else 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Replay:
+    """What a replay found.
+
+    Parameters
+    ----------
+    gaps : list of JointGap
+        One per joint.
+    set_in : list of SetIn
+        Moments of faults, sought in the logs that are replayed.
+
+    """
+
+    gaps: list[JointGap]
+    set_in: list[SetIn]
 
 
 class SimulatedModel:
@@ -128,14 +146,26 @@ class SimulatedModel:
                             "the logs needs one, whose control is its command: a <motor>")
         return found[0]
 
-    def run(self, log: Log, noise: np.ndarray | None = None) -> np.ndarray:
+    @property
+    def events(self) -> list[tuple[str, str]]:
+        """Joint and parameter of what sets in at some moment, which a run may set."""
+        return [] if self.blocks is None else [
+            (name, parameter) for name in self.problem.joints
+            for parameter in self.rows[name].get("events", [])]
+
+    def run(self, log: Log, noise: np.ndarray | None = None,
+            moments: Sequence[float] = ()) -> np.ndarray:
         """Positions under the law of the problem in the experiment of a log, shape (N, n).
 
         The law sees them with some noise of the sensor (N, n) [rad], by default with none: what
-        it sees first is the first position of the log.
+        it sees first is the first position of the log.  Each of `events` sets in at its moment
+        [s]; without moments, all are there from the start.
         """
         import mujoco
 
+        for (joint, parameter), moment in zip(self.events, moments or [0.0] * len(self.events),
+                                              strict=True):
+            self.blocks.set(joint, parameter, moment)  # type: ignore[union-attr]
         data, shift = mujoco.MjData(self.model), turn(self.problem)
         seen = np.zeros_like(log.q) if noise is None else noise
         self._place(data, log.start - seen[0] + shift, np.broadcast_to(log.speed, log.start.shape))
@@ -238,8 +268,10 @@ def _block_in_steps(law: BlockLaw, log: Log) -> Callable[[int, np.ndarray], np.n
 
 
 def replay(problem: Problem, corrected: str | PathLike[str],
-           nominal: str | PathLike[str] | None = None) -> list[JointGap]:
+           nominal: str | PathLike[str] | None = None) -> Replay:
     """Return the gap of each joint, of the nominal and of the corrected model, and its floor.
+
+    What sets in at a moment of a log does so where that log shows it, see `seek_moments`.
 
     The measured motion holds what the noise of the encoder did to it, which no simulation repeats:
     a right model leaves the floor, and not zero.
@@ -256,10 +288,12 @@ def replay(problem: Problem, corrected: str | PathLike[str],
 
     """
     model = SimulatedModel(corrected, problem)
-    quiet = [model.run(log) for log in problem.law_logs]
+    moments = [seek_moments(model, log) for log in problem.law_logs]
+    quiet = [model.run(log, moments=of_log)
+             for log, of_log in zip(problem.law_logs, moments, strict=True)]
     after = _rms([log.bridged(log.law_q - q)
                   for log, q in zip(problem.law_logs, quiet, strict=True)])
-    floor = _floor(model, problem, quiet)
+    floor = _floor(model, problem, quiet, moments)
     if nominal is None:
         stated = build_hypothesis(problem, ())
         before = _rms([stated.error(j, dithered=False) for j in range(len(problem.logs))
@@ -268,18 +302,22 @@ def replay(problem: Problem, corrected: str | PathLike[str],
         user = SimulatedModel(nominal, problem)
         before = _rms([log.bridged(log.law_q - user.run(log)) for log in problem.law_logs])
     unit = problem.records[0].units["q"]
-    return [JointGap(name, unit[k] if unit[k] == "m" else "rad", float(before[k]),
+    gaps = [JointGap(name, unit[k] if unit[k] == "m" else "rad", float(before[k]),
                      float(after[k]), float(floor[k]))
             for k, name in enumerate(problem.joints)]
+    return Replay(gaps, [SetIn(Path(log.name).name, joint, parameter, moment)
+                         for log, of_log in zip(problem.law_logs, moments, strict=True)
+                         for (joint, parameter), moment in zip(model.events, of_log, strict=True)])
 
 
-def _floor(model: SimulatedModel, problem: Problem, quiet: list[np.ndarray]) -> np.ndarray:
+def _floor(model: SimulatedModel, problem: Problem, quiet: list[np.ndarray],
+           moments: list[list[float]]) -> np.ndarray:
     """RMS of what noise of the encoders does to a model: as it is seen, and through the loop."""
     sigma = np.array([sensor_noise(problem, k) for k in range(problem.n)])
     rng = np.random.default_rng(0)
     noise = [sigma * rng.standard_normal(q.shape) for q in quiet]
-    return _rms([log.bridged(model.run(log, one) + one - q)
-                 for log, one, q in zip(problem.law_logs, noise, quiet, strict=True)])
+    return _rms([log.bridged(model.run(log, one, of_log) + one - q) for log, one, q, of_log in zip(
+        problem.law_logs, noise, quiet, moments, strict=True)])
 
 
 def _rms(errors: list[np.ndarray]) -> np.ndarray:

@@ -7,7 +7,7 @@ from functools import cache
 
 from clie_blocks.analysis.export.correction import Correction, Joint
 from clie_blocks.analysis.export.gazebo_target import in_engine
-from clie_blocks.analysis.export.joint_block import why_no_block
+from clie_blocks.analysis.export.joint_block import reads_all_joints, why_no_block
 from clie_blocks.analysis.export.mujoco_split import NEEDS, is_dry_friction, split
 from clie_blocks.analysis.export.simscape import in_equations
 from clie_blocks.effects import LIBRARY
@@ -85,7 +85,7 @@ def support(effect: str, target: str) -> Support:
     if target == "simscape":
         return Support(effect, target, _in_simscape(alone, setting))
     plugin = target == "gazebo" and not in_engine(alone, 0)
-    return Support(effect, target, ONE_JOINT if not entry.per_joint else
+    return Support(effect, target, ONE_JOINT if reads_all_joints(setting) else
                    MODULE if plugin else NATIVE)
 
 
@@ -105,7 +105,7 @@ def _in_mujoco(alone: Correction, setting: Setting) -> Support:
 def _in_simscape(alone: Correction, setting: Setting) -> str:
     if not in_equations(alone, 0, setting):
         return NOT
-    if not setting.effect.per_joint:
+    if reads_all_joints(setting):
         return ONE_JOINT
     return PARTIAL if is_dry_friction(setting) else NATIVE
 
