@@ -117,6 +117,11 @@ class JointBlock:
         return self.n > 1 and any(map(reads_all_joints, self.effects))
 
     @property
+    def reads_load(self) -> bool:
+        """Whether an effect needs `tau_other` for the load of the gear."""
+        return any(one.effect.name in self.of_links for one in self.effects)
+
+    @property
     def pieces(self) -> NamedPieces:
         """What the effects add, each delay with as many samples as it needs."""
         return [(setting.name, _long_enough(piece, self._values(setting), self.step))
@@ -269,7 +274,7 @@ class JointBlock:
 
 def joint_block(correction: Correction, k: int, step: float,
                 effects: Sequence[Setting] | None = None, whole: bool = True,
-                sees_links: bool = False) -> JointBlock:
+                sees_links: bool = True) -> JointBlock:
     """Return the block of joint k.
 
     Parameters
@@ -285,7 +290,8 @@ def joint_block(correction: Correction, k: int, step: float,
     whole : bool
         It also holds the viscous friction and the offset of the joint.
     sees_links : bool
-        Its input `tau_other` holds the weight of the links.
+        Its input `tau_other` holds the weight of the links; else friction that grows with their
+        load takes the torque of the motor for it.
 
     """
     n = len(correction.joints)
@@ -306,8 +312,9 @@ def _at_joint(act: Callable[..., Any], k: int, robot: tuple[np.ndarray, ...],
         q, dq, u = (np.concatenate([signal[:k], here, signal[k + 1:]])
                     for signal, here in zip(robot, (s.q, s.dq, s.u), strict=True))
         whole, _ = act(dataclasses.replace(s, q=q, dq=dq, u=u, ratio=ratio), z, p)
-        own = tuple(side[k:k + 1] for side in whole) if isinstance(whole, tuple) else whole[k:k + 1]
-        return own, z
+        if isinstance(whole, tuple):  # limits of friction
+            return tuple(side[k:k + 1] for side in whole), z
+        return whole[k:k + 1], z
 
     return act_at_joint
 

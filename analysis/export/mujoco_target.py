@@ -67,8 +67,7 @@ def module(correction: Correction, found: CorrectedModel, source: str) -> str:
     rows: list[dict[str, Any]] = []
     for k, (piece, driven) in enumerate(zip(found.splits, found.driven, strict=True)):
         alone = piece.apart is not None
-        made = core(joint_block(correction, k, found.step, piece.block, whole=alone,
-                                sees_links=True))
+        made = core(joint_block(correction, k, found.step, piece.block, whole=alone))
         joint = piece.joint
         rows.append({"core": made, "driven": driven, "alone": alone,
                      "drive": joint.gear * joint.gain, "friction": piece.friction_in_block,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,14 +69,19 @@ def seek_moments(model: SimulatedModel, log: Log) -> list[float]:
     found = [_change(without[:, k], throughout[:, k], model.problem.period,
                      METHOD.search.onset_gain * sensor_noise(model.problem, k) ** 2)
              for k in joints]
-    reach, end = METHOD.search.onset_spacing, len(log) * model.problem.period
     for place, k in enumerate(joints):
         if 0.0 < found[place] < NEVER:
-            found[place] = float(minimize_scalar(
-                lambda moment: squares([*found[:place], moment, *found[place + 1:]])[:, k].sum(),
-                bounds=(max(0.0, found[place] - reach), min(end, found[place] + reach)),
-                method="bounded", options={"xatol": model.problem.period}).x)
+            found[place] = _refined(lambda moment, at=place, joint=k: squares(
+                [*found[:at], moment, *found[at + 1:]])[:, joint].sum(), found[place],
+                model.problem.period)
     return found
+
+
+def _refined(cost: Callable[[float], float], moment: float, period: float) -> float:
+    """Moment of the least cost near one that is known roughly [s]."""
+    reach = METHOD.search.onset_spacing
+    return float(minimize_scalar(cost, bounds=(max(0.0, moment - reach), moment + reach),
+                                 method="bounded", options={"xatol": period}).x)
 
 
 def _change(without: np.ndarray, throughout: np.ndarray, period: float, gain: float) -> float:
