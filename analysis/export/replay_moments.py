@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from clie_blocks.analysis.export.events import NEVER
 from clie_blocks.analysis.gap.method import METHOD
@@ -16,6 +15,8 @@ from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
 
 if TYPE_CHECKING:
     from clie_blocks.analysis.export.replay import SimulatedModel
+
+_EITHER_SIDE = 5  # moments that are tried on either side of one, at each spacing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,16 +73,19 @@ def seek_moments(model: SimulatedModel, log: Log) -> list[float]:
     for place, k in enumerate(joints):
         if 0.0 < found[place] < NEVER:
             found[place] = _refined(lambda moment, at=place, joint=k: squares(
-                [*found[:at], moment, *found[at + 1:]])[:, joint].sum(), found[place],
-                model.problem.period)
+                [*found[:at], moment, *found[at + 1:]])[:, joint].sum(), found[place])
     return found
 
 
-def _refined(cost: Callable[[float], float], moment: float, period: float) -> float:
-    """Moment of the least cost near one that is known roughly [s]."""
-    reach = METHOD.search.onset_spacing
-    return float(minimize_scalar(cost, bounds=(max(0.0, moment - reach), moment + reach),
-                                 method="bounded", options={"xatol": period}).x)
+def _refined(cost: Callable[[float], float], moment: float) -> float:
+    """Moment of the least cost near one that is known roughly [s].
+
+    The cost has several valleys, by what the joint does at the moment, so it is sought on grids.
+    """
+    for spacing in METHOD.search.onset_refinements:
+        tried = np.maximum(0.0, moment + spacing * np.arange(-_EITHER_SIDE, _EITHER_SIDE + 1))
+        moment = float(min(np.unique(tried), key=cost))
+    return moment
 
 
 def _change(without: np.ndarray, throughout: np.ndarray, period: float, gain: float) -> float:
