@@ -27,6 +27,7 @@ from clie_blocks.analysis.export.mjcf_elements import (
 )
 from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
 from clie_blocks.analysis.export.mujoco_engine import (
+    damps_springs,
     free_inertia,
     joint_type,
     load,
@@ -164,7 +165,9 @@ class _Patch:
     def apply(self) -> CorrectedModel:
         """Edit every joint, and return the model."""
         self._leave_weight_to_bodies()
-        splits = tuple(split(self.correction, k) for k in range(len(self.correction.joints)))
+        damps = damps_springs(self.compiled)
+        splits = tuple(split(self.correction, k, damps_springs=damps)
+                       for k in range(len(self.correction.joints)))
         self._check_version(splits)
         driven = tuple(self._joint(one) for one in splits)
         ticks = self.correction.period / self.step

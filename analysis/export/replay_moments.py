@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clie_blocks.analysis.export.events import NEVER
+from clie_blocks.analysis.export.simulated_model import SimulatedModel
 from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.sensor_noise import sensor_noise
-
-if TYPE_CHECKING:
-    from clie_blocks.analysis.export.replay import SimulatedModel
 
 _EITHER_SIDE = 5  # moments that are tried on either side of one, at each spacing
 
@@ -72,8 +69,10 @@ def seek_moments(model: SimulatedModel, log: Log) -> list[float]:
              for k in joints]
     for place, k in enumerate(joints):
         if 0.0 < found[place] < NEVER:
-            found[place] = _refined(lambda moment, at=place, joint=k: squares(
-                [*found[:at], moment, *found[at + 1:]])[:, joint].sum(), found[place])
+            def cost(moment: float, at: int = place, joint: int = k) -> float:
+                return float(squares([*found[:at], moment, *found[at + 1:]])[:, joint].sum())
+
+            found[place] = _refined(cost, found[place])
     return found
 
 

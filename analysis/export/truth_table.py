@@ -24,8 +24,8 @@ MEANING = {
     PARTIAL: "equations but for rest: dry friction is smoothed over a speed, and creeps",
     EXTRA_BODY: "a body of its own beside the joint's, with native elements between them",
     MODULE: "a block that runs beside the model, step by step",
-    MOTOR_LOAD: "such a block, which takes the torque of the motor for the load of the gear, since "
-                "the engine does not tell the weight of the links",
+    MOTOR_LOAD: "such a block, which takes the torque of the motor for the load of the gear, "
+                "since the engine does not tell the weight of the links",
     ONE_JOINT: "such a block, for a robot of one joint; of more joints mujoco holds it, whose "
                "module sees them all",
     BODIES: "masses: the bodies of your own model bring it; nothing is written",
