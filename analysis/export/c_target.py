@@ -43,10 +43,10 @@ def notes(correction: Correction) -> tuple[str, ...]:
         inside = f"; {motor:.6g} {unit} more is the motor's, which the block moves"
         found.append(f"Give {joint.name} an inertia of {value - motor:.6g} {unit}{where}"
                      f"{inside if motor else ''}.")
+        if joint_block(correction, k, correction.period).reads_load:
+            found.append(f"Friction of {joint.name} grows with what its gear carries: give it "
+                         f"the weight of the links as tau_other [{joint.unit_torque}], the torque "
+                         "with which they turn the joint; without it that friction is left out.")
         found += [f"Left out at {joint.name}: {one!r}; {why}." for one in correction.at(k)
                   if (why := why_no_block(one, n))]
-    found += [f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
-              for row in correction.without_block]
-    found += [f"Your controller or your log needs it, not the model: {one!r}."
-              for one in correction.of_law]
-    return tuple(found)
+    return (*found, *correction.common_notes)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import before
+from clie_blocks.analysis.export.events import event_parameters
 from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, JointBlock
 
 if TYPE_CHECKING:
@@ -51,6 +52,21 @@ class Core:
         """Every parameter with its value, in the order of the program's."""
         return [(key, float(value)) for key, values in self.program.params.items()
                 for value in np.ravel(values)]
+
+    @property
+    def parameter_places(self) -> dict[str, int]:
+        """Place of each parameter among all; of one for each joint, that of this joint."""
+        found, first = {}, 0
+        for key, values in self.program.params.items():
+            found[key] = first + (self.block.k if np.size(values) > 1 else 0)
+            first += np.size(values)
+        return found
+
+    @property
+    def events(self) -> list[tuple[str, str, int]]:
+        """What sets in at a moment: parameter, its name in C, and its place among all."""
+        return [(key, f"{self.upper}_{identifier(key).upper()}", self.parameter_places[key])
+                for key in event_parameters(self.block.effects)]
 
     @property
     def values(self) -> list[float]:
@@ -116,7 +132,7 @@ class Core:
     def places(self) -> dict[str, int]:
         """Place of each parameter in that memory."""
         first = 1 + max(len(self.states), 1)
-        return {key: first + k for k, (key, _) in enumerate(self.parameters)}
+        return {key: first + place for key, place in self.parameter_places.items()}
 
     def python_source(self) -> str:
         """Return a function that makes the block's two functions, as an indented listing."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.export.events import Event, from_the_start
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.library import TERM, effect_of
@@ -93,7 +94,7 @@ class Correction:
     period : float
         Sample time of the controller [s].
     effects : tuple of Setting
-        Effects of the robot, in the order in which they act.
+        Effects of the robot, in the order in which they act; what set in is there from the start.
     of_law : tuple of Setting
         Effects of the controller or of the recorder, which no simulator of a robot holds.
     without_block : tuple of dict
@@ -106,6 +107,8 @@ class Correction:
         Effects whose load is the weight of the links, in the place of the torque of the motor.
     uncertainty : dict
         ``numbers`` that the logs leave uncertain, by key, and their ``covariance``.
+    events : tuple of Event
+        When in the first log something set in.
 
     """
 
@@ -119,11 +122,21 @@ class Correction:
     of_links: tuple[str, ...] = ()
     uncertainty: Mapping[str, Any] = dataclasses.field(
         default_factory=lambda: {"numbers": [], "covariance": []})
+    events: tuple[Event, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the joints."""
         return tuple(joint.name for joint in self.joints)
+
+    @property
+    def common_notes(self) -> tuple[str, ...]:
+        """What the user of any target must know: events, and what no simulator holds."""
+        return (*(event.note(self.names[event.joint]) for event in self.events),
+                *(f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
+                  for row in self.without_block),
+                *(f"Your controller or your log needs it, not the model: {setting!r}."
+                  for setting in self.of_law))
 
     def index(self, name: str) -> int:
         """Place of a joint by its name."""
@@ -195,11 +208,11 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
         raise RecordError(f"{source}: the verdict is {answer['verdict']!r}, so there is no "
                           "correction to export; the report says what the logs do not show")
     joints = tuple(_joint(one) for one in plain["joints"])
-    return Correction(joints, float(plain["period"]),
-                      tuple(_settings(plain["effects"], source)),
+    effects, events = from_the_start(_settings(plain["effects"], source), len(joints))
+    return Correction(joints, float(plain["period"]), effects,
                       tuple(_settings(plain["of_law"], source)),
                       tuple(plain["without_block"]), plain["basis"], answer["verdict"],
-                      tuple(plain.get("of_links", ())), plain["uncertainty"])
+                      tuple(plain.get("of_links", ())), plain["uncertainty"], events)
 
 
 def _joint(plain: Mapping[str, Any]) -> Joint:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
@@ -85,7 +86,7 @@ def _cores(correction: Correction, step: float) -> tuple[list[Core], list[float]
     for k, joint in enumerate(correction.joints):
         held = in_engine(correction, k)
         cores.append(core(joint_block(correction, k, step, [
-            one for one in correction.at(k) if one not in held])))
+            one for one in correction.at(k) if one not in held], sees_links=False)))
         vectors = [one.vectors(len(correction.joints))["level"] for one in held]
         friction.append(sum(joint.torque * float(level[k if len(level) > 1 else 0])
                             for level in vectors))
@@ -118,6 +119,10 @@ def _snippet(cores: Sequence[Core], friction: Sequence[float]) -> str:
 
 
 def _notes(correction: Correction, cores: Sequence[Core]) -> tuple[str, ...]:
-    return (*notes(correction), *FILES.notes(cores),
+    told = notes(dataclasses.replace(correction, of_links=()))
+    by_motor = [f"{name} takes the torque of the motor for the load of the gear, which the logs "
+                "show to be the weight of the links: Gazebo Sim does not tell a system that "
+                "weight." for name in correction.of_links]
+    return (*told, *by_motor, *FILES.notes(cores),
             "Each <plugin> must stand behind those of your controller: systems run in the order "
             "of the file.")

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import Correction, Joint
+from clie_blocks.analysis.export.events import MOMENTS
 from clie_blocks.analysis.gap.causes.friction import OF_LINKS
 from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.insertion import of_law
@@ -58,6 +59,13 @@ class _BesideLinks(State):
         return self.weight
 
 
+def reads_all_joints(setting: Setting) -> bool:
+    """Whether an effect at one joint depends on the others; a fault does where it is a weight."""
+    weight = setting.values.get("weight", 0.0)
+    return not setting.effect.per_joint and (
+        setting.effect.name not in MOMENTS or bool(np.any(weight)))
+
+
 def why_no_block(setting: Setting, joints: int) -> str:
     """Why no block of one joint can hold an effect; empty where it can."""
     effect = setting.effect
@@ -65,7 +73,7 @@ def why_no_block(setting: Setting, joints: int) -> str:
         return "it belongs to the controller or the recorder, not to the robot"
     if effect.port == "body":
         return "it is a mass, which the bodies of a simulator hold"
-    if not effect.per_joint and joints > 1:
+    if reads_all_joints(setting) and joints > 1:
         return ("it couples the joints, and a block of one joint does not see the others; the "
                 "target mujoco holds it, in its module for all joints")
     return ""
@@ -106,7 +114,12 @@ class JointBlock:
     @property
     def sees_robot(self) -> bool:
         """Whether an effect reads the other joints."""
-        return self.n > 1 and not all(one.effect.per_joint for one in self.effects)
+        return self.n > 1 and any(map(reads_all_joints, self.effects))
+
+    @property
+    def reads_load(self) -> bool:
+        """Whether an effect needs `tau_other` for the load of the gear."""
+        return any(one.effect.name in self.of_links for one in self.effects)
 
     @property
     def pieces(self) -> NamedPieces:
@@ -120,7 +133,7 @@ class JointBlock:
     def _values(self, setting: Setting) -> dict[str, np.ndarray]:
         """Parameters of an effect at this joint, arrays (1,); of the whole robot, (n,)."""
         vectors = setting.vectors(self.n)
-        if not setting.effect.per_joint:
+        if reads_all_joints(setting):
             return vectors
         return {key: value[self.k:self.k + 1] if len(value) == self.n else value[:1]
                 for key, value in vectors.items()}
@@ -132,7 +145,7 @@ class JointBlock:
         q, dq, command = u[4:].reshape(3, self.n)
         robot = q - p["zero_robot"], dq, p["command_robot"] * command
         ratio = np.array([one.gear_ratio for one in self.joints])
-        whole = {one.name for one in self.effects if not one.effect.per_joint}
+        whole = {one.name for one in self.effects if reads_all_joints(one)}
         return [(name, dataclasses.replace(piece, act=_at_joint(piece.act, self.k, robot, ratio))
                  if name in whole else piece) for name, piece in pieces]
 
@@ -261,7 +274,7 @@ class JointBlock:
 
 def joint_block(correction: Correction, k: int, step: float,
                 effects: Sequence[Setting] | None = None, whole: bool = True,
-                sees_links: bool = False) -> JointBlock:
+                sees_links: bool = True) -> JointBlock:
     """Return the block of joint k.
 
     Parameters
@@ -277,7 +290,8 @@ def joint_block(correction: Correction, k: int, step: float,
     whole : bool
         It also holds the viscous friction and the offset of the joint.
     sees_links : bool
-        Its input `tau_other` holds the weight of the links.
+        Its input `tau_other` holds the weight of the links; else friction that grows with their
+        load takes the torque of the motor for it.
 
     """
     n = len(correction.joints)
@@ -294,10 +308,12 @@ def _at_joint(act: Callable[..., Any], k: int, robot: tuple[np.ndarray, ...],
     It has no memory: no effect that couples joints has one.
     """
     def act_at_joint(s: State, z: list[np.ndarray], p: Mapping[str, Any],
-                     ) -> tuple[np.ndarray, list[np.ndarray]]:
-        q, dq, u = (np.concatenate([signal[:k], own, signal[k + 1:]])
-                    for signal, own in zip(robot, (s.q, s.dq, s.u), strict=True))
+                     ) -> tuple[Any, list[np.ndarray]]:
+        q, dq, u = (np.concatenate([signal[:k], here, signal[k + 1:]])
+                    for signal, here in zip(robot, (s.q, s.dq, s.u), strict=True))
         whole, _ = act(dataclasses.replace(s, q=q, dq=dq, u=u, ratio=ratio), z, p)
+        if isinstance(whole, tuple):  # limits of friction
+            return tuple(side[k:k + 1] for side in whole), z
         return whole[k:k + 1], z
 
     return act_at_joint

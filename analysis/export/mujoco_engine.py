@@ -77,6 +77,14 @@ def weighs(compiled: mujoco.MjModel) -> bool:
     return False
 
 
+def damps_springs(compiled: mujoco.MjModel) -> bool:
+    """Whether its integrator is an implicit one, which damps the stiff spring of a gear."""
+    import mujoco
+
+    return compiled.opt.integrator in (mujoco.mjtIntegrator.mjINT_IMPLICIT,
+                                       mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
+
+
 def joint_type(compiled: mujoco.MjModel, name: str) -> str:
     """Return the type of a joint as an MJCF names it: ``hinge``, ``slide``, ``ball``, ``free``."""
     import mujoco

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
@@ -27,6 +27,7 @@ from clie_blocks.analysis.export.mjcf_elements import (
 )
 from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
 from clie_blocks.analysis.export.mujoco_engine import (
+    damps_springs,
     free_inertia,
     joint_type,
     load,
@@ -156,7 +157,7 @@ class _Patch:
         self.correction, self.document, self.compiled = correction, document, compiled
         self.names, self.source = names, source
         self.step = float(compiled.opt.timestep)
-        self.notes: list[str] = list(_notes(correction))
+        self.notes: list[str] = list(correction.common_notes)
         self.tail: list[str] = []  # sections behind all others
         self.actuators = Actuators(document, compiled, source, self.step, self.notes, self.tail)
         self.added: list[Setting] = []  # masses that are in the model by now
@@ -164,7 +165,9 @@ class _Patch:
     def apply(self) -> CorrectedModel:
         """Edit every joint, and return the model."""
         self._leave_weight_to_bodies()
-        splits = tuple(split(self.correction, k) for k in range(len(self.correction.joints)))
+        damps = damps_springs(self.compiled)
+        splits = tuple(split(self.correction, k, damps_springs=damps)
+                       for k in range(len(self.correction.joints)))
         self._check_version(splits)
         driven = tuple(self._joint(one) for one in splits)
         ticks = self.correction.period / self.step
@@ -292,9 +295,3 @@ class _Patch:
             "name": setting.name, "pos": f"{length:.9g} 0 0"}, [point_mass(mass)]))
         self.notes.append(f"The payload of {mass:.6g} kg sits {length:.6g} m along x of the last "
                           "body; move it where your last link ends.")
-
-def _notes(correction: Correction) -> Iterator[str]:
-    for row in correction.without_block:
-        yield f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
-    for setting in correction.of_law:
-        yield f"Your controller or your log needs it, not the model: {setting!r}."

@@ -159,12 +159,23 @@ def _polynomial(*coefficients: float) -> str:
     return " ".join(f"{value:.9g}" for value in coefficients[:last + 1])
 
 
-def split(correction: Correction, k: int) -> Split:
+def split(correction: Correction, k: int, *, damps_springs: bool = False) -> Split:
     """Return how joint k is brought into MuJoCo.
 
     A group (dry friction; what acts between command and torque) is native as a whole or not at
     all: within it the order counts.  A gear whose law MuJoCo lacks takes everything at the motor
     into the block.
+
+    Parameters
+    ----------
+    correction : Correction
+        The corrected robot.
+    k : int
+        The joint, from 0.
+    damps_springs : bool
+        The model is integrated by a method that damps the stiff spring of an elastic gear, which
+        then goes into the block.
+
     """
     n = len(correction.joints)
     native: list[Setting] = []
@@ -179,7 +190,7 @@ def split(correction: Correction, k: int) -> Split:
             bodies.append(one)
         elif why:
             left.append((one, why))
-        elif one.effect.name in EXTRA_BODY:
+        elif one.effect.name in EXTRA_BODY and not damps_springs:
             gear = one
         else:
             block.append(one)

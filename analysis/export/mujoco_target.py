@@ -9,6 +9,7 @@ from typing import Any
 
 from clie_blocks.analysis.export.core import core, fill
 from clie_blocks.analysis.export.correction import Correction
+from clie_blocks.analysis.export.events import event_parameters
 from clie_blocks.analysis.export.exported import Exported, read_model, unified_diff
 from clie_blocks.analysis.export.joint_block import joint_block
 from clie_blocks.analysis.export.mujoco_model import CorrectedModel, corrected_model, stub
@@ -66,8 +67,7 @@ def module(correction: Correction, found: CorrectedModel, source: str) -> str:
     rows: list[dict[str, Any]] = []
     for k, (piece, driven) in enumerate(zip(found.splits, found.driven, strict=True)):
         alone = piece.apart is not None
-        made = core(joint_block(correction, k, found.step, piece.block, whole=alone,
-                                sees_links=True))
+        made = core(joint_block(correction, k, found.step, piece.block, whole=alone))
         joint = piece.joint
         rows.append({"core": made, "driven": driven, "alone": alone,
                      "drive": joint.gear * joint.gain, "friction": piece.friction_in_block,
@@ -85,5 +85,6 @@ def _plain(found: CorrectedModel, name: str) -> dict[str, Any]:
                         "native": [one.effect.name for one in piece.native],
                         "extra_body": [one.effect.name for one in (*piece.bodies, *(
                             [piece.gear] if piece.gear else []))],
-                        "module": [one.effect.name for one in piece.block]}
+                        "module": [one.effect.name for one in piece.block],
+                        "events": event_parameters(piece.block)}
                        for piece, driven in zip(found.splits, found.driven, strict=True)]}

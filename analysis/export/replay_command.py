@@ -30,11 +30,13 @@ def main(argv: list[str] | None = None) -> int:
         raise ClieError(f"a replay is of one robot, and there are {len(tasks)}: name one folder")
     problem = batch.state(tasks[0], batch.Options(reading=reading(args), run_law=args.run_law))
     with progress(f"replaying {len(problem.law_logs)} logs in MuJoCo"):
-        gaps = replay(problem, args.model, args.nominal)
+        found = replay(problem, args.model, args.nominal)
+    gaps = found.gaps
     content = to_json({"schema_version": 1, "model": str(args.model),
                        "nominal": str(args.nominal) if args.nominal else "robot file",
                        "logs": [log.name for log in problem.law_logs],
-                       "joints": [{**vars(one), "closed_percent": one.closed} for one in gaps]})
+                       "joints": [{**vars(one), "closed_percent": one.closed} for one in gaps],
+                       "set_in": [vars(one) for one in found.set_in]})
     if args.output:
         write(Path(args.output) / "replay.json", content)
     if args.json:
@@ -45,6 +47,8 @@ def main(argv: list[str] | None = None) -> int:
         print_table(("joint", "nominal", "corrected", "noise floor", "unit", "closed"), [
             (one.joint, f"{one.nominal:.3g}", f"{one.corrected:.3g}", f"{one.floor:.3g}",
              one.unit, f"{one.closed:.0f} %") for one in gaps])
+        for one in found.set_in:
+            print(wrapped(f"{one}."))
     return int(any(one.corrected > max(one.nominal, one.floor) for one in gaps))
 
 

@@ -15,7 +15,7 @@ from clie_blocks.errors import ClieError
 RAN = ("The tests of this package compute such equations by a reading of their own; the component "
        "was never built in Simscape.")
 ASKED = ("tau_smooth", "friction_forward", "friction_backward", "q_measured")
-_SIGNALS = {"u[0]": "q", "u[1]": "dq", "u[2]": "u", "u[3]": "0.0", "t": "now"}
+_SIGNALS = {"u[0]": "q", "u[1]": "dq", "u[2]": "u", "u[3]": "tau_other", "t": "now"}
 _CALLS = {  # of the listing for tensors; others have the same name
     "where": "(if {0}, {1} else {2} end)", "maximum": "max({0}, {1})",
     "minimum": "min({0}, {1})", "pow": "({0})^({1})", "logical_and": "({0} && {1})",

@@ -7,22 +7,25 @@ from functools import cache
 
 from clie_blocks.analysis.export.correction import Correction, Joint
 from clie_blocks.analysis.export.gazebo_target import in_engine
-from clie_blocks.analysis.export.joint_block import why_no_block
+from clie_blocks.analysis.export.joint_block import reads_all_joints, why_no_block
 from clie_blocks.analysis.export.mujoco_split import NEEDS, is_dry_friction, split
 from clie_blocks.analysis.export.simscape import in_equations
+from clie_blocks.analysis.gap.causes.friction import OF_LINKS
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.insertion import of_law
 
-NATIVE, PARTIAL, EXTRA_BODY, MODULE, ONE_JOINT, BODIES, CONTROLLER, NOT = (
-    "native", "native, partial", "extra bodies", "plugin", "plugin, one joint", "your bodies",
-    "controller", "impossible")
+NATIVE, PARTIAL, EXTRA_BODY, MODULE, MOTOR_LOAD, ONE_JOINT, BODIES, CONTROLLER, NOT = (
+    "native", "native, partial", "extra bodies", "plugin", "plugin, partial", "plugin, one joint",
+    "your bodies", "controller", "impossible")
 MEANING = {
     NATIVE: "the simulator's own elements, which move as the effect does; of simscape, equations "
             "of a component; of code, the function of the joint",
     PARTIAL: "equations but for rest: dry friction is smoothed over a speed, and creeps",
     EXTRA_BODY: "a body of its own beside the joint's, with native elements between them",
     MODULE: "a block that runs beside the model, step by step",
+    MOTOR_LOAD: "such a block, which takes the torque of the motor for the load of the gear, "
+                "since the engine does not tell the weight of the links",
     ONE_JOINT: "such a block, for a robot of one joint; of more joints mujoco holds it, whose "
                "module sees them all",
     BODIES: "masses: the bodies of your own model bring it; nothing is written",
@@ -84,8 +87,10 @@ def support(effect: str, target: str) -> Support:
         return Support(effect, target, NOT)
     if target == "simscape":
         return Support(effect, target, _in_simscape(alone, setting))
+    if target == "gazebo" and effect == OF_LINKS.name:
+        return Support(effect, target, MOTOR_LOAD)
     plugin = target == "gazebo" and not in_engine(alone, 0)
-    return Support(effect, target, ONE_JOINT if not entry.per_joint else
+    return Support(effect, target, ONE_JOINT if reads_all_joints(setting) else
                    MODULE if plugin else NATIVE)
 
 
@@ -105,7 +110,7 @@ def _in_mujoco(alone: Correction, setting: Setting) -> Support:
 def _in_simscape(alone: Correction, setting: Setting) -> str:
     if not in_equations(alone, 0, setting):
         return NOT
-    if not setting.effect.per_joint:
+    if reads_all_joints(setting):
         return ONE_JOINT
     return PARTIAL if is_dry_friction(setting) else NATIVE
 

@@ -2,27 +2,37 @@
 
 import numpy as np
 
-from clie_blocks.effects.blocks import Static
 from clie_blocks.effects.chain import GEAR_RATIO
+from clie_blocks.effects.dry_friction import dry_friction
 from clie_blocks.effects.effect import Effect
 from clie_blocks.effects.gravity import gravity_torque
 from clie_blocks.effects.parameter import Parameter
-from clie_blocks.effects.smoothing import WIDTH, direction
+from clie_blocks.effects.smoothing import WIDTH
 from clie_blocks.labels import PerJoint
 
 
+def step_fault_limits(t: float, q: np.ndarray, dq: np.ndarray, u: np.ndarray, coulomb: PerJoint,
+                      time: PerJoint) -> tuple[np.ndarray, np.ndarray]:
+    """Largest dry friction that is there from `time` on [N m]."""
+    limit = _since(t, time) * coulomb
+    return limit, limit
+
+
 def step_fault_torque(t: float, q: np.ndarray, dq: np.ndarray, u: np.ndarray, offset: PerJoint,
-                      weight: PerJoint, viscous: PerJoint, coulomb: PerJoint, gain_loss: PerJoint,
-                      time: PerJoint, gear_ratio: PerJoint, width: PerJoint) -> np.ndarray:
-    """Torque that is there from `time` on [N m]: load, weight, friction or lost drive torque."""
-    change = (offset + gravity_torque(q, weight, gear_ratio) + viscous * dq
-              + coulomb * direction(dq, width) + gain_loss * u)
-    return np.where(t >= time, 1.0, 0.0) * change
+                      weight: PerJoint, viscous: PerJoint, gain_loss: PerJoint, time: PerJoint,
+                      gear_ratio: PerJoint) -> np.ndarray:
+    """Torque that is there from `time` on [N m]: load, weight, drag or lost drive torque."""
+    return _since(t, time) * (offset + gravity_torque(q, weight, gear_ratio) + viscous * dq
+                              + gain_loss * u)
+
+
+def _since(t: float, time: PerJoint) -> np.ndarray:
+    return np.where(t >= time, 1.0, 0.0)
 
 
 STEP_FAULT = Effect(
     name="step_fault", family="environment", port="environment",
-    build=Static(step_fault_torque, inputs=("t", "q", "dq", "u")),
+    build=dry_friction(step_fault_limits, inputs=("t", "q", "dq", "u"), rest=step_fault_torque),
     parameters=(
         Parameter("offset", "N m", -1e3, 1e3, 0.1, 0.0, "constant torque"),
         Parameter("weight", "N m", -1e3, 1e3, 0.0, 0.0,

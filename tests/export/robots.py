@@ -1,5 +1,6 @@
 """One corrected joint, run by the package's own sampled robot and by MuJoCo as exported."""
 
+import dataclasses
 import json
 import re
 import types
@@ -60,6 +61,12 @@ def joint(**changes):
 def correction(*effects, **changes):
     """The correction of that joint with some effects."""
     return Correction((joint(**changes),), PERIOD, effects)
+
+
+def of_links(*effects, **changes):
+    """The same, with the weight of the links as the load of the gear."""
+    return dataclasses.replace(correction(*effects, **changes),
+                               of_links=("load_dependent_friction",))
 
 
 def reference(effects, q_d, inertia=INERTIA, damping=DAMPING, load=LOAD, period=PERIOD,

@@ -159,7 +159,7 @@ def test_a_diagnosis_exported_and_replayed_closes_the_gap_that_it_predicts(tmp_p
     problem = Problem.from_logs(made.robot, made.records)
     found = diagnose(problem, effects=("coulomb",))
     found.export("mujoco", tmp_path)
-    gaps = replay(problem, tmp_path / "joints.corrected.xml")
+    gaps = replay(problem, tmp_path / "joints.corrected.xml").gaps
     predicted = found.reduction
     corrected = float(np.sqrt(sum(one.corrected**2 for one in gaps)))
     nominal = float(np.sqrt(sum(one.nominal**2 for one in gaps)))

@@ -23,15 +23,15 @@ STEP = 1e-3
 MIXTURES = [("coulomb",), ("stribeck", "actuator_lag", "torque_ripple"),
             ("time_delay", "presliding", "encoder_quantization"),
             ("backlash", "coulomb", "actuator_saturation"), ("torsional_hysteresis",),
-            ("rest_time_breakaway", "maxwell_slip")]
+            ("rest_time_breakaway", "maxwell_slip"), ("load_dependent_friction", "step_fault")]
 UNITS = 14  # that hold all effects together
 
 
 def made(names):
     """Core of the joint with some effects."""
     effects = [robots.setting(name) for name in names]
-    return core(joint_block(robots.correction(*effects, gain=2.0, torque=3.0, command=0.5,
-                                              zero=0.1, inertia=0.06), 0, STEP))
+    return core(joint_block(robots.of_links(*effects, gain=2.0, torque=3.0, command=0.5,
+                                            zero=0.1, inertia=0.06), 0, STEP))
 
 
 def signals(count=300):

@@ -85,34 +85,36 @@ def actuator(correction, physics_step=STEP, step=STEP, names=None, **changes):
     return cfg.class_type(cfg, names or list(module.JOINTS), slice(None), ENVIRONMENTS, "cpu")
 
 
-def step(torch, one, q, dq, effort):
+def step(torch, one, q, dq, effort, other=0.0):
     """Efforts of one step, from columns per joint, shape (environments, joints)."""
+    one.tau_other = torch.as_tensor(np.array(other + 0.0 * q, float))
     q, dq, effort = (torch.as_tensor(np.array(value, float)) for value in (q, dq, effort))
     return np.asarray(one.compute(Action(q, dq, effort), q, dq).joint_efforts)
 
 
 def batch(count):
     """Random inputs, others in every environment, shape (environments, N, 4)."""
-    return np.array([signals(count * ENVIRONMENTS)[k::ENVIRONMENTS] * [1.0, 1.0, 1.0, 0.0]
+    return np.array([signals(count * ENVIRONMENTS)[k::ENVIRONMENTS]
                      for k in range(ENVIRONMENTS)])
 
 
-@pytest.mark.parametrize("names", MIXTURES, ids=" ".join)
+@pytest.mark.parametrize("names", [*MIXTURES, ("load_dependent_friction", "actuator_lag")],
+                         ids=" ".join)
 def test_every_environment_gives_the_numbers_of_the_block(torch, names):
-    correction = robots.correction(*map(robots.setting, names), gain=2.0, torque=3.0,
-                                   command=0.5, zero=0.1, inertia=0.06, before={
-                                       "gear": 1.0, "gain": 2.0})
+    correction = robots.of_links(*map(robots.setting, names), gain=2.0, torque=3.0,
+                                 command=0.5, zero=0.1, inertia=0.06, before={
+                                     "gear": 1.0, "gain": 2.0})
     one, rows = actuator(correction), batch(40)
     made = core(joint_block(correction, 0, STEP))
     wanted = np.array([expected(made, env * [1.0, 1.0, 0.5, 1.0]) for env in rows])
     for i in range(20):
-        found = step(torch, one, *(rows[:, i, k, None] for k in range(3)))
+        found = step(torch, one, *(rows[:, i, k, None] for k in range(4)))
         np.testing.assert_allclose(found[:, 0], wanted[:, i, 0], rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(np.asarray(one.measured)[:, 0], wanted[:, i, 5], rtol=1e-11)
     one.reset([1])  # this one begins again, the others go on
     again = expected(made, rows[1, 20:] * [1.0, 1.0, 0.5, 1.0])
     for i in range(20):
-        found = step(torch, one, *(rows[:, 20 + i, k, None] for k in range(3)))
+        found = step(torch, one, *(rows[:, 20 + i, k, None] for k in range(4)))
         np.testing.assert_allclose(found[[0, 2], 0], wanted[[0, 2], 20 + i, 0], rtol=1e-11,
                                    atol=1e-11)
         np.testing.assert_allclose(found[1, 0], again[i, 0], rtol=1e-11, atol=1e-11)

@@ -15,7 +15,7 @@ from tests.export import robots
 from tests.export.stand_ins import CXX, needs_cxx, pointer
 from tests.export.test_cores import STEP, expected, signals
 
-EFFECTS = ("stribeck", "actuator_lag", "encoder_eccentricity")
+EFFECTS = ("stribeck", "actuator_lag", "encoder_eccentricity", "load_dependent_friction")
 WORLDS = 3
 IN_CPP = """
 #include <cmath>
@@ -23,16 +23,15 @@ IN_CPP = """
 struct numbers { double *data; };
 extern "C" void start(int world, double *data)
 { numbers memory{data}; %s code::j1_start(joint); }
-extern "C" void advance(int world, double *data, double q, double dq, double u)
-{ numbers memory{data}; %s code::j1_advance(joint, q, dq, u, 0.0); }
+extern "C" void advance(int world, double *data, double q, double dq, double u, double other)
+{ numbers memory{data}; %s code::j1_advance(joint, q, dq, u, other); }
 """
 
 
 def made():
     """Correction, core, and what the block gives in every world, shape (worlds, N, outputs)."""
-    correction = robots.correction(*map(robots.setting, EFFECTS))
-    rows = np.array([signals(40 * WORLDS)[k::WORLDS] * [1.0, 1.0, 1.0, 0.0]
-                     for k in range(WORLDS)])
+    correction = robots.of_links(*map(robots.setting, EFFECTS))
+    rows = np.array([signals(40 * WORLDS)[k::WORLDS] for k in range(WORLDS)])
     one = core(joint_block(correction, 0, STEP))
     return correction, one, rows, np.array([expected(one, world) for world in rows])
 
@@ -53,7 +52,7 @@ def test_the_native_functions_give_the_numbers_of_the_block_in_every_world(tmp_p
     np.testing.assert_array_equal(np.transpose(numbers), [one.values] * WORLDS)
     for i in range(rows.shape[1]):
         for world in range(WORLDS):
-            code.advance(world, pointer(memory), *map(ctypes.c_double, rows[world, i, :3]))
+            code.advance(world, pointer(memory), *map(ctypes.c_double, rows[world, i]))
         np.testing.assert_allclose(memory[:, -wanted.shape[2]:], wanted[:, i], rtol=1e-12,
                                    atol=1e-12)
 
@@ -68,10 +67,11 @@ def test_the_kernels_run_in_warp(tmp_path):
     spec.loader.exec_module(module)
     joint = module.CorrectedJoint("j1", [2, 1, 0], [3, 4, 5], "cpu")
     for i in range(20):
-        q, dq, force = (wp.array(np.concatenate(columns), dtype=wp.float32, device="cpu")
-                        for columns in ((rows[::-1, i, 0],), ([9.0] * 3, rows[:, i, 1]),
-                                        ([7.0] * 3, rows[:, i, 2])))
-        joint.apply(q, dq, force)
+        q, dq, force, other = (
+            wp.array(np.concatenate(columns), dtype=wp.float32, device="cpu")
+            for columns in ((rows[::-1, i, 0],), ([9.0] * 3, rows[:, i, 1]),
+                            ([7.0] * 3, rows[:, i, 2]), ([5.0] * 3, rows[:, i, 3])))
+        joint.apply(q, dq, force, other)
         np.testing.assert_allclose(force.numpy(), [7.0] * 3 + list(wanted[:, i, 0]), rtol=1e-4,
                                    atol=1e-5)  # positions come in single precision
     joint.reset([1])

@@ -24,7 +24,7 @@ def test_the_axis_of_the_page_closes_its_gap_in_mujoco(shared, tmp_path):
     assert [re.sub(r"[\d.]+", "", line) for line in stated] == [
         re.sub(r"[\d.]+", "", line) for line in written if line in stated or line[0] in "+-"
         and not line.startswith(("+++", "---"))]
-    (gap,) = replay(problem, tmp_path / "out" / "emps.corrected.xml", own)
+    (gap,) = replay(problem, tmp_path / "out" / "emps.corrected.xml", own).gaps
     nominal, corrected, floor = map(float, re.search(
         r"\naxis +(\S+) +(\S+) +(\S+) +m ", PAGE).groups())
     assert gap.nominal == pytest.approx(nominal, rel=0.02)

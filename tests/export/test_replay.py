@@ -1,11 +1,15 @@
 """``clie replay``: what a right model leaves is the floor that it prints."""
 
+import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
 
 from clie_blocks.analysis import cli
+from clie_blocks.analysis.export.events import from_the_start
+from clie_blocks.analysis.export.mujoco_model import stub
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from tests.export import robots
 
@@ -95,6 +99,33 @@ def test_a_law_begins_where_its_encoder_sees_the_joint(tmp_path, capsys):
     assert code == 0, told.err
     (joint,) = json.loads(told.out)["joints"]
     assert joint["corrected"] < 2e-4 < 1e-3 < joint["nominal"]
+
+
+def test_a_fault_sets_in_where_a_replayed_log_shows_it(tmp_path, capsys):
+    """Logs of the package's own robot: later than in the diagnosis, from the start, never."""
+    fault = robots.setting("step_fault", offset=0.1, coulomb=0.05, time=0.4)
+    effects, events = from_the_start([fault], 1)
+    corrected = dataclasses.replace(robots.correction(*effects), events=events)
+    own = tmp_path / "own.xml"
+    own.write_text(re.sub('timestep="[^"]*"', f'timestep="{robots.PERIOD}"', stub(corrected)))
+    exported = export_mujoco(corrected, own)
+    assert any("set in at 0.4 s of the first log" in note for note in exported.notes)
+    exported.save(tmp_path / "model")
+    q_d, times = robots.set_points(1.6), {"log-1": 1.1, "log-2": 0.0, "log-3": 1e6}
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    for name, time in times.items():
+        q = robots.reference([robots.setting("step_fault", **{**fault.values, "time": time})], q_d)
+        u = robots.KP * (q_d - q) - robots.KD * np.diff(q, prepend=q[0]) / robots.PERIOD
+        save_log(tmp_path / f"{name}.csv", q, u, q_d)
+    code = cli.main(["replay", str(tmp_path), "--model", str(
+        tmp_path / "model" / "own.corrected.xml"), "--json"])
+    told = capsys.readouterr()
+    assert code in (0, 1), told.err  # without noise, its floor is next to nothing
+    found = json.loads(told.out)
+    for one in found["set_in"]:
+        assert one["time"] == pytest.approx(times[one["log"].removesuffix(".csv")], abs=0.01)
+    (joint,) = found["joints"]
+    assert joint["corrected"] < 1.2 * SIGMA < 20 * SIGMA < joint["nominal"]
 
 
 def test_a_model_of_another_robot_is_refused(tmp_path, capsys):

@@ -14,19 +14,19 @@ from tests.export import robots
 from tests.export.stand_ins import compiled, needs_cxx, pointer
 from tests.export.test_cores import STEP, expected, signals
 
-EFFECTS = ("stribeck", "actuator_lag", "torque_ripple")
+EFFECTS = ("stribeck", "actuator_lag", "torque_ripple", "load_dependent_friction")
 
 
 @needs_cxx
 def test_the_controller_gives_the_numbers_of_the_block_at_its_own_rate_alone(tmp_path, capfd):
-    correction = robots.correction(*map(robots.setting, EFFECTS), gear=2.0, gain=1.1,
-                                   before={"gear": 2.0, "gain": 1.0})
+    correction = robots.of_links(*map(robots.setting, EFFECTS), gear=2.0, gain=1.1,
+                                 before={"gear": 2.0, "gain": 1.0})
     exported = export(correction, "ros2-control")
     exported.save(tmp_path)
     code = compiled(tmp_path, "j1_controller.cpp", "ros2_run.cc", "ros2.hpp")
-    rows = signals(60) * [1.0, 1.0, 1.0, 0.0]
+    rows = np.ascontiguousarray(signals(60))
     wanted = expected(core(joint_block(correction, 0, STEP)), rows * [1.0, 1.0, 0.5, 1.0])[:, 0]
-    rows, effort = np.ascontiguousarray(rows[:, :3]), np.zeros(60)
+    effort = np.zeros(60)
     assert code.run(60, 1000, pointer(rows), pointer(effort)) == 0
     np.testing.assert_allclose(effort, wanted, rtol=1e-12, atol=1e-12)
     assert any("2 times the logged command" in note and "command_per_effort" in note

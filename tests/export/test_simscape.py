@@ -33,9 +33,9 @@ def in_python(expression):
     return expression
 
 
-def computed(text, t, q, dq, u):
+def computed(text, t, q, dq, u, other):
     """Effort on the joint, and the measured position, by the equations of a component."""
-    scope = dict(WORDS, position=q, speed=dq, time=t, u=u)
+    scope = dict(WORDS, position=q, speed=dq, time=t, u=u, tau_other=other)
     for name, value in re.findall(r"^    (\w+) = \{(\S+), '1'\};", text, re.MULTILINE):
         scope.setdefault(name, float(value))
     body = text[text.index("    let\n"):]
@@ -47,14 +47,15 @@ def computed(text, t, q, dq, u):
 
 @pytest.mark.parametrize("names", MIXTURES, ids=" ".join)
 def test_the_equations_compute_what_the_block_does(names):
-    correction = robots.correction(*map(robots.setting, names), **CHANGES)
+    correction = robots.of_links(*map(robots.setting, names), **CHANGES)
     text = export(correction, "simscape").files["j1.ssc"]
-    rows = signals(40) * [1.0, 1.0, 1.0, 0.0]
+    assert ("    tau_other = {0, '1'};" in text) == ("load_dependent_friction" in names)
+    rows = signals(40)
     wanted = expected(core(joint_block(correction, 0, 1e-3)), rows)
-    for i, ((q, dq, u, _), row) in enumerate(zip(rows, wanted, strict=True)):
+    for i, ((q, dq, u, other), row) in enumerate(zip(rows, wanted, strict=True)):
         given = dict(zip(OUTPUTS, row, strict=True))
         dry = given["friction_forward" if dq > 0 else "friction_backward"] * np.tanh(dq / 1e-3)
-        effort, measured = computed(text, i * 1e-3, q, dq, u)
+        effort, measured = computed(text, i * 1e-3, q, dq, u, other)
         assert -effort == pytest.approx(given["tau_smooth"] - dry, rel=1e-12, abs=1e-12)
         assert measured == pytest.approx(given["q_measured"], rel=1e-12)
 

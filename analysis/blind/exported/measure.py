@@ -13,8 +13,9 @@ from scipy.stats import norm
 from clie_blocks.analysis.export.correction import Correction, correction_of
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
-from clie_blocks.analysis.export.replay import SimulatedModel
+from clie_blocks.analysis.export.replay_moments import seek_moments
 from clie_blocks.analysis.export.samples import BAND, draw
+from clie_blocks.analysis.export.simulated_model import SimulatedModel
 from clie_blocks.analysis.gap.batch import read
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Robot, read_robot
@@ -113,4 +114,5 @@ def _errors(found: Exported, folder: Path, problem: Problem, noise: np.ndarray |
     paths = found.save(folder)
     model = next(path for path in paths if path.name.endswith(".corrected.xml"))
     log = problem.held_out[-1]
-    return (log.law_q - SimulatedModel(model, problem).run(log, noise))[:, 0]
+    simulated = SimulatedModel(model, problem)
+    return (log.law_q - simulated.run(log, noise, seek_moments(simulated, log)))[:, 0]

@@ -1,4 +1,4 @@
-// Drives the controller of one joint as the controller manager does: rows of q, dq and reference.
+// Drives the controller of one joint as the controller manager does: rows of q, dq and references.
 #include <cmath>
 
 #include "j1_controller.cpp"
@@ -17,7 +17,8 @@ extern "C" int run(int count, unsigned int rate, const double *rows, double *eff
       std::vector<std::string>{"j1/position", "j1/velocity"})
     return 4;
   auto references = controller.export_reference_interfaces();
-  if (references.size() != 1 || references[0].name != "front/j1/effort") return 5;
+  if (references.size() != 2 || references[0].name != "front/j1/effort") return 5;
+  if (references[1].name != "front/j1/tau_other") return 13;
   if (!controller.set_chained_mode(true)) return 6;
   controller.command_interfaces_.resize(1);
   controller.state_interfaces_.resize(2);
@@ -27,9 +28,10 @@ extern "C" int run(int count, unsigned int rate, const double *rows, double *eff
     if (!std::isnan(*references[0].value)) return 8;
     for (int i = 0; i < count; i++)
     {
-      controller.state_interfaces_[0].held = rows[3 * i];
-      controller.state_interfaces_[1].held = rows[3 * i + 1];
-      *references[0].value = rows[3 * i + 2];
+      controller.state_interfaces_[0].held = rows[4 * i];
+      controller.state_interfaces_[1].held = rows[4 * i + 1];
+      *references[0].value = rows[4 * i + 2];
+      *references[1].value = rows[4 * i + 3];
       if (controller.update({}, {}) != return_type::OK) return 9;
       effort[i] = controller.command_interfaces_[0].held;
     }

@@ -20,7 +20,7 @@ from law_robots import (  # noqa: E402
 )
 
 from clie_blocks import gap  # noqa: E402
-from clie_blocks.analysis.export.replay import law_in_steps  # noqa: E402
+from clie_blocks.analysis.export.simulated_model import law_in_steps  # noqa: E402
 from clie_blocks.analysis.gap.controller.check import check_controller  # noqa: E402
 from clie_blocks.errors import NotIdentifiableError  # noqa: E402
 

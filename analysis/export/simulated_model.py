@@ -1,0 +1,217 @@
+"""A MuJoCo model under the law of a problem, in the experiments of its logs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from clie_blocks.analysis.export.correction import check_joint_names
+from clie_blocks.analysis.export.mujoco_engine import load
+from clie_blocks.analysis.export.mujoco_target import DRIVEN
+from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.report.joint_side import logged_command
+from clie_blocks.analysis.gap.report.mjcf import turn
+from clie_blocks.errors import ClieError, DivergedError, RecordError
+from clie_blocks.robot_loop.block import ramp_memory
+from clie_blocks.robot_loop.dynamics import formed_velocity
+from clie_blocks.robot_loop.sampled_law import TORQUE, VELOCITY
+from clie_blocks.user_files import run_file
+
+if TYPE_CHECKING:
+    import mujoco
+
+FAR = 100.0  # times the largest motion of a log: a simulation as far off has diverged
+
+
+class SimulatedModel:
+    """A MuJoCo model of the robot of a problem, with the module beside it if there is one.
+
+    Parameters
+    ----------
+    path : path-like
+        The MJCF; ``corrected_joints.json`` beside it says how its joints are driven.
+    problem : Problem
+        Robot, logs and law.
+
+    Raises
+    ------
+    ClieError
+        If the model lacks a joint of the logs, drives none of them, or its step is no fraction of
+        the period of the controller.
+
+    """
+
+    def __init__(self, path: str | PathLike[str], problem: Problem) -> None:
+        file = Path(path)
+        try:
+            text = file.read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            raise RecordError(f"{file} cannot be read ({error}); give an MJCF, such as "
+                              "NAME.corrected.xml of clie export") from None
+        self.problem, self.name = problem, file.name
+        self.model = load(text, file.name, file.parent)
+        beside = file.with_name(DRIVEN)
+        told = json.loads(beside.read_text()) if beside.is_file() else {"joints": []}
+        self.rows = {row["name"]: row for row in told["joints"]} or {
+            name: {"joint": name, "motor": name, "control_per_command": 1.0}
+            for name in problem.joints}
+        self.joints = [self.rows.get(name, {"joint": name})["joint"] for name in problem.joints]
+        known = [self.model.joint(k).name for k in range(self.model.njnt)]
+        check_joint_names(tuple(self.joints), tuple(known), file.name)
+        is_corrected = told.get("model") == file.name
+        self.blocks = (run_file(file.with_name(told["module"]), "module of the corrected joints")
+                       ["CorrectedJoints"](self.model)
+                       if is_corrected and told["module"] else None)
+        self.seen = [self._seen(name, is_corrected) for name in problem.joints]
+        self.actuators = [self._actuator(name) for name in self.joints]
+        self.ticks = round(problem.period / self.model.opt.timestep)
+        if abs(self.ticks * self.model.opt.timestep / problem.period - 1.0) > 1e-3:
+            raise ClieError(f"{file.name} steps by {self.model.opt.timestep:g} s, and the "
+                            f"controller of the logs runs every {problem.period:g} s: set option "
+                            "timestep to that, or to a fraction of it")
+
+    def _seen(self, name: str, is_corrected: bool) -> str:
+        """Joint that the encoder sees: that of the motor where it sits there."""
+        row = self.rows.get(name, {"joint": name, "motor": name})
+        return str(row["motor" if is_corrected and self.problem.encoder_on_motor else "joint"])
+
+    def _actuator(self, joint: str) -> int:
+        """Number of the actuator of a joint, or of the motor in front of its gear."""
+        import mujoco
+
+        own = {joint, f"{joint}_motor"}
+        found = [k for k in range(self.model.nu)
+                 if self.model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
+                 and self.model.joint(int(self.model.actuator_trnid[k, 0])).name in own]
+        if len(found) != 1:
+            raise ClieError(f"{self.name}: {len(found)} actuators drive {joint}, and the law of "
+                            "the logs needs one, whose control is its command: a <motor>")
+        return found[0]
+
+    @property
+    def events(self) -> list[tuple[str, str]]:
+        """Joint and parameter of what sets in at some moment, which a run may set."""
+        return [] if self.blocks is None else [
+            (name, parameter) for name in self.problem.joints
+            for parameter in self.rows[name].get("events", [])]
+
+    def run(self, log: Log, noise: np.ndarray | None = None,
+            moments: Sequence[float] = ()) -> np.ndarray:
+        """Positions under the law of the problem in the experiment of a log, shape (N, n).
+
+        The law sees them with some noise of the sensor (N, n) [rad], by default with none: what
+        it sees first is the first position of the log.  Each of `events` sets in at its moment
+        [s]; without moments, all are there from the start.
+        """
+        import mujoco
+
+        for (joint, parameter), moment in zip(self.events, moments or [0.0] * len(self.events),
+                                              strict=True):
+            self.blocks.set(joint, parameter, moment)  # type: ignore[union-attr]
+        data, shift = mujoco.MjData(self.model), turn(self.problem)
+        seen = np.zeros_like(log.q) if noise is None else noise
+        self._place(data, log.start - seen[0] + shift, np.broadcast_to(log.speed, log.start.shape))
+        if self.blocks is not None:
+            self.blocks.reset()
+        command, factor = law_in_steps(self.problem, log), logged_command(self.problem)[0]
+        positions, reach = np.empty_like(log.q), FAR * max(float(np.ptp(log.q)), 1e-6)
+        for i in range(len(log)):
+            positions[i] = self._measured(data) - shift
+            if not np.all(np.abs(positions[i] - log.start) < reach):
+                raise DivergedError(
+                    f"{self.name} diverges in {log.name} after {i * self.problem.period:.3g} s "
+                    "under the law of the robot file: check gains and units, or the time step")
+            self._advance(data, command(i, positions[i] + seen[i]) / factor)
+        return positions
+
+    def _place(self, data: mujoco.MjData, q: np.ndarray, dq: np.ndarray) -> None:
+        for k, name in enumerate(self.joints):
+            for one in (name, f"{name}_motor"):
+                if any(self.model.joint(j).name == one for j in range(self.model.njnt)):
+                    data.joint(one).qpos[0], data.joint(one).qvel[0] = q[k], dq[k]
+
+    def _measured(self, data: mujoco.MjData) -> np.ndarray:
+        if self.blocks is not None:
+            return np.asarray(self.blocks.measured(data))
+        return np.array([data.joint(name).qpos[0] for name in self.seen])
+
+    def _advance(self, data: mujoco.MjData, u: np.ndarray) -> None:
+        import mujoco
+
+        if self.blocks is not None:
+            for _ in range(self.ticks):
+                self.blocks.step(self.model, data, u)
+            return
+        for k, actuator in enumerate(self.actuators):
+            row: Mapping[str, Any] = self.rows.get(self.problem.joints[k], {})
+            data.ctrl[actuator] = row.get("control_per_command", 1.0) * u[k]
+        mujoco.mj_step(self.model, data, self.ticks)
+
+
+def law_in_steps(problem: Problem, log: Log) -> Callable[[int, np.ndarray], np.ndarray]:
+    """Return the law as a function of sample and measured position; it keeps its own state.
+
+    It starts at rest where it first sees the joints, which is not where they are behind an
+    encoder that is off.
+
+    Raises
+    ------
+    ClieError
+        If the law does not hold the joints, so that a simulation only runs away from the log.
+
+    """
+    law = problem.law
+    if not isinstance(law, StatedLaw) or not law.holds_joints:
+        raise ClieError("a replay needs the law that ran: state [controller] with its gains in "
+                        "the robot file; without feedback a simulation leaves the log whatever "
+                        "the model")
+    if isinstance(law, BlockLaw):
+        return _block_in_steps(law, log)
+    rate = _velocity_in_steps(law, log)
+    return lambda i, q: law.command(log.q_d[i] - q, rate(q), log.pe[i])
+
+
+def _velocity_in_steps(law: StatedLaw, log: Log) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the velocity filter of a law as a function of the position at the next sample."""
+    memory = list(ramp_memory(np.broadcast_to(log.speed, log.start.shape) * 1.0, law.numerator,
+                              law.denominator, law.period).reshape(2, -1))
+    start = None
+
+    def rate(q: np.ndarray) -> np.ndarray:
+        nonlocal start, memory
+        start = q if start is None else start
+        formed, after = formed_velocity(q - start, memory, law.numerator, law.denominator)
+        memory = list(after)
+        return formed
+
+    return rate
+
+
+def _block_in_steps(law: BlockLaw, log: Log) -> Callable[[int, np.ndarray], np.ndarray]:
+    state = law.rest if log.law_state is None else log.law_state
+    beyond = np.zeros_like(log.q) if log.drive_rest is None else log.drive_rest
+    rate, reads, sent = _velocity_in_steps(law, log), law.block.reads, np.zeros_like(log.start)
+
+    def command(i: int, q: np.ndarray) -> np.ndarray:
+        nonlocal state, sent
+        of_drive = []
+        if VELOCITY in reads:
+            of_drive.append(rate(q) + beyond[i, :len(q)])
+        if TORQUE in reads:
+            recorded = log.u[i - 1] if i else 0.0
+            of_drive.append((sent - recorded) / np.array(law.block.scale)
+                            + log.of_drive[TORQUE][i])
+        state, u = law.block.step(i * law.period, state, log.q_d[i], q, log.pe[i], law.parameters,
+                                  *of_drive)
+        sent = np.clip(u, -law.saturation, law.saturation)
+        return sent
+
+    return command
