@@ -206,7 +206,7 @@ class _CallText(str):
 class _NoText(str):
     def format(self, *operands: object, **named: object) -> NoReturn:
         raise ClieError("an opaque block, or one in C, has no source in C; write it with "
-                        " numpy functions that can be traced")
+                        "numpy functions that can be traced")
 
 
 def _refuse(*operands: Any) -> NoReturn:
