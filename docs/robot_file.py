@@ -54,6 +54,7 @@ LAWS = """The laws, with v the velocity estimate of `velocity_filter`:
 | `"servo"` | u = clip(Kp (qd - q), +-saturation), a duty cycle of `supply_v` |
 | `"unknown"` | nothing is known; u is the logged torque or current |
 | `"my_law.py:controller"` | a block of your own, which `--run-law` runs, see [laws](laws.md) |
+| `"my_law.c:controller"` | a function of your own in C, likewise, with `parameters` |
 """
 NOTES = {"controller": LAWS + "\n",
          "experiment": "One section per log, called after its file: `[experiment.log-1]` for "

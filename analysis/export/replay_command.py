@@ -72,8 +72,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--robot", metavar="FILE", type=Path,
                         help="robot.toml of the logs; else the one beside them")
     parser.add_argument("--run-law", action="store_true",
-                        help="run the control law that robot.toml names as FILE.py:NAME: a "
-                             "program, which you have read")
+                        help="run the control law that robot.toml names as FILE.py:NAME or "
+                             "FILE.c:NAME: a program, which you have read")
     add_reading_options(parser)
     return parser
 

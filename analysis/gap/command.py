@@ -168,8 +168,8 @@ def _parser() -> argparse.ArgumentParser:
                         help="Python files with effects of your own, which are run and searched "
                              "for with those of the catalogue")
     parser.add_argument("--run-law", action="store_true",
-                        help="run the control law that robot.toml names as FILE.py:NAME: a "
-                             "program, which you have read")
+                        help="run the control law that robot.toml names as FILE.py:NAME or "
+                             "FILE.c:NAME: a program, which you have read")
     parser.add_argument("--simulated", type=Path, nargs="+", metavar="LOG", default=[],
                         help="logs of your own simulator in the same experiments: find what it is "
                              "missing")

@@ -10,6 +10,7 @@ import numpy as np
 from clie_blocks.errors import RecordError, nearest, visible
 
 LONGEST_NAME = 100  # characters
+OWN_LAW = r"[^:\u0000]+\.(py|c):[A-Za-z_]\w*"  # of a law in a file of the user's own
 
 
 class FixedDict(dict):
@@ -32,8 +33,9 @@ def file_field(keys: str | Sequence[str], kind: str, default: Any = None, *,
     """Return a dataclass field with its keys in the file, the kind of its value and its bounds.
 
     Kinds are ``joints``, ``number``, ``vector`` of three, ``matrix``, ``lists``, ``positions``
-    by name, ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME), ``table`` of a number
-    per joint by name (of `choices`), ``given`` (in no file), ``text`` and ``flag``.
+    by name, ``names``, ``choice``, ``law`` (a choice, or FILE.py:NAME, FILE.c:NAME), ``table`` of
+    a number per joint by name (of `choices`), ``numbers`` by any name, ``given`` (in no file),
+    ``text`` and ``flag``.
     """
     keys = (keys,) if isinstance(keys, str) else tuple(keys)
     return dataclasses.field(default=default, metadata={
@@ -63,6 +65,8 @@ def check_value(value: Any, field: dataclasses.Field[Any], where: str) -> Any:
         return _names(value, where)
     if kind == "table":
         return _table(value, rules["choices"], where)
+    if kind == "numbers":
+        return _numbers_by_name(value, where)
     if kind == "vector":
         return _vector(value, where)
     if kind == "matrix":
@@ -80,11 +84,11 @@ def _word(value: Any, choices: Sequence[str], where: str) -> str:
 
 
 def _law(value: Any, choices: Sequence[str], where: str) -> str:
-    if isinstance(value, str) and re.fullmatch(r"[^:\0]+\.py:[A-Za-z_]\w*", value):
+    if isinstance(value, str) and re.fullmatch(OWN_LAW, value):
         return visible(value)
-    if isinstance(value, str) and (".py" in value or ":" in value):
+    if isinstance(value, str) and (".py" in value or value.endswith(".c") or ":" in value):
         raise RecordError(f"{where} = {value!r} names no law of your own; write FILE.py:NAME, "
-                          'such as "my_law.py:controller"')
+                          'such as "my_law.py:controller", or FILE.c:NAME for a function in C')
     return _word(value, choices, where)
 
 
@@ -122,6 +126,16 @@ def _table(value: Any, choices: Sequence[str], where: str) -> FixedDict:
     unknown = next((name for name in value if name not in choices), None)
     if unknown is not None:
         raise RecordError(f"{where} has no {unknown!r}; {nearest(unknown, choices)}")
+    rules = {"kind": "joints", "above": None, "least": None, "nonzero": False}
+    return FixedDict({name: _numbers(one, rules, f"{where}: {name}")
+                      for name, one in value.items()})
+
+
+def _numbers_by_name(value: Any, where: str) -> FixedDict:
+    """A number, or a list of numbers, by any name."""
+    if not isinstance(value, dict):
+        raise RecordError(f"{where} must be names with numbers, such as {{ kp = [30.0, 20.0] }}, "
+                          f"got {value!r}")
     rules = {"kind": "joints", "above": None, "least": None, "nonzero": False}
     return FixedDict({name: _numbers(one, rules, f"{where}: {name}")
                       for name, one in value.items()})

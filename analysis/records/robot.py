@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from control import InputOutputSystem
 
 LAWS = ("pd", "pid", "cascade", "servo", "unknown")
-PROGRAM = "program"  # a law that is given as a block, in Python
+PROGRAM = "program"  # a law that is given as a block
 HOLDS = ("conditional", "back_calculation", "none")
 COMPENSATIONS = ("gravity", "inverse_dynamics", "pd_plus", "computed_torque")
 FEEDFORWARD = ("velocity", "acceleration", "coulomb", "width_rad_s")
@@ -227,6 +227,7 @@ class Controller(_Section):
     ``unknown``  nothing is known, u is the logged torque or current;
     ``my_law.py:controller``  the block of python-control that the file, beside the robot file,
                  defines under this name; it is run only where the user allows it;
+    ``my_law.c:controller``  the function in C that the file defines, see `law_in_c`; likewise;
     ``program``  a block that is given in Python.
 
     Parameters
@@ -300,6 +301,8 @@ class Controller(_Section):
     supply : float
         Nominal supply voltage [V] of a servo; where the logs have its course, as the channel
         ``supply``, torques follow that.
+    parameters : mapping of str to ndarray
+        Numbers that a law in C takes, by their names there.
     block : control.InputOutputSystem
         The law itself, where it is a program; in no file, see `with_law`.
     block_scale : ndarray, shape (n,)
@@ -342,6 +345,7 @@ class Controller(_Section):
         ("command_resolution_nm", "command_resolution"), "joints", least=0)
     saturation: np.ndarray | None = file_field(("saturation_nm", "saturation"), "joints", above=0)
     supply: float | None = file_field("supply_v", "number", above=0)
+    parameters: Mapping[str, np.ndarray] | None = file_field("parameters", "numbers")
     block: InputOutputSystem | None = file_field((), "given")
     block_scale: np.ndarray | None = file_field((), "given")
 

@@ -12,12 +12,12 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from clie_blocks.analysis.records.fields import OWN_LAW
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, MEANINGS
 from clie_blocks.analysis.records.robot import PROGRAM, Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
 
 SCHEMA = "robot.schema.json"
-OWN_LAW = r"^[^:\u0000]+\.py:[A-Za-z_]\w*$"
 TABLES = {
     "units": "Unit of a signal of the logs, where it is not the one given below.",
     "columns": "Name of the columns of a signal, with `{joint}` for the name of a joint or `{k}` "
@@ -29,6 +29,7 @@ TOP = {
 KINDS = {
     "joints": "number, or one per joint", "number": "number", "vector": "three numbers",
     "matrix": "list of rows", "lists": "list per joint", "positions": "number by name",
+    "numbers": "number, or list of numbers, by name",
     "names": "list of names", "text": "text", "flag": "true or false"}
 _NUMBER = {"type": "number"}
 _SCHEMAS: dict[str, dict[str, Any]] = {
@@ -36,6 +37,8 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
     "matrix": {"type": "array", "items": {"type": "array", "items": _NUMBER}},
     "lists": {"type": "array"},
     "positions": {"type": "object", "additionalProperties": _NUMBER},
+    "numbers": {"type": "object", "additionalProperties": {
+        "anyOf": [_NUMBER, {"type": "array", "items": _NUMBER, "minItems": 1}]}},
     "names": {"type": "array", "items": {"type": "string"}},
     "text": {"type": "string"}, "flag": {"type": "boolean"}}
 
@@ -75,7 +78,7 @@ class Key:
             return f"table of {names}, each a number, or one per joint"
         if self.choices:
             listed = ", ".join(f'`"{choice}"`' for choice in self.choices)
-            return listed + (', `"FILE.py:NAME"`' if self.kind == "law" else "")
+            return listed + (', `"FILE.py:NAME"`, `"FILE.c:NAME"`' if self.kind == "law" else "")
         if self.above is not None:
             return f"{KINDS[self.kind]}, above {self.above:g}"
         if self.least is not None:
@@ -90,7 +93,7 @@ class Key:
             {} if self.least is None else {"minimum": self.least})
         if self.kind == "law":
             return described | {"anyOf": [{"enum": list(self.choices)},
-                                          {"type": "string", "pattern": OWN_LAW}]}
+                                          {"type": "string", "pattern": f"^{OWN_LAW}$"}]}
         per_joint = {"anyOf": [number, {"type": "array", "items": number, "minItems": 1}]}
         if self.kind == "table":
             return described | {"type": "object", "additionalProperties": False,

@@ -45,7 +45,7 @@ _LAW = """\
 # ? Kd = {one}
 # ? velocity_of = "error"        # Kd damps the error of the velocity, not the velocity
 # another law: law = "pid" with Ki, "cascade" with Kv, or a block of your own in a Python file,
-# law = "my_law.py:controller"
+# law = "my_law.py:controller", or a function in C, law = "my_law.c:controller"
 # ? velocity_filter = "difference"   # or two_tap, exact, two_corner with its corners
 # ? sample_time_s = 0.001
 # ? u_is = "commanded"           # or "measured" behind the drive, or "computed" afterwards"""

@@ -236,7 +236,8 @@ class Robot:
         (folder / "robot.toml").write_text(
             robot_text(self.n, self.controller, self.gravity, self.motor))
         if self.program:
-            (folder / "my_law.py").write_text(self.program)
+            name = "my_law.c" if ".c:" in self.controller else "my_law.py"
+            (folder / name).write_text(self.program)
         unit = "[duty]" if "servo" in self.controller else ""
         for seed in range(logs):
             log = run(self.law(), self.n, effect, seed + 1, seconds, self.gravity, **self.options)

@@ -1,5 +1,6 @@
 """A control law in a file of the user's own: how a robot file names it, and what can be wrong."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,8 @@ from clie_blocks.analysis.records.law_file import with_law_of_file
 from clie_blocks.analysis.records.robot import Controller, Robot, as_checks_see, with_law
 from clie_blocks.errors import ClieError, RecordError
 
-EXAMPLE = (Path(__file__).parents[2] / "docs" / "laws" / "my_law.py").read_text()
+LAWS = Path(__file__).parents[2] / "docs" / "laws"
+EXAMPLE, IN_C = ((LAWS / name).read_text() for name in ("my_law.py", "my_law.c"))
 
 
 def robot(folder, law="my_law.py:controller", program=EXAMPLE):
@@ -29,6 +31,33 @@ def test_the_block_of_the_file_is_the_law(tmp_path):
     known = with_law_of_file(robot(tmp_path))
     assert known.controller.block.name == "pid" and known.controller.sample_time == 1e-3
     assert known.controller.saturation.tolist() == [0.8, 0.8]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler called cc")
+def test_a_function_in_c_has_the_numbers_of_the_robot_file(tmp_path):
+    (tmp_path / "my_law.c").write_text(IN_C)
+    text = ('joints = 2\n[controller]\nlaw = "my_law.c:controller"\nsample_time_s = 0.001\n'
+            "parameters = { kp = [1.8, 0.5], ki = 9.0, kd = 0.1, weight = 0, limit = 0.8 }\n")
+    (tmp_path / "robot.toml").write_text(text)
+    stated = read_robot(tmp_path / "robot.toml")
+    assert stated.controller.is_program and stated.controller.block is None
+    block = with_law_of_file(stated).controller.block
+    assert block.params["ki"].tolist() == [9.0, 9.0] and block.dt == 1e-3
+    (tmp_path / "robot.toml").write_text(text.replace("kp", "kq"))
+    with pytest.raises(ClieError, match="no parameter 'kq'; did you mean 'k.'"):
+        with_law_of_file(read_robot(tmp_path / "robot.toml"))
+    (tmp_path / "robot.toml").write_text(text.replace("[1.8, 0.5]", '"much"'))
+    with pytest.raises(RecordError, match="parameters: kp must be a number per joint"):
+        read_robot(tmp_path / "robot.toml")
+
+
+def test_numbers_of_a_law_in_python_stand_in_its_file(tmp_path):
+    stated = robot(tmp_path)
+    (tmp_path / "robot.toml").write_text(
+        (tmp_path / "robot.toml").read_text() + "parameters = { kp = 1.0 }\n")
+    assert stated.controller.parameters is None
+    with pytest.raises(ClieError, match="is Python: write them into params"):
+        with_law_of_file(read_robot(tmp_path / "robot.toml"))
 
 
 def test_robots_without_a_program_stay_as_they_are():
@@ -63,7 +92,7 @@ def test_a_file_that_defines_no_law(tmp_path, program, message):
 
 
 @pytest.mark.parametrize("law", ["my_law.py", "my_law:controller", "my_law.py:", "my_law.py:2x",
-                                 ":controller"])
+                                 ":controller", "my_law.c", "my_law.cpp:controller"])
 def test_what_names_no_law_of_a_file_is_refused(tmp_path, law):
     with pytest.raises(RecordError, match="FILE.py:NAME"):
         robot(tmp_path, law)

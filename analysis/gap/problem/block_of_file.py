@@ -61,7 +61,7 @@ def block_of_file(robot: Robot, period: float, links: Links,
     law = controller.block or law_block(controller, period, robot.n)
     if law is None:
         raise NotIdentifiableError(
-            f"the control law is {controller.law!r}, a Python program of your own, and a program "
+            f"the control law is {controller.law!r}, a program of your own, and a program "
             "from a robot file is run only where you allow it: look at it, then add --run-law, in "
             "Python Problem.from_logs(..., law=block)")
     if controller.compensation is None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from clie_blocks.compiled.codegen.vector_math import vector_function
+from clie_blocks.compiled.ir.foreign import foreign_name
 
 
 class Value(NamedTuple):
@@ -137,15 +138,39 @@ class Builder:
                               f"i32 {lane}")
         return result
 
-    def call_back(self, index: float, size: int, operands: Sequence[Operand]) -> Value:
-        """Write a call of a Python function and return the memory with its values; one lane."""
+    def call_back(self, index: float, size: int, operands: Sequence[Operand]) -> list[Value]:
+        """Write a call of a Python function and return its values; one lane."""
         self.declarations.add("declare void @opaque(i64, ptr, ptr)")
-        memory = [self.put(f"alloca double, i64 {max(1, n)}") for n in (len(operands), size)]
+        given, results = self._memory(len(operands)), self._memory(size)
         for k, operand in enumerate(operands):
-            self.store(operand, memory[0], k, False)
-        self.lines.append(
-            f"  call void @opaque(i64 {int(index)}, ptr {memory[0]}, ptr {memory[1]})")
-        return Value(memory[1], False)
+            self.store(operand, given, k, False)
+        self.lines.append(f"  call void @opaque(i64 {int(index)}, ptr {given}, ptr {results})")
+        return [self.load(results, k, False) for k in range(size)]
+
+    def foreign(self, number: float, size: int, operands: Sequence[Operand]) -> list[Value]:
+        """Write a call of a function from outside, lane by lane, and return its values."""
+        name, varying = foreign_name(number), _varying(*operands)
+        self.declarations.add(f"declare void @{name}(ptr, ptr)")
+        given, results = self._memory(len(operands)), self._memory(size)
+        if self._scalar(varying):
+            for k, operand in enumerate(operands):
+                self.store(operand, given, k, False)
+            self.lines.append(f"  call void @{name}(ptr {given}, ptr {results})")
+            return [self.load(results, k, False) for k in range(size)]
+        lanes, values = [self._operand(a, varying) for a in operands], ["poison"] * size
+        for lane in range(self.width):
+            for k, lane_values in enumerate(lanes):
+                one = self.put(f"extractelement {self.type(True)} {lane_values}, i32 {lane}")
+                self.store(Value(one, False), given, k, False)
+            self.lines.append(f"  call void @{name}(ptr {given}, ptr {results})")
+            values = [self.put(f"insertelement {self.type(True)} {value}, double "
+                               f"{self.load(results, k, False).name}, i32 {lane}")
+                      for k, value in enumerate(values)]
+        return [Value(value, True) for value in values]
+
+    def _memory(self, size: int) -> str:
+        """Write the reservation of memory for so many numbers, and return where it lies."""
+        return self.put(f"alloca double, i64 {max(1, size)}")
 
     def load(self, pointer: str, offset: int, varying: bool) -> Value:
         """Write a load from so many floats behind a pointer."""

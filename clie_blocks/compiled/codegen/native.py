@@ -12,6 +12,7 @@ from clie_blocks.compiled.codegen.machine import Machine
 from clie_blocks.compiled.codegen.methods import Method
 from clie_blocks.compiled.codegen.stepper import run_function
 from clie_blocks.compiled.ir.callback import Callback
+from clie_blocks.compiled.ir.foreign import foreign_addresses
 from clie_blocks.compiled.ir.layout import Layout
 
 _REAL, _COUNT, _ARRAY = ctypes.c_double, ctypes.c_int64, ctypes.c_void_p
@@ -51,9 +52,10 @@ class NativeEngine:
     def __init__(self, layout: Layout, method: Method, memory: Memory = SINGLE,
                  text: str | None = None) -> None:
         self._board = Switchboard(layout.opaque)
-        self._machine = Machine(text or module(layout, method, memory),
-                                ["derivative", "observe", "run"],
-                                {"opaque": self._board.address} if layout.opaque else None)
+        code = text or module(layout, method, memory)
+        called_back = {"opaque": self._board.address} if layout.opaque else {}
+        self._machine = Machine(code, ["derivative", "observe", "run"],
+                                called_back | foreign_addresses(code))
         self.cached, self._sizes = self._machine.cached, _sizes(layout, memory)
         point = (_REAL, *[_ARRAY] * 4)
         self._derivative = self._machine.function("derivative", *point)

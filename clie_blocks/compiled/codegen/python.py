@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.compiled.codegen.methods import Method
+from clie_blocks.compiled.ir.foreign import foreign_function
 from clie_blocks.compiled.ir.layout import Layout
 from clie_blocks.compiled.ir.operations import OPERATIONS, operation_named
 from clie_blocks.compiled.ir.symbols import Expression, Symbol, topological
@@ -100,6 +101,8 @@ class PythonEngine:
         self._careful: dict[str, Any] = dict(_CAREFUL)
         self._plain["opaque"] = self._careful["opaque"] = (
             lambda index, size, *numbers: layout.opaque[int(index)](np.array(numbers)).tolist())
+        self._careful["foreign"] = lambda number, size, *numbers: foreign_function(number)(numbers)
+        self._plain["foreign"] = lambda *call: self._careful["foreign"](*call).tolist()
         exec(compile(source(layout), "<program>", "exec"), self._plain)
         self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
         exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)

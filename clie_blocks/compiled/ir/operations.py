@@ -1,8 +1,8 @@
 """The one table of scalar operations: numpy meaning, text in each language, derivative.
 
 Everything that a traced diagram can compute is a row here.  Tracing builds rows, each emitter
-reads one column, and forward sensitivities read the last one.  Apart from the table stand the two
-operations of a block function that is called back: the call, and one of its values.
+reads one column, and forward sensitivities read the last one.  Apart from the table stand the
+calls of functions that no trace shows, in Python or in C, and the choice of one of their values.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from clie_blocks.compiled.ir.foreign import foreign_function
 from clie_blocks.errors import ClieError
 
 
@@ -199,25 +200,33 @@ class _CallText(str):
     """Python text of a call, whatever the number of its operands."""
 
     def format(self, *operands: object, **named: object) -> str:
-        return f"opaque({', '.join(map(str, operands))})"
+        return f"{str(self)}({', '.join(map(str, operands))})"
 
 
 class _NoText(str):
     def format(self, *operands: object, **named: object) -> NoReturn:
-        raise ClieError("an opaque block has no source in C; write it with numpy functions that "
-                        "can be traced")
+        raise ClieError("an opaque block, or one in C, has no source in C; write it with "
+                        "numpy functions that can be traced")
 
 
 def _refuse(*operands: Any) -> NoReturn:
-    raise ClieError("an opaque block has neither a value nor a derivative outside a program")
+    raise ClieError("an opaque block, or one in C, has no derivative; take central differences "
+                    "of batch() with the parameter a little up and down")
+
+
+def _foreign(number: float, size: float, *operands: float) -> np.ndarray:
+    return foreign_function(number)(operands)
 
 
 CALLBACKS = {operation.name: operation for operation in (
-    Operation("call", 0, _refuse, _CallText(), _NoText(),
+    Operation("call", 0, _refuse, _CallText("opaque"), _NoText(),
               lambda ir, index, size, *operands: ir.call_back(index, int(size), operands),
               _refuse),
-    Operation("pick", 2, _refuse, "{0}[int({1})]", _NoText(),
-              lambda ir, values, k: ir.load(values.name, int(k), False), _refuse),
+    Operation("foreign", 0, _foreign, _CallText("foreign"), _NoText(),
+              lambda ir, number, size, *operands: ir.foreign(number, int(size), operands),
+              _refuse),
+    Operation("pick", 2, lambda values, k: values[int(k)], "{0}[int({1})]", _NoText(),
+              lambda ir, values, k: values[int(k)], _refuse),
 )}
 
 

@@ -134,7 +134,19 @@ def _scalar(name: str) -> Callable[..., Any]:
     return function
 
 
-FUNCTIONS = {name: _scalar(name) for name in (*OPERATIONS, *CALLBACKS)}
+def _call(name: str) -> Callable[..., Any]:
+    """An operation whose values are no scalars, or that chooses one of them."""
+    def function(*args: Any) -> Any:
+        symbol = next((a for a in args if isinstance(a, Symbol)), None)
+        if symbol is None:
+            return CALLBACKS[name].numpy(*args)
+        return symbol.graph.make(name, tuple(number(a) for a in args))
+    function.__name__ = name
+    return function
+
+
+FUNCTIONS = ({name: _scalar(name) for name in OPERATIONS}
+             | {name: _call(name) for name in CALLBACKS})
 
 
 class _Functions:
