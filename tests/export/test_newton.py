@@ -58,17 +58,20 @@ def test_the_native_functions_give_the_numbers_of_the_block_in_every_world(tmp_p
 
 
 @pytest.mark.slow
-def test_the_kernels_run_in_warp(tmp_path):
+@pytest.mark.parametrize("device", ["cpu", "cuda:0"])
+def test_the_kernels_run_in_warp(tmp_path, device):
     wp = pytest.importorskip("warp", reason="needs warp-lang")
+    if not wp.is_device_available(device):
+        pytest.skip(f"needs the device {device}")
     correction, one, rows, wanted = made()
     (path,) = export(correction, "newton").save(tmp_path)
     spec = importlib.util.spec_from_file_location("corrected_joints_newton", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    joint = module.CorrectedJoint("j1", [2, 1, 0], [3, 4, 5], "cpu")
+    joint = module.CorrectedJoint("j1", [2, 1, 0], [3, 4, 5], device)
     for i in range(20):
         q, dq, force, other = (
-            wp.array(np.concatenate(columns), dtype=wp.float32, device="cpu")
+            wp.array(np.concatenate(columns), dtype=wp.float32, device=device)
             for columns in ((rows[::-1, i, 0],), ([9.0] * 3, rows[:, i, 1]),
                             ([7.0] * 3, rows[:, i, 2]), ([5.0] * 3, rows[:, i, 3])))
         joint.apply(q, dq, force, other)
@@ -78,4 +81,4 @@ def test_the_kernels_run_in_warp(tmp_path):
     started = np.array(joint.numbers.numpy())[:, 0]
     np.testing.assert_allclose(started, [20 * STEP, 0.0, 20 * STEP])
     with pytest.raises(ValueError, match="those are"):
-        module.CorrectedJoint("j9", [0], [0], "cpu")
+        module.CorrectedJoint("j9", [0], [0], device)
