@@ -15,7 +15,6 @@ from clie_blocks.analysis.gap.assessment.test_motions import (
     scale_inside,
 )
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -27,10 +26,8 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     UNKNOWN,
     RankedCause,
 )
-from clie_blocks.errors import DivergedError
 
 _MENU = 8  # experiments that are reported
-_DIVERGED_APART = 1e9  # chi^2 between a model that stays finite and one that diverges
 Odds = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Odds (unnormalised) from prior probabilities and chi^2 distances to the true model."""
 
@@ -111,7 +108,8 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     None if one cause is left, or if no experiment would leave fewer than there are.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
-    are searched, are simulated with each remaining model inside the robot's limits; the whitened
+    are searched, are simulated with each remaining model, none of which may leave the robot's
+    limits; the whitened
     distance between two predictions is the evidence that the run would bring, and the verdict's
     own odds say how many causes it would leave.
     """
@@ -181,29 +179,18 @@ def _simulated(residuals: ResidualModel, remaining: Sequence[tuple[RankedCause, 
                limits: Limits, odds: Odds, log: Log) -> _Tried | None:
     """Experiment inside the limits with what it would bring; None where there is none."""
     models = [fit.hypothesis for _, fit in remaining]
-    scaled = scale_inside(models[0], log, limits, residuals.method.assessment)
+    scaled = scale_inside(models, log, limits, residuals.method.assessment)
     if scaled is None:
         return None
-    log, leading = scaled
-    motions = [leading, *(_motion(model, log) for model in models[1:])]
+    log, motions = scaled
     distances = [_distance(residuals, one, two)
                  for one, two in itertools.combinations(motions, 2)]
     prior = np.array([ranked.probability for ranked, _ in remaining])
     return _Tried(log, min(distances), _expected_size(prior, distances, odds))
 
 
-def _motion(model: Hypothesis, log: Log) -> np.ndarray | None:
-    """Motion of a model in an experiment, (N, n) [rad]; None where it diverges."""
-    try:
-        return model.simulator.run(log, model.of_log(0))[0]
-    except DivergedError:
-        return None
-
-
-def _distance(residuals: ResidualModel, one: np.ndarray | None, two: np.ndarray | None) -> float:
+def _distance(residuals: ResidualModel, one: np.ndarray, two: np.ndarray) -> float:
     """Whitened squared distance between two models' motions in an experiment."""
-    if one is None or two is None:
-        return 0.0 if one is two else _DIVERGED_APART
     difference = decimated(one - two, residuals.problem.period)
     return float(sum(np.sum(whiten(difference[:, k], noise.whitener) ** 2)
                      for k, noise in enumerate(residuals.noises)))

@@ -5,6 +5,7 @@ inside what the logs have reached.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -139,27 +140,33 @@ def test_motion(problem: Problem, limits: Limits, name: str, motion: np.ndarray,
                supply=None if supply is None else zero + supply.mean(axis=0))
 
 
-def scale_inside(model: Hypothesis, log: Log, limits: Limits, method: AssessmentMethod,
-                 ) -> tuple[Log, np.ndarray] | None:
-    """Scale an experiment down (or up) until a model of the robot stays inside limits.
+def scale_inside(models: Sequence[Hypothesis], log: Log, limits: Limits, method: AssessmentMethod,
+                 ) -> tuple[Log, list[np.ndarray]] | None:
+    """Scale an experiment down (or up) until every model of the robot stays inside limits.
 
-    Returns the experiment and the model's motion in it, (N, n) [rad]; None where even small
-    motions leave the limits.
+    Any of the models may be the robot, so the one that comes closest to a limit sets the scale.
+    Returns the experiment and the models' motions in it, (N, n) [rad] each; None where one of them
+    diverges or even small motions leave the limits.
     """
     use = method.experiment_limit
     for _ in range(_TRIALS):
         try:
-            q, u = model.simulator.run(log, model.of_log(0))
+            runs = [model.simulator.run(log, model.of_log(0))[:2] for model in models]
         except DivergedError:
             factor = _ON_DIVERGENCE
         else:
-            velocity = _velocity(q, model.problem.period)
-            used = np.max([np.abs(q - limits.centre).max(axis=0) / limits.reach,
-                           np.abs(velocity).max(axis=0) / (limits.speed + 1e-9),
-                           np.abs(u).max(axis=0) / (limits.torque + 1e-12)])
+            used = max(_used(q, u, limits, models[0].problem.period) for q, u in runs)
             if _CLOSE * use < used <= 1.0:
-                return log, q
+                return log, [q for q, _ in runs]
             factor = use / used
         q_d = limits.centre + factor * (log.q_d - limits.centre)
         log = dataclasses.replace(log, q=q_d, q_d=q_d, pe=factor * log.pe)
     return None
+
+
+def _used(q: np.ndarray, u: np.ndarray, limits: Limits, period: float) -> float:
+    """Largest share of a limit of position, speed or torque that a run uses."""
+    velocity = _velocity(q, period)
+    return float(np.max([np.abs(q - limits.centre).max(axis=0) / limits.reach,
+                         np.abs(velocity).max(axis=0) / (limits.speed + 1e-9),
+                         np.abs(u).max(axis=0) / (limits.torque + 1e-12)]))

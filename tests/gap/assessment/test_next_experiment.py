@@ -59,13 +59,44 @@ def test_sums_of_sines_are_those_of_their_lines(samples):
 def test_runs_stay_inside_what_the_robot_may_do(undecided):
     _, residuals, fits, _ = undecided
     method, limits = METHOD.assessment, motion_limits(residuals.problem)
-    model = fits["coulomb"].hypothesis
+    models = [one.hypothesis for one in fits.values()]
     for log in elementary_motions(residuals.problem, limits, method):
-        log, motion = scale_inside(model, log, limits, method)
-        q, u = model.simulator.run(log, model.of_log(0))
+        log, motions = scale_inside(models, log, limits, method)
+        for model, motion in zip(models, motions, strict=True):
+            assert_inside(model, log, limits, motion)
+
+
+def test_the_recommended_run_keeps_to_the_limits_whichever_cause_is_true(undecided):
+    _, residuals, fits, advice = undecided
+    for one in fits.values():
+        assert_inside(one.hypothesis, advice.run, motion_limits(residuals.problem))
+
+
+def test_the_model_that_comes_closest_to_a_limit_sets_the_scale(undecided):
+    """A joint that rubs much moves little: a run made for it alone is too large without it."""
+    _, residuals, fits, _ = undecided
+    method, limits = METHOD.assessment, motion_limits(residuals.problem)
+    model = fits["coulomb"].hypothesis
+    rubbing, free = (model.with_values({**model.values, "coulomb.level": share * limits.torque})
+                     for share in (0.3, 0.0))
+    chirp = elementary_motions(residuals.problem, limits, method)[-1]
+    alone, _ = scale_inside([rubbing], chirp, limits, method)
+    with pytest.raises(AssertionError):
+        assert_inside(free, alone, limits)
+    both, _ = scale_inside([rubbing, free], chirp, limits, method)
+    for one in (rubbing, free):
+        assert_inside(one, both, limits)
+
+
+def assert_inside(model, log, limits, motion=None):
+    """A model keeps to position, speed and torque in a run."""
+    q, u = model.simulator.run(log, model.of_log(0))
+    if motion is not None:
         np.testing.assert_array_equal(q, motion)
-        assert np.all(q >= limits.lowest - 1e-6) and np.all(q <= limits.highest + 1e-6)
-        assert np.all(np.abs(u) <= limits.torque)
+    speed = np.abs(np.gradient(q, model.problem.period, axis=0))
+    assert np.all(q >= limits.lowest - 1e-6) and np.all(q <= limits.highest + 1e-6)
+    assert np.all(speed <= 1.05 * limits.speed)  # limits are those of a smoothed speed
+    assert np.all(np.abs(u) <= limits.torque)
 
 
 def test_the_best_run_is_the_best_of_its_menu_and_separates_the_set(undecided):
