@@ -109,9 +109,8 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model, none of which may leave the robot's
-    limits; the whitened
-    distance between two predictions is the evidence that the run would bring, and the verdict's
-    own odds say how many causes it would leave.
+    limits; the whitened distance between two predictions is the evidence that the run would bring,
+    and the verdict's own odds say how many causes it would leave.
     """
     method, problem = residuals.method.assessment, residuals.problem
     remaining = _remaining(ranking, method)
