@@ -72,7 +72,7 @@ def _parser() -> argparse.ArgumentParser:
                              "python-control, drake, simulink, simscape or modelica")
     parser.add_argument("--model", type=Path, metavar="FILE",
                         help="your own model of the robot, to be patched: an MJCF for mujoco, an "
-                             "SDF for gazebo; else a stub is written")
+                             "SDF for gazebo; without it mujoco gets one of the stated links")
     parser.add_argument("--joint", action="append", default=[], metavar="LOG=MODEL",
                         help="name of a joint in the logs, and in the model; repeat it")
     parser.add_argument("--step", type=float, metavar="S",

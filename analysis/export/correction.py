@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.export.arm import Arm, read_arm
 from clie_blocks.analysis.export.events import Event, from_the_start
+from clie_blocks.analysis.gap.report.arm import IN_BODIES
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.library import TERM, effect_of
 from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.labels import DiagramError
+from clie_blocks.rigid_body.motor_coupling import Matrix
 
 KEY = "correction"
 
@@ -98,7 +101,8 @@ class Correction:
     of_law : tuple of Setting
         Effects of the controller or of the recorder, which no simulator of a robot holds.
     without_block : tuple of dict
-        Causes that no effect of the catalogue states, with the reason.
+        Causes that no effect of the catalogue states, with the reason, and whether the bodies of
+        `arm` hold them.
     basis : str
         What the model corrects: the ``datasheet``, the user's ``simulator`` or ``loop``.
     verdict : str
@@ -109,6 +113,8 @@ class Correction:
         ``numbers`` that the logs leave uncertain, by key, and their ``covariance``.
     events : tuple of Event
         When in the first log something set in.
+    arm : Arm, optional
+        The links, where they were stated.
 
     """
 
@@ -123,6 +129,21 @@ class Correction:
     uncertainty: Mapping[str, Any] = dataclasses.field(
         default_factory=lambda: {"numbers": [], "covariance": []})
     events: tuple[Event, ...] = ()
+    arm: Arm | None = None
+
+    @property
+    def shares(self) -> Matrix | None:
+        """How each joint moves each motor, of motors that turn several joints."""
+        return None if self.arm is None else self.arm.shares
+
+    @property
+    def beside_arm(self) -> Correction:
+        """What a model of the corrected links does not hold."""
+        if self.arm is None:
+            return self
+        return dataclasses.replace(
+            self, effects=tuple(one for one in self.effects if one.effect.name not in IN_BODIES),
+            without_block=tuple(row for row in self.without_block if not row["in_bodies"]))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -136,7 +157,13 @@ class Correction:
                 *(f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
                   for row in self.without_block),
                 *(f"Your controller or your log needs it, not the model: {setting!r}."
-                  for setting in self.of_law))
+                  for setting in self.of_law), *self._coupled_motors())
+
+    def _coupled_motors(self) -> list[str]:
+        if self.arm is None or self.arm.motor_coupling is None:
+            return []
+        return ["Motors turn several joints: every position, velocity and torque here is that of "
+                f"a motor over its gear ratio, q_motor = {_rows(self.shares)} q."]
 
     def index(self, name: str) -> int:
         """Place of a joint by its name."""
@@ -150,6 +177,11 @@ class Correction:
     def at(self, k: int) -> tuple[Setting, ...]:
         """Effects that act on joint k."""
         return tuple(one for one in self.effects if one.joints is None or k in one.joints)
+
+
+def _rows(matrix: Matrix | None) -> str:
+    rows = (", ".join(f"{share:.6g}" for share in row) for row in matrix or ())
+    return f"[{', '.join(f'[{row}]' for row in rows)}]"
 
 
 def read_correction(path: str | PathLike[str]) -> Correction:
@@ -212,7 +244,8 @@ def correction_of(answer: Mapping[str, Any], source: str = "answer") -> Correcti
     return Correction(joints, float(plain["period"]), effects,
                       tuple(_settings(plain["of_law"], source)),
                       tuple(plain["without_block"]), plain["basis"], answer["verdict"],
-                      tuple(plain.get("of_links", ())), plain["uncertainty"], events)
+                      tuple(plain.get("of_links", ())), plain["uncertainty"], events,
+                      read_arm(plain.get("arm")))
 
 
 def _joint(plain: Mapping[str, Any]) -> Joint:
@@ -260,8 +293,9 @@ def check_basis(correction: Correction, source: str) -> None:
     if correction.basis != "datasheet":
         raise ClieError(
             f"{source} cannot be patched from this answer: it was compared with the logs of your "
-            f"own {correction.basis}, and says what to add to it; the .xml next to the report "
-            "lists the changes. Diagnose without --simulated for a model that can be exported")
+            f"own {correction.basis}, and says what to add to it; the report lists the "
+            "changes, parameter by parameter. Diagnose without --simulated for a model that can "
+            "be exported")
 
 
 def check_joint_names(names: Sequence[str], known: Sequence[str], source: str) -> None:

@@ -49,9 +49,13 @@ def export_gazebo(correction: Correction, step: float | None,
     Raises
     ------
     ClieError
-        As in `patch`; or if the engine's step is no fraction of that of the blocks.
+        As in `patch`; if the engine's step is no fraction of that of the blocks; or if motors turn
+        several joints.
 
     """
+    if correction.shares is not None:
+        raise ClieError("an SDF has no motor that turns several joints (motor_coupling); give "
+                        "--to mujoco, or a target whose blocks you call at the motors, such as c")
     if model is None:
         step = min(correction.period, DEFAULT_STEP) if step is None else step
         cores, friction = _cores(correction, step)

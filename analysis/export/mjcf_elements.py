@@ -18,6 +18,13 @@ def joints_of(document: XmlText) -> dict[str, Element]:
             if "name" in one.attributes}
 
 
+def tendons_of(document: XmlText) -> dict[str, Element]:
+    """Return the fixed tendons by name."""
+    return {one.attributes["name"]: one for section in document.root.children
+            if section.name == "tendon" for one in section.every("fixed")
+            if "name" in one.attributes}
+
+
 def in_words(document: XmlText, source: str) -> str:
     """Return the file in words, with what it includes, which is not searched."""
     included = [one.attributes.get("file", "") for one in document.root.every("include")]

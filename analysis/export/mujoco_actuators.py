@@ -63,6 +63,8 @@ class Actuators:
         Its time step [s].
     notes, tail : list of str
         Notes for the user, and sections to be added behind all others.
+    moves : str
+        What they drive: a ``joint``, or the ``tendon`` that is the motor of several joints.
 
     """
 
@@ -72,19 +74,20 @@ class Actuators:
     step: float
     notes: list[str]
     tail: list[str]
+    moves: str = "joint"
 
     def bring_in(self, piece: Split, name: str, motor: str) -> Driven:
         """Edit the actuator of a joint, and say how it is driven."""
         joint = piece.joint
         found = [one for one in actuators_of(self.document)
-                 if one.attributes.get("joint") == name]
+                 if one.attributes.get(self.moves) == name]
         corrects = piece.offset or _changes_drive(piece)
         if not found:
             if corrects:
                 self.notes.append(f"No actuator drives {name}; one was added, whose control is "
                                   f"the logged command [{joint.unit_u}].")
                 self.tail.append(tag("actuator", {}, [tag("general", {
-                    "name": f"{name}_drive", "joint": motor, "gear": joint.gear,
+                    "name": f"{name}_drive", self.moves: motor, "gear": joint.gear,
                     "gainprm": piece.gain, **_bias(piece, joint.gear),
                     **self._times_and_limit(piece, name, 1.0)})]))
                 return Driven(motor, name, f"{name}_drive", 1.0)

@@ -1,4 +1,4 @@
-"""The target ``mujoco``: the user's MJCF with the correction in it, or a stub of its own."""
+"""The target ``mujoco``: an MJCF with the correction in it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import quoteattr
 
 from clie_blocks.analysis.export.correction import (
     Correction,
-    before,
     check_basis,
     check_joint_names,
     check_kind,
@@ -24,6 +22,7 @@ from clie_blocks.analysis.export.mjcf_elements import (
     point_mass,
     pose_of,
     tag,
+    tendons_of,
 )
 from clie_blocks.analysis.export.mujoco_actuators import Actuators, Driven
 from clie_blocks.analysis.export.mujoco_engine import (
@@ -35,6 +34,7 @@ from clie_blocks.analysis.export.mujoco_engine import (
     weighs,
 )
 from clie_blocks.analysis.export.mujoco_split import NEEDS, Split, armature, split
+from clie_blocks.analysis.export.mujoco_stub import fixed_tendon
 from clie_blocks.analysis.export.xml_text import Element, XmlText
 from clie_blocks.effects.effect import Setting
 from clie_blocks.errors import ClieError
@@ -42,7 +42,6 @@ from clie_blocks.errors import ClieError
 if TYPE_CHECKING:
     import mujoco
 
-LONGEST_STEP = 1.25e-4  # s, of a stub: dry friction then holds as in the corrected model
 LARGEST_SHARE = 0.5  # of what the bodies bring about a joint, that a negative armature takes off
 
 
@@ -75,28 +74,6 @@ class CorrectedModel:
     def needs_module(self) -> bool:
         """Whether a block must run beside the model."""
         return any(one.block for one in self.splits) or any(one.offset for one in self.driven)
-
-
-def stub(correction: Correction) -> str:
-    """Text of a model to be corrected where the user has none: one body per joint, side by side.
-
-    Its bodies have next to no mass; links, where they are known, are in the model of the report.
-    """
-    step = correction.period / math.ceil(correction.period / LONGEST_STEP - 1e-9)
-    bodies = "\n".join(
-        f'    <body pos="0 {k} 0">\n'
-        f'      <inertial pos="0 0 0" mass="{TINY}" diaginertia="{TINY} {TINY} {TINY}"/>\n'
-        f'      <joint name={quoteattr(joint.name)} type="{joint.kind}" '
-        f'axis="{"0 1 0" if joint.slides else "0 -1 0"}"/>\n    </body>'
-        for k, joint in enumerate(correction.joints))
-    motors = "\n".join(
-        f'    <general name={quoteattr(joint.name)} joint={quoteattr(joint.name)} '
-        f'gear="{before(joint, "gear"):.9g}" gainprm="{before(joint, "gain"):.9g}"/>'
-        for joint in correction.joints)
-    return (f'<mujoco model="joints">\n  <compiler angle="radian" autolimits="true"/>\n'
-            f'  <option timestep="{step:.9g}" integrator="RK4" gravity="0 0 0"/>\n'
-            f'  <worldbody>\n{bodies}\n  </worldbody>\n  <actuator>\n{motors}\n  </actuator>\n'
-            '</mujoco>\n')
 
 
 def corrected_model(correction: Correction, text: str, source: str,
@@ -139,6 +116,8 @@ def corrected_model(correction: Correction, text: str, source: str,
     names = {name: (renamed or {}).get(name, name) for name in correction.names}
     check_joint_names(tuple(names.values()), tuple(joints_of(document)),
                       in_words(document, source))
+    if correction.shares is not None:
+        _check_motors(correction, document, names, source)
     compiled = load(text, source, folder)
     for joint in correction.joints:
         kind = joint_type(compiled, names[joint.name])
@@ -147,6 +126,20 @@ def corrected_model(correction: Correction, text: str, source: str,
     patched = patch.apply()
     load(patched.text, f"the corrected {source}", folder)
     return patched
+
+
+def _check_motors(correction: Correction, document: XmlText, names: Mapping[str, str],
+                  source: str) -> None:
+    """Refuse a model that lacks the motor, as a tendon, of joints that several motors turn."""
+    known = tendons_of(document)
+    missing = [fixed_tendon(names[name], zip(names.values(), shares))
+               for name, shares in zip(correction.names, correction.shares or ())
+               if names[name] not in known]
+    if missing:
+        raise ClieError(
+            f"{source}: motors of this robot turn several joints (motor_coupling), and the model "
+            "lacks them. Add to its <tendon>\n" + "\n".join(missing) + "\nand drive each by an "
+            "actuator with its name as tendon=; or leave out --model for a model that has them")
 
 
 class _Patch:
@@ -159,8 +152,10 @@ class _Patch:
         self.step = float(compiled.opt.timestep)
         self.notes: list[str] = list(correction.common_notes)
         self.tail: list[str] = []  # sections behind all others
-        self.actuators = Actuators(document, compiled, source, self.step, self.notes, self.tail)
+        self.actuators = Actuators(document, compiled, source, self.step, self.notes, self.tail,
+                                   "joint" if correction.shares is None else "tendon")
         self.added: list[Setting] = []  # masses that are in the model by now
+        self.elements = (joints_of if correction.shares is None else tendons_of)(document)
 
     def apply(self) -> CorrectedModel:
         """Edit every joint, and return the model."""
@@ -207,14 +202,16 @@ class _Patch:
     def _joint(self, piece: Split) -> Driven:
         """Edit one joint and its actuator."""
         name = self.names[piece.joint.name]
-        element = joints_of(self.document)[name]
+        element = self.elements[name]
         dof = int(self.compiled.joint(name).dofadr[0])
         found = piece.joint_attributes(self.step)
         inertia = self._armature(piece, element, dof)
         if piece.stiffness:
             in_degrees = not (piece.joint.slides or is_radian(self.document))
             rest = math.degrees(piece.spring_rest) if in_degrees else piece.spring_rest
-            self.document.set(element, {"stiffness": piece.stiffness, "springref": rest})
+            self.document.set(element, {"stiffness": piece.stiffness,
+                                        "springref" if element.name == "joint"
+                                        else "springlength": rest})
         for setting in piece.bodies:
             self._payload(setting)
         motor = name

@@ -12,7 +12,8 @@ from clie_blocks.analysis.export.correction import Correction
 from clie_blocks.analysis.export.events import event_parameters
 from clie_blocks.analysis.export.exported import Exported, read_model, unified_diff
 from clie_blocks.analysis.export.joint_block import joint_block
-from clie_blocks.analysis.export.mujoco_model import CorrectedModel, corrected_model, stub
+from clie_blocks.analysis.export.mujoco_model import CorrectedModel, corrected_model
+from clie_blocks.analysis.export.mujoco_stub import stub
 from clie_blocks.output import to_json
 
 MODULE = "corrected_joints"
@@ -28,7 +29,7 @@ def export_mujoco(correction: Correction, model: str | PathLike[str] | None = No
     correction : Correction
         What to bring in.
     model : path-like, optional
-        The user's MJCF; by default a stub.
+        The user's MJCF; by default one of the stated links, or of joints alone where none are.
     renamed : dict of str to str, optional
         Name in the model by name in the logs.
 
@@ -41,10 +42,11 @@ def export_mujoco(correction: Correction, model: str | PathLike[str] | None = No
 
     """
     if model is None:
-        text, path, folder = stub(correction), Path("joints.xml"), None
+        text, path, folder = stub(correction), Path("robot.xml"), None
+        correction = correction.beside_arm
     else:
         path = Path(model)
-        text = read_model(path, "the MJCF of the robot", "a stub")
+        text = read_model(path, "the MJCF of the robot", "one of the stated links")
         folder = path.parent
     found = corrected_model(correction, text, path.name, folder, renamed)
     name = f"{path.stem}.corrected.xml"
@@ -54,11 +56,7 @@ def export_mujoco(correction: Correction, model: str | PathLike[str] | None = No
         files |= {f"{path.stem}.original.xml": text, f"{path.stem}.diff": diff}
     if found.needs_module:
         files[f"{MODULE}.py"] = module(correction, found, name)
-    notes = found.notes
-    if model is None and any(joint.links_known for joint in correction.joints):
-        notes = ("The stub holds joints without links: give your MJCF with --model for an arm "
-                 "that moves as a whole.", *notes)
-    return Exported("mujoco", files, notes, diff,
+    return Exported("mujoco", files, found.notes, diff,
                     "MuJoCo loads the corrected model; clie replay runs it against a log.")
 
 

@@ -17,9 +17,9 @@ from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.report.joint_side import logged_command
-from clie_blocks.analysis.gap.report.mjcf import turn
+from clie_blocks.analysis.gap.report.joint_side import logged_command, turn
 from clie_blocks.errors import ClieError, DivergedError, RecordError
+from clie_blocks.rigid_body.motor_coupling import inverse_of, mapped
 from clie_blocks.robot_loop.block import ramp_memory
 from clie_blocks.robot_loop.dynamics import formed_velocity
 from clie_blocks.robot_loop.sampled_law import TORQUE, VELOCITY
@@ -57,6 +57,7 @@ class SimulatedModel:
             raise RecordError(f"{file} cannot be read ({error}); give an MJCF, such as "
                               "NAME.corrected.xml of clie export") from None
         self.problem, self.name = problem, file.name
+        self.coupling = problem.links.motor_coupling
         self.model = load(text, file.name, file.parent)
         beside = file.with_name(DRIVEN)
         told = json.loads(beside.read_text()) if beside.is_file() else {"joints": []}
@@ -88,12 +89,16 @@ class SimulatedModel:
         import mujoco
 
         own = {joint, f"{joint}_motor"}
-        found = [k for k in range(self.model.nu)
-                 if self.model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
-                 and self.model.joint(int(self.model.actuator_trnid[k, 0])).name in own]
+        kind, named = ((mujoco.mjtTrn.mjTRN_JOINT, self.model.joint) if self.coupling is None else
+                       (mujoco.mjtTrn.mjTRN_TENDON, self.model.tendon))
+        found = [k for k in range(self.model.nu) if self.model.actuator_trntype[k] == kind
+                 and named(int(self.model.actuator_trnid[k, 0])).name in own]
         if len(found) != 1:
+            of_motor = "" if self.coupling is None else (
+                ", and at a tendon that is the motor of several joints, as clie export writes it")
             raise ClieError(f"{self.name}: {len(found)} actuators drive {joint}, and the law of "
-                            "the logs needs one, whose control is its command: a <motor>")
+                            "the logs needs one, whose control is its command: a <motor>"
+                            + of_motor)
         return found[0]
 
     @property
@@ -133,6 +138,7 @@ class SimulatedModel:
         return positions
 
     def _place(self, data: mujoco.MjData, q: np.ndarray, dq: np.ndarray) -> None:
+        q, dq = self.problem.links.at_joints(q, dq)
         for k, name in enumerate(self.joints):
             for one in (name, f"{name}_motor"):
                 if any(self.model.joint(j).name == one for j in range(self.model.njnt)):
@@ -141,6 +147,9 @@ class SimulatedModel:
     def _measured(self, data: mujoco.MjData) -> np.ndarray:
         if self.blocks is not None:
             return np.asarray(self.blocks.measured(data))
+        if self.coupling is not None:
+            return mapped(inverse_of(self.coupling), np.array(
+                [data.joint(name).qpos[0] for name in self.joints]))
         return np.array([data.joint(name).qpos[0] for name in self.seen])
 
     def _advance(self, data: mujoco.MjData, u: np.ndarray) -> None:

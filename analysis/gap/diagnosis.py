@@ -160,7 +160,7 @@ class Diagnosis(Result):
         folder : path-like
             Folder to write to.
         model : path-like, optional
-            The user's own model, which is patched; by default a stub.
+            The user's own model, which is patched; by default MuJoCo gets one of the stated links.
 
         Returns
         -------

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from clie_blocks.analysis.export.correction import Correction, Joint
-from clie_blocks.analysis.export.mujoco_model import stub
+from clie_blocks.analysis.export.mujoco_stub import stub
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.effects import LIBRARY

@@ -91,7 +91,7 @@ def test_each_sample_is_a_model_of_its_own(tmp_path):
         "-o", str(out), "--samples", "3", "--seed", "7"]) == 0
     told = np.array(json.loads((out / "samples.json").read_text())["samples"])
     models = [mujoco.MjModel.from_xml_path(str(out / "samples" / f"{k:03d}" /
-                                               "joints.corrected.xml")) for k in range(3)]
+                                               "robot.corrected.xml")) for k in range(3)]
     assert [float(one.joint("axis").damping[0]) for one in models] == pytest.approx(told[:, 0])
     assert [float(one.dof_frictionloss[0]) for one in models] == pytest.approx(10.0 * told[:, 1])
 
@@ -159,7 +159,7 @@ def test_a_diagnosis_exported_and_replayed_closes_the_gap_that_it_predicts(tmp_p
     problem = Problem.from_logs(made.robot, made.records)
     found = diagnose(problem, effects=("coulomb",))
     found.export("mujoco", tmp_path)
-    gaps = replay(problem, tmp_path / "joints.corrected.xml").gaps
+    gaps = replay(problem, tmp_path / "robot.corrected.xml").gaps
     predicted = found.reduction
     corrected = float(np.sqrt(sum(one.corrected**2 for one in gaps)))
     nominal = float(np.sqrt(sum(one.nominal**2 for one in gaps)))

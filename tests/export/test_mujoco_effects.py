@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from clie_blocks.analysis.export import truth_table
-from clie_blocks.analysis.export.mujoco_model import corrected_model, stub
+from clie_blocks.analysis.export.mujoco_model import corrected_model
 from clie_blocks.analysis.export.mujoco_split import split
+from clie_blocks.analysis.export.mujoco_stub import stub
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from clie_blocks.effects import LIBRARY
 from tests.export import robots

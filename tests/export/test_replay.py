@@ -9,7 +9,7 @@ import pytest
 
 from clie_blocks.analysis import cli
 from clie_blocks.analysis.export.events import from_the_start
-from clie_blocks.analysis.export.mujoco_model import stub
+from clie_blocks.analysis.export.mujoco_stub import stub
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
 from tests.export import robots
 
@@ -58,7 +58,7 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
     """
     exported = export_mujoco(robots.correction(*([robots.setting(name)] if name else [])))
     exported.save(tmp_path / "model")
-    text = (tmp_path / "model" / "joints.corrected.xml").read_text()
+    text = (tmp_path / "model" / "robot.corrected.xml").read_text()
     logs, rng, left = tmp_path / "logs", np.random.default_rng(3), []
     logs.mkdir()
     (logs / "robot.toml").write_text(ROBOT)
@@ -69,7 +69,7 @@ def test_the_truth_leaves_the_floor(name, size, least, tmp_path, capsys):
         left.append(q + noise - run(text, q_d, 0.0 * noise, start=noise[0])[0])
         save_log(logs / f"log-{k}.csv", q + noise, u, q_d)
     code = cli.main(["replay", str(logs), "--model", str(
-        tmp_path / "model" / "joints.corrected.xml"), "--json"])
+        tmp_path / "model" / "robot.corrected.xml"), "--json"])
     told = capsys.readouterr()
     assert code == 0, told.err
     (joint,) = json.loads(told.out)["joints"]
@@ -88,13 +88,13 @@ def test_a_law_begins_where_its_encoder_sees_the_joint(tmp_path, capsys):
 
     exported = export_mujoco(robots.correction(robots.setting("encoder_eccentricity", **uneven)))
     exported.save(tmp_path / "model")
-    plain = export_mujoco(robots.correction()).files["joints.corrected.xml"]
+    plain = export_mujoco(robots.correction()).files["robot.corrected.xml"]
     q_d = robots.set_points(2.0)
     q, u = run(plain, q_d, 0.0 * q_d, encoder=encoder)
     (tmp_path / "robot.toml").write_text(ROBOT + "[experiment.log-1]\nstart_rad = [0.0]\n")
     save_log(tmp_path / "log-1.csv", encoder(q), u, q_d)
     code = cli.main(["replay", str(tmp_path), "--model", str(
-        tmp_path / "model" / "joints.corrected.xml"), "--json"])
+        tmp_path / "model" / "robot.corrected.xml"), "--json"])
     told = capsys.readouterr()
     assert code == 0, told.err
     (joint,) = json.loads(told.out)["joints"]
@@ -129,7 +129,7 @@ def test_a_fault_sets_in_where_a_replayed_log_shows_it(tmp_path, capsys):
 
 
 def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
-    text = export_mujoco(robots.correction()).files["joints.corrected.xml"]
+    text = export_mujoco(robots.correction()).files["robot.corrected.xml"]
     (tmp_path / "other.xml").write_text(text.replace('"j1"', '"knee"'))
     q_d = robots.set_points(1.0)
     q, u = run(text, q_d, SIGMA * np.random.default_rng(0).standard_normal(len(q_d)))

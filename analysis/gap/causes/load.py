@@ -151,7 +151,9 @@ def _gravity_probes(scene: Scene) -> list[Probe]:
 
 
 def _gravity_effects(problem: Problem, values: Values) -> EffectValues:
-    """A weight, and the tilt that turns it."""
+    """A weight, and the tilt that turns it; several joints without links are no chain of these."""
+    if problem.n > 1 and not problem.links.known:
+        return {}
     along, across = values["gravity.along"][0], values["gravity.across"][0]
     share = np.copysign(np.hypot(along, across), along)
     weight = _weights(problem, share)

@@ -2,4 +2,3 @@
 
 from .document import document as document
 from .files import write_report as write_report
-from .mjcf import corrected_model as corrected_model

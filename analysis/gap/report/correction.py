@@ -9,6 +9,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.causes.description import GEAR_RATIO, is_number, ratio_change
+from clie_blocks.analysis.gap.report.arm import IN_BODIES, arm
 from clie_blocks.analysis.gap.report.exports import law_settings, member_settings
 from clie_blocks.analysis.gap.report.joint_side import (
     entries,
@@ -17,9 +18,9 @@ from clie_blocks.analysis.gap.report.joint_side import (
     logged_command,
     only_differences,
     slides,
+    turn,
     why_not_exported,
 )
-from clie_blocks.analysis.gap.report.mjcf import turn
 from clie_blocks.analysis.gap.report.uncertainty import Numbers, uncertainty
 from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.effects.effect import Setting
@@ -51,7 +52,7 @@ def correction(result: Result) -> dict[str, Any]:
     return plain | {"joints": joints, "effects": [_plain(one) for one in found],
                     "of_links": _of_links(result),
                     "of_law": [_plain(one) for one in named], "without_block": without,
-                    "uncertainty": uncertainty(result, _numbers)}
+                    "arm": arm(result), "uncertainty": uncertainty(result, _numbers)}
 
 
 def _numbers(result: Result) -> Numbers:
@@ -78,17 +79,19 @@ def _settings(result: Result) -> tuple[list[Setting], list[dict[str, Any]]]:
             if member.cause.variant not in IN_JOINTS:
                 without.append({"effect": member.cause.variant, "joints": joints, "why":
                                 "a number of the robot file that is off; correct it in the model, "
-                                "by the table of stated and identified numbers in the report"})
+                                "by the table of stated and identified numbers in the report",
+                                "in_bodies": True})
             continue
         if member.cause.name == "coupling":
             without.append({"effect": member.cause.name, "joints": joints, "why":
                             "the bodies of your model have it, where they are the links that the "
-                            "robot file states"})
+                            "robot file states", "in_bodies": True})
             continue
         try:
             found += member_settings(member, hypothesis.problem, hypothesis.of_log(0))
         except ClieError as error:
-            without.append({"effect": member.cause.name, "joints": joints, "why": str(error)})
+            without.append({"effect": member.cause.name, "joints": joints, "why": str(error),
+                            "in_bodies": member.cause.name in IN_BODIES})
     return found, without
 
 

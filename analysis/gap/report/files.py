@@ -11,7 +11,6 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.document import document
-from clie_blocks.analysis.gap.report.mjcf import corrected_model
 from clie_blocks.analysis.gap.report.wording import Answer
 from clie_blocks.analysis.report.render import drawings, html
 from clie_blocks.output import to_json, write
@@ -38,8 +37,7 @@ def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
     Returns
     -------
     list of str
-        ``NAME.html``, one self-contained page; ``NAME.json``, the answer; ``NAME.xml``, the
-        corrected model for MuJoCo, or the changes of the user's simulator; ``NAME.next.csv``,
+        ``NAME.html``, one self-contained page; ``NAME.json``, the answer; ``NAME.next.csv``,
         set-points of the recommended run, if there is one that the controller of the logs can
         follow.
 
@@ -51,9 +49,7 @@ def write_report(result: Result, answer: Answer, folder: str | os.PathLike[str],
         answer = {**answer, "next_experiment": {**answer["next_experiment"],
                                                 "set_points": f"{name}.next.csv"}}
     page = document(result, answer, name)
-    texts = {"html": html(page, drawings(page)),
-             "xml": corrected_model(result),
-             **set_points}
+    texts = {"html": html(page, drawings(page)), **set_points}
     paths = [str(write(Path(folder) / f"{name}.{ending}", text))
              for ending, text in texts.items()]
     return [paths[0], str(write_answer(answer, folder, name)), *paths[1:]]

@@ -15,7 +15,7 @@ import numpy as np
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.causes.description import is_number, ratio_change
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
-from clie_blocks.analysis.gap.problem.preparation import torque_at_full_duty
+from clie_blocks.analysis.gap.problem.preparation import QUARTER_TURN, torque_at_full_duty
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.wording import local_unit
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
@@ -150,6 +150,17 @@ def unit_at(problem: Problem, k: int, place: Place) -> str:
     if place.per_command:
         return "1" if command == force else f"{unit}/{command}"
     return unit
+
+
+def turn(problem: Problem) -> np.ndarray:
+    """Position of the logs in which links point along the horizontal [rad], shape (n,).
+
+    Zero, but for machines whose zero hangs down: the diagnosis has turned their positions.
+    """
+    if problem.statement is None or not problem.records:
+        return np.zeros(problem.n)
+    logged, used = problem.statement.records[0].q, problem.records[0].q
+    return np.where(np.abs(logged[0] - used[0] - QUARTER_TURN) < 1e-6, QUARTER_TURN, 0.0)
 
 
 def force_of(problem: Problem) -> np.ndarray:
@@ -306,12 +317,12 @@ def exported(result: Result) -> dict[str, Any]:
         basis = "simulator" if result.problem.simulated else "loop"
     plain: dict[str, Any] = {"basis": basis, "not_exported": why,
                              "controller": controller_entries(result),
-                             "joints": [], "not_in_the_file": []}
+                             "joints": [], "not_in_the_table": []}
     if why is not None:
         return plain
     return plain | {
         "joints": [_plain(entry) for entry in entries(result)],
-        "not_in_the_file": [
+        "not_in_the_table": [
             {"effect": member.cause.name,
              "joints": [result.problem.joints[k] for k in member.joints],
              "parameters": {name: {"value": np.ravel(value), "unit": unit}

@@ -31,12 +31,11 @@ CHANGED = {"datasheet": "change of the nominal", "simulator": "add to your simul
            "loop": "add to your loop"}
 ABSOLUTE = (
     "Joint side: motor torques times the gear ratio, but for gain, limit and times. The armature "
-    "does not contain the inertia of stated links, since their bodies bring it. The .xml file "
-    "next to this page is the same as a MuJoCo model that runs as it is written.")
+    "does not contain the inertia of stated links, since their bodies bring it. 'clie export' "
+    "writes all of it as a model that runs, or into a model of yours.")
 DIFFERENCES = (
     "Your simulator holds the rest already: add the changes to what it has; multiply its gain by "
-    "the ratio of the new to the old one, and put a new limit in the place of the old one. The "
-    ".xml file next to this page lists the same changes.")
+    "the ratio of the new to the old one, and put a new limit in the place of the old one.")
 JOINT_NAMES = {"inertia": ("joint armature", "<inertial>", "armature"),
                "damping": ("joint damping", "<dynamics damping>", "viscousFriction"),
                "load": ("motor biasprm, sign reversed", "none", "effort offset, sign reversed"),
@@ -129,7 +128,7 @@ def simulator_section(result: Result, answer: Answer) -> Section | None:
             "URDF or Gazebo", "Isaac")
     points = tuple(f"{name}: {PLACES[name].meaning}."
                    for name in dict.fromkeys(row["parameter"] for row in shown))
-    points += tuple(_missing(row) for row in export["not_in_the_file"]) + tuple(
+    points += tuple(_missing(row) for row in export["not_in_the_table"]) + tuple(
         f"Controller of {row['joint']}: {row['parameter']} {number(row['value'], 6)} "
         f"{row['unit']} ran, {number(row['stated'], 6)} stated." for row in export["controller"])
     return Section(TITLE, (DIFFERENCES if changes else ABSOLUTE,), points=points,
@@ -148,5 +147,5 @@ def _change(row: Row) -> str:
 def _missing(row: Row) -> str:
     values = ", ".join(f"{name} {join_words(number(one, 6) for one in entry['value'])} "
                        f"{entry['unit']}" for name, entry in row["parameters"].items())
-    return (f"Not in the file: {effect_title(row['effect'])} at {join_words(row['joints'])}, "
+    return (f"Not in the table: {effect_title(row['effect'])} at {join_words(row['joints'])}, "
             f"{values}. MuJoCo: {simulator_names(row['effect'])[0]}.")

@@ -95,8 +95,17 @@ def test_the_block_of_the_cause_has_the_largest_share(diagnosed):
     assert rows[0]["block"] == "joint" and rows[0]["share"] > 0.5
 
 
-def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
-    found, root = diagnosed, ElementTree.parse(paths[2]).getroot()
+@pytest.fixture(scope="module")
+def model(diagnosed, tmp_path_factory):
+    """The diagnosis as a MuJoCo model."""
+    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    folder = tmp_path_factory.mktemp("model")
+    diagnosed.export("mujoco", folder)
+    return folder / "robot.corrected.xml"
+
+
+def test_the_model_carries_joint_side_numbers(diagnosed, model):
+    found, root = diagnosed, ElementTree.parse(model).getroot()
     joints, values = root.findall(".//joint"), found.model.hypothesis.values
     assert [joint.get("name") for joint in joints] == list(found.problem.joints)
     expected = found.problem.gear_ratio * values["coulomb.level"]
@@ -108,12 +117,13 @@ def test_simulator_text_carries_joint_side_numbers(diagnosed, paths):
     np.testing.assert_allclose(offsets, -values["load"], rtol=1e-5)
 
 
-def test_simulator_text_is_read_by_mujoco(diagnosed, paths):
-    mujoco = pytest.importorskip("mujoco")
-    model, values = mujoco.MjModel.from_xml_path(paths[2]), diagnosed.model.hypothesis.values
+def test_the_model_is_read_by_mujoco(diagnosed, model):
+    import mujoco
+
+    compiled, values = mujoco.MjModel.from_xml_path(str(model)), diagnosed.model.hypothesis.values
     ratio = diagnosed.problem.gear_ratio
-    np.testing.assert_allclose(model.dof_damping, ratio * values["damping"], rtol=1e-5)
-    np.testing.assert_allclose(model.actuator_gear[:, 0], ratio, rtol=1e-5)
+    np.testing.assert_allclose(compiled.dof_damping, ratio * values["damping"], rtol=1e-5)
+    np.testing.assert_allclose(compiled.actuator_gear[:, 0], ratio, rtol=1e-5)
 
 
 def test_words():

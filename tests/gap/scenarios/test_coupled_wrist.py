@@ -5,12 +5,15 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 
+from clie_blocks.analysis.export.correction import correction_of  # noqa: E402
+from clie_blocks.analysis.export.export import export  # noqa: E402
+from clie_blocks.analysis.export.replay import replay  # noqa: E402
 from clie_blocks.analysis.gap import diagnose  # noqa: E402
 from clie_blocks.analysis.gap.fitting.hypothesis import build_hypothesis  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import read_trial  # noqa: E402
 from clie_blocks.analysis.records.checks import check_record  # noqa: E402
-from clie_blocks.errors import RecordError  # noqa: E402
+from clie_blocks.errors import ClieError, RecordError  # noqa: E402
 from tests.gap.scenarios import coupled_wrist as wrist  # noqa: E402
 
 STATED = f"motor_coupling = {wrist.C.tolist()}"
@@ -46,8 +49,23 @@ def test_dry_friction_of_a_motor_is_named_there_and_exported(tmp_path):
     assert (first["effect"], first["joint"]) == ("coulomb", [BEND + 1])
     level = first["parameters"]["level"]["value"]
     assert np.ravel(level) == pytest.approx(FRICTION, rel=0.05)
-    diagnosis.report(tmp_path, "wrist")
-    moves_as_logged(tmp_path / "wrist.xml", diagnosis.problem.records[0])
+    diagnosis.export("mujoco", tmp_path)
+    model = tmp_path / "robot.corrected.xml"
+    moves_as_logged(model, diagnosis.problem.records[0])
+    (gap,) = [row.corrected for row in replay(diagnosis.problem, model).gaps
+              if row.joint == wrist.JOINTS[BEND]]
+    assert gap < 1.2 * np.hypot(wrist.NOISE, wrist.ENCODER_STEP / 12**0.5)
+
+
+def test_a_model_without_the_motors_as_tendons_is_refused_with_what_to_add(tmp_path):
+    problem = Problem.from_logs(*rubbing(tmp_path, seconds=4.0, lines=STATED))
+    correction = correction_of(diagnose(problem, effects=("coulomb",)).to_dict())
+    with pytest.raises(ClieError, match="motors of this robot turn several joints") as refused:
+        export(correction, "mujoco", tmp_path / "wrist.xml")
+    assert '<joint joint="flange" coef="1"/>' in str(refused.value)
+    with pytest.raises(ClieError, match="no motor that turns several joints"):
+        export(correction, "gazebo")
+    assert any("q_motor = [[1, 0, 0]" in note for note in export(correction, "c").notes)
 
 
 def moves_as_logged(path, record):

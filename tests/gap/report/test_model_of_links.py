@@ -1,4 +1,4 @@
-"""The exported MuJoCo model, loaded as it is written, moves as the corrected model does."""
+"""Without a model of the user's, the exported MuJoCo model moves as the corrected model does."""
 
 import dataclasses
 import types
@@ -6,21 +6,26 @@ import types
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.export.correction import correction_of
+from clie_blocks.analysis.export.mujoco_target import export_mujoco
+from clie_blocks.analysis.export.simulated_model import SimulatedModel
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.gap.report.mjcf import corrected_model
+from clie_blocks.analysis.gap.report.correction import correction
 from clie_blocks.analysis.records.robot import Links, Nominal
 from tests.gap.factories import make_check
-from tests.gap.report import simulators
 
+pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
 LOAD = np.array([0.02, -0.03, 0.01])  # of each joint's RMS command
 CASES = {
     "coulomb": {"level": 0.05}, "asymmetric_coulomb": {"forward": 0.08, "backward": 0.02},
     "quadratic_drag": {"drag": 0.05}, "spring": {"stiffness": 0.1},
     "actuator_saturation": {"limit": 0.9}, "actuator_lag": {"lag": 0.004},
     "time_delay": {"delay": 0.0035}, "torque_gain_error": {"error": -0.1},
-    "gravity": {"along": 0.05, "across": 0.02}, "payload": {"mass": 0.3}}
+    "gravity": {"along": 0.05, "across": 0.02}, "payload": {"mass": 0.3},
+    "base_tilt": {"tilt": 0.1}}
+WEIGHTS = ("gravity", "base_tilt", "payload")
 SMALL = 3e-6  # rad, a tenth of a step of these encoders
 
 
@@ -39,17 +44,19 @@ def scaled(problem, name, value):
 
 
 def corrected(problem, name, **values):
-    """What `corrected_model` reads of a diagnosis whose model holds a cause and a load."""
+    """What an export reads of a diagnosis whose model holds a cause and a load."""
     cause = next(one for one in CAUSES if one.name == name and not one.variant)
     chosen = {key: scaled(problem, key, value) for key, value in values.items()}
     member = Member(cause, tuple(range(problem.n)), chosen, chosen)
     hypothesis = build_hypothesis(problem, (member,))
     torque = np.std(np.concatenate([log.u for log in problem.logs]), axis=0)
     values = {**hypothesis.values, "load": LOAD[:problem.n] * torque}
-    return types.SimpleNamespace(
+    found = types.SimpleNamespace(
         problem=problem, verdict="effect", findings=(), controller=make_check(problem.n),
-        reduction=types.SimpleNamespace(before=1.0, after=0.5, judged_on="held-out logs"),
-        model=types.SimpleNamespace(hypothesis=hypothesis.with_values(values)))
+        model=types.SimpleNamespace(hypothesis=hypothesis.with_values(values), spread=(),
+                                    covariance=np.zeros((0, 0))))
+    found.with_formula = found
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -89,16 +96,26 @@ def short(problem, samples=2000):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("robot, name", [
-    *(("joints", name) for name in CASES if name != "payload"),
-    *(("arm", name) for name in ("coulomb", "gravity", "payload")), ("axes", "coulomb")])
-def test_the_file_moves_as_the_corrected_model(request, robot, name):
-    pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+    *(("joints", name) for name in CASES if name not in WEIGHTS),
+    *(("arm", name) for name in ("coulomb", *WEIGHTS)),
+    ("axes", "coulomb")])
+def test_the_model_moves_as_the_corrected_model(request, tmp_path, robot, name):
     problem = request.getfixturevalue(robot)
     found = corrected(problem, name, **CASES[name])
     hypothesis, log = found.model.hypothesis, problem.logs[0]
     expected = log.q - hypothesis.error(0, dithered=False)
     nominal = log.q - build_hypothesis(problem, ()).error(0, dithered=False)
-    text = corrected_model(found)
-    apart = np.std(simulators.run(simulators.loaded(text), problem, log) - expected, axis=0)
-    moved = np.std(nominal - expected, axis=0)
-    assert (apart < 0.02 * moved + SMALL).all()
+    exported = export_mujoco(correction_of({"verdict": "effect",
+                                            "correction": correction(found)}))
+    assert not exported.notes
+    exported.save(tmp_path)
+    moved = SimulatedModel(tmp_path / "robot.corrected.xml", problem).run(log)
+    apart = np.std(moved - expected, axis=0)
+    assert (apart < 0.02 * np.std(nominal - expected, axis=0) + SMALL).all()
+
+
+def test_a_weight_of_joints_that_are_no_chain_is_left_out_with_the_reason(joints):
+    plain = correction(corrected(joints, "gravity", **CASES["gravity"]))
+    (left,) = plain["without_block"]
+    assert left["effect"] == "gravity" and "cannot be inserted" in left["why"]
+    assert plain["effects"] == []
