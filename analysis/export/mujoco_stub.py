@@ -26,7 +26,8 @@ def stub(correction: Correction) -> str:
     bodies = _side_by_side(correction) if arm is None else _links(correction, arm)
     return tag("mujoco", {"model": "robot"}, [
         tag("compiler", {"angle": "radian", "autolimits": "true"}),
-        tag("option", {"timestep": step, "integrator": "RK4", "gravity": f"0 0 {0.0 - weight:.9g}"}),
+        tag("option", {"timestep": step, "integrator": "RK4",
+                       "gravity": f"0 0 {0.0 - weight:.9g}"}),
         tag("worldbody", {}, bodies),
         *_tendons(correction),
         tag("actuator", {}, [tag("general", {
