@@ -10,7 +10,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.by_log import JOINT_MODEL
 from clie_blocks.analysis.gap.fleet.variation import Variation, odd_units, variation
-from clie_blocks.analysis.gap.report.summary import joint_names, leading_rows
+from clie_blocks.analysis.gap.report.cause_words import joint_names, leading_rows
 from clie_blocks.analysis.gap.report.wording import Answer, effect_title, join_words
 from clie_blocks.errors import ClieError
 

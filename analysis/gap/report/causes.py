@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.report.cause_words import confounded, joint_names
 from clie_blocks.analysis.gap.report.plots import probabilities, residuals
-from clie_blocks.analysis.gap.report.summary import confounded, joint_names
 from clie_blocks.analysis.gap.report.wording import (
     CONFOUNDERS,
     Answer,

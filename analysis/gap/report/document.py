@@ -6,13 +6,14 @@ import dataclasses
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report import checks, localisation
+from clie_blocks.analysis.gap.report.cause_words import leading_rows
 from clie_blocks.analysis.gap.report.causes import alternatives_section, causes_section
 from clie_blocks.analysis.gap.report.formula import formula_section
 from clie_blocks.analysis.gap.report.in_short import in_short
 from clie_blocks.analysis.gap.report.parameters import parameters_section, simulator_section
 from clie_blocks.analysis.gap.report.plots import motions
 from clie_blocks.analysis.gap.report.signal_paths import signal_paths_section
-from clie_blocks.analysis.gap.report.summary import headline, leading_rows
+from clie_blocks.analysis.gap.report.summary import headline
 from clie_blocks.analysis.gap.report.torque_map import torque_map_section
 from clie_blocks.analysis.gap.report.wording import (
     Answer,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from clie_blocks.analysis.gap.report.summary import joint_names
+from clie_blocks.analysis.gap.report.cause_words import joint_names
 from clie_blocks.analysis.gap.report.wording import (
     Answer,
     Units,

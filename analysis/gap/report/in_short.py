@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from clie_blocks.analysis.gap.report.summary import (
+from clie_blocks.analysis.gap.report.cause_words import together
+from clie_blocks.analysis.gap.report.gap_sentences import (
     formula_sentence,
     gap_shares,
     how_far,
     next_run,
-    together,
     torque_map_sentence,
 )
 from clie_blocks.analysis.gap.report.wording import Answer, effect_title, join_words, percent

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from clie_blocks.analysis.gap.report.summary import joint_names, leading_rows, together
+from clie_blocks.analysis.gap.report.cause_words import joint_names, leading_rows, together
 from clie_blocks.analysis.gap.report.wording import (
     Answer,
     effect_title,

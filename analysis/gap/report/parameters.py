@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
+from clie_blocks.analysis.gap.report.cause_words import joint_names
 from clie_blocks.analysis.gap.report.exports import simulator_names
 from clie_blocks.analysis.gap.report.joint_side import PLACES
-from clie_blocks.analysis.gap.report.summary import joint_names
 from clie_blocks.analysis.gap.report.wording import (
     JOINT_PARAMETERS,
     Answer,
