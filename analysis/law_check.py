@@ -11,7 +11,8 @@ from collections.abc import Collection, Sequence
 
 from clie_blocks.analysis.records.check_report import Report, run_checks
 from clie_blocks.analysis.records.checks import Finding
-from clie_blocks.analysis.records.robot import PROGRAM, Robot
+from clie_blocks.analysis.records.controller_section import PROGRAM
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError
 from clie_blocks.output import run_main
 

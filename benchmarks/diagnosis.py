@@ -23,8 +23,8 @@ from timing import markdown, write_page
 
 from clie_blocks import gap
 from clie_blocks.analysis.gap.causes.vocabulary import searched_effects
-from clie_blocks.analysis.gap.diagnosis import STAGES
 from clie_blocks.analysis.gap.method.method import METHOD
+from clie_blocks.analysis.gap.stages import STAGES
 from clie_blocks.output import run_main
 
 SECONDS = 30.0

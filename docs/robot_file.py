@@ -4,9 +4,9 @@ from pathlib import Path
 
 from clie_blocks.analysis.records.gallery import ROBOTS
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, MEANINGS
-from clie_blocks.analysis.records.robot import Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
 from clie_blocks.analysis.records.robot_keys import SCHEMA, TABLES, TOP, keys_of, robot_schema
+from clie_blocks.analysis.records.robot_sections import Experiment
 from clie_blocks.output import run_main, to_json, write
 
 FOLDER = Path(__file__).parent

@@ -10,8 +10,8 @@ import pytest
 
 import clie_blocks
 from clie_blocks.analysis.gap.causes.vocabulary import effect_names
+from clie_blocks.analysis.records.controller_section import LAWS
 from clie_blocks.analysis.records.readers.formats import READERS
-from clie_blocks.analysis.records.robot import LAWS
 from clie_blocks.analysis.records.robot_keys import keys_of
 from clie_blocks.effects import LIBRARY
 

@@ -72,7 +72,8 @@ class Options:
 
 
 def _diagnose(task: Task, options: Options) -> Diagnosis:
-    from clie_blocks.analysis.gap.diagnosis import STAGES, diagnose, named
+    from clie_blocks.analysis.gap.diagnosis import diagnose
+    from clie_blocks.analysis.gap.stages import STAGES, with_titles
 
     if options.library:
         from clie_blocks.effects import register_file
@@ -81,7 +82,7 @@ def _diagnose(task: Task, options: Options) -> Diagnosis:
             register_file(file)
     report_stage("reading the logs")
     return diagnose(state(task, options), effects=options.effects, exclude=options.exclude,
-                    seconds=options.seconds, stages=named(STAGES))
+                    seconds=options.seconds, stages=with_titles(STAGES))
 
 
 def read(*paths: str | os.PathLike[str], robot: str | os.PathLike[str] | None = None,

@@ -1,41 +1,35 @@
 """The diagnosis of one robot: its stages, in the order in which they run."""
 
+from __future__ import annotations
+
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
 from threadpoolctl import threadpool_limits
 
 from clie_blocks.analysis.gap.assessment.advice import advice
-from clie_blocks.analysis.gap.assessment.formula import Formula, formula_of
-from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction, gap_reduction
-from clie_blocks.analysis.gap.assessment.localisation import localise
-from clie_blocks.analysis.gap.assessment.next_experiment import NextExperiment, next_experiment
+from clie_blocks.analysis.gap.assessment.formula import Formula
+from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction
 from clie_blocks.analysis.gap.assessment.result import Result
-from clie_blocks.analysis.gap.assessment.torque_map import TorqueMap, torque_map
-from clie_blocks.analysis.gap.backlash import explain_backlash, to_stated_loop
+from clie_blocks.analysis.gap.backlash import to_stated_loop
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_causes
-from clie_blocks.analysis.gap.command_reading import read_commands
-from clie_blocks.analysis.gap.controller.check import check_controller
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
-from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
+from clie_blocks.analysis.gap.explain import Explanation
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.fitting.observer import with_observer
-from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.law import Law
 from clie_blocks.analysis.gap.problem.other_encoder import with_both_views
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulation.simulators import simulator_of
-from clie_blocks.analysis.gap.simulator_comparison.difference import (
-    against_simulator,
-    causes_missing_in,
-)
+from clie_blocks.analysis.gap.simulator_comparison.difference import causes_missing_in
+from clie_blocks.analysis.gap.stages import STAGES, Stages
 from clie_blocks.analysis.gap.verdict.alike import likely_rivals, names_alike, numbers_alike
 from clie_blocks.analysis.gap.verdict.joints_alike import at_other_joints
 from clie_blocks.analysis.gap.verdict.posterior import (
@@ -56,59 +50,13 @@ from clie_blocks.analysis.gap.verdict.signal_findings import (
     signal_findings,
     with_signal_findings,
 )
-from clie_blocks.output import json_types, report_stage
+from clie_blocks.output import json_types
 
 if TYPE_CHECKING:
     from control import InputOutputSystem
     from matplotlib.figure import Figure
 
     from clie_blocks.effects.effect import Setting
-
-
-@dataclasses.dataclass(frozen=True)
-class Stages:
-    """The functions that a diagnosis is made of: each can be timed, or swapped for another.
-
-    An ablation is ``dataclasses.replace(STAGES, next_experiment=lambda *_: None)``.
-    """
-
-    check_controller: Callable[[Problem], ControllerCheck] = check_controller
-    read_commands: Callable[..., ControllerCheck] = read_commands
-    against_simulator: Callable[..., tuple[Problem, tuple[str, ...]]] = against_simulator
-    explain: Callable[..., Explanation] = explain
-    explain_backlash: Callable[..., Explanation | None] = explain_backlash
-    prune_joints: Callable[..., Fit] = prune_joints
-    refine_to_prior: Callable[..., Fit] = refine_to_prior
-    gap_reduction: Callable[..., GapReduction] = gap_reduction
-    torque_map: Callable[..., TorqueMap | None] = torque_map
-    formula: Callable[..., Formula | None] = formula_of
-    localise: Callable[..., dict[str, Any]] = localise
-    next_experiment: Callable[..., NextExperiment | None] = next_experiment
-    steps: ExplainSteps = EXPLAIN_STEPS
-
-
-STAGES = Stages()
-TITLES = {"check_controller": "replaying the control law", "read_commands": "reading the commands",
-          "against_simulator": "comparing with the simulator", "explain": "searching for causes",
-          "explain_backlash": "checking for backlash", "prune_joints": "refining the model",
-          "gap_reduction": "predicting unseen data", "torque_map": "looking for a torque map",
-          "formula": "looking for a formula",
-          "localise": "locating the gap", "next_experiment": "planning the next experiment"}
-
-
-def named(stages: Stages) -> Stages:
-    """Return the same stages, each of which names itself in the progress as it begins."""
-    def naming(name: str, title: str) -> Callable[..., Any]:
-        stage = getattr(stages, name)
-
-        def run(*args: Any, **options: Any) -> Any:
-            report_stage(title)
-            return stage(*args, **options)
-
-        return run
-
-    spoken: dict[str, Any] = {name: naming(name, title) for name, title in TITLES.items()}
-    return dataclasses.replace(stages, **spoken)
 
 
 class Diagnosis(Result):
@@ -179,7 +127,7 @@ class Diagnosis(Result):
         found = export(correction_of(self.to_dict(), "the diagnosis"), target, model)
         return [str(path) for path in found.save(folder)]
 
-    def plot(self, name: str) -> "Figure":
+    def plot(self, name: str) -> Figure:
         """Draw one figure of the report.
 
         Parameters
@@ -197,7 +145,7 @@ class Diagnosis(Result):
 
         return figure(self, name)
 
-    def effects(self, log: int = 0) -> "list[Setting]":
+    def effects(self, log: int = 0) -> list[Setting]:
         """Return the causes of the corrected model, or a formula for them, and those of the law.
 
         Parameters
@@ -216,7 +164,7 @@ class Diagnosis(Result):
         return (settings(self.with_formula.model, log)
                 + law_settings(self.controller.named, self.problem.n))
 
-    def corrected(self, plant: "InputOutputSystem", log: int = 0) -> "InputOutputSystem":
+    def corrected(self, plant: InputOutputSystem, log: int = 0) -> InputOutputSystem:
         """Return a plant, or a law, with its effects of those that were found.
 
         Parameters

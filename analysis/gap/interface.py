@@ -4,10 +4,11 @@ import os
 from collections.abc import Sequence
 
 from clie_blocks.analysis.gap import batch
-from clie_blocks.analysis.gap.diagnosis import STAGES, Diagnosis, Stages
+from clie_blocks.analysis.gap.diagnosis import Diagnosis
 from clie_blocks.analysis.gap.diagnosis import diagnose as diagnose_problem
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.stages import STAGES, Stages
 from clie_blocks.errors import ClieError
 
 Path = str | os.PathLike[str]

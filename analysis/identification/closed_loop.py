@@ -26,8 +26,8 @@ from clie_blocks.analysis.identification.signals_of_log import (
     robot_of,
 )
 from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.replay import velocity
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.theory.sampled_loop import held_plant, loop_polynomials
 from clie_blocks.errors import DivergedError
 from clie_blocks.linear_filters import lfilter

@@ -17,8 +17,8 @@ from clie_blocks.analysis.identification.signals_of_log import (
     robot_of,
 )
 from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.compiled import compile_diagram
 from clie_blocks.diagrams.recorded_composite import recorded_composite
 from clie_blocks.diagrams.recorded_loop import recorded_loop

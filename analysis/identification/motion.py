@@ -12,8 +12,8 @@ import numpy as np
 from clie_blocks.analysis.identification.signals_of_log import command, robot_of
 from clie_blocks.analysis.records.checks.measures import centres, half_width, smooth_motion
 from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.runs import runs
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.linear_filters import low_pass

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Motor
+from clie_blocks.analysis.records.robot_sections import Motor
 from clie_blocks.analysis.records.units import FORCES
 
 NO_MOTOR = Motor()

@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.linear_filters import DISCRETISATIONS, frequency_response, lfilter

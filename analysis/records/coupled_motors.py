@@ -8,7 +8,8 @@ import dataclasses
 
 from clie_blocks.analysis.records.fields import FixedDict
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Experiment, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Experiment
 from clie_blocks.rigid_body.motor_coupling import inverse_of, mapped
 
 NOTE = ("Motors are coupled: positions are those of the motors over their gear ratios, C^-1 q, "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clie_blocks.analysis.records.control_law import stated_variant
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.velocity_filter import velocity_filter
 from clie_blocks.linear_filters import DISCRETISATIONS
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from clie_blocks.analysis.records.robot import PROGRAM, Robot, with_law
+from clie_blocks.analysis.records.controller_section import PROGRAM
+from clie_blocks.analysis.records.robot import Robot, with_law
 from clie_blocks.errors import ClieError, nearest
 from clie_blocks.user_files import run_file
 

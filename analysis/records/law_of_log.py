@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clie_blocks.analysis.records.checks.law import EXACT, LawFit, fit_variant
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import variants
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.linear_filters import DISCRETISATIONS
 
 SAMPLES = 6000  # of a log, enough to tell a filter

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clie_blocks.analysis.records.control_law import ControlLaw, control_law
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import is_in_step, sample_time
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.linear_filters import lfilter
 
 BLOCKS = (10, 100)  # samples whose means show noise that is not white

@@ -11,9 +11,9 @@ import itertools
 import numpy as np
 
 from clie_blocks.analysis.records.control_law import ControlLaw, control_law, stated_variant
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.law_residual import law_residual
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.runs import runs
 from clie_blocks.analysis.records.velocity_filter import (
     discretisations,

@@ -9,19 +9,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.coupled_motors import with_motor_experiments
 from clie_blocks.analysis.records.fields import check_value, per_joint
 from clie_blocks.analysis.records.model import DEFAULT_UNITS
 from clie_blocks.analysis.records.plain_file import check_plain_file
-from clie_blocks.analysis.records.robot import (
-    Controller,
-    Encoder,
-    Experiment,
-    Links,
-    Motor,
-    Nominal,
-    Robot,
-)
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Links, Motor, Nominal
 from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.rigid_body.model_file import joint_names, read_model
 from clie_blocks.rigid_body.tree import Tree

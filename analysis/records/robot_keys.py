@@ -12,10 +12,11 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from clie_blocks.analysis.records.controller_section import PROGRAM
 from clie_blocks.analysis.records.fields import OWN_LAW
 from clie_blocks.analysis.records.model import DEFAULT_UNITS, MEANINGS
-from clie_blocks.analysis.records.robot import PROGRAM, Experiment
 from clie_blocks.analysis.records.robot_file import SECTIONS
+from clie_blocks.analysis.records.robot_sections import Experiment
 
 SCHEMA = "robot.schema.json"
 TABLES = {

@@ -10,7 +10,9 @@ import math
 import numpy as np
 
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller, Encoder, Motor, Robot
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Motor
 
 RATIO = 50.0
 PERIOD = 1e-3  # s

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller, Encoder, Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Motor
 
 STEP = 1e-3
 SAMPLES = 12_000

@@ -5,7 +5,8 @@ import pytest
 
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
-from clie_blocks.analysis.records.robot import Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Motor
 
 TIME = np.arange(3.0)
 

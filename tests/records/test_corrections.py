@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.corrections import Examination, examine
-from clie_blocks.analysis.records.robot import Controller, Experiment
+from clie_blocks.analysis.records.robot_sections import Experiment
 from clie_blocks.analysis.records.velocity_filter import response_from_rest, velocity_filter
 from clie_blocks.errors import NotIdentifiableError, RecordError
 

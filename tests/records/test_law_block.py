@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.law_block import law_block
-from clie_blocks.analysis.records.robot import Controller, Robot, as_checks_see
+from clie_blocks.analysis.records.robot import Robot, as_checks_see
 from clie_blocks.errors import RecordError
 from clie_blocks.linear_filters import DISCRETISATIONS
 

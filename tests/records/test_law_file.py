@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from clie_blocks.analysis.records import read_robot
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.law_file import with_law_of_file
-from clie_blocks.analysis.records.robot import Controller, Robot, as_checks_see, with_law
+from clie_blocks.analysis.records.robot import Robot, as_checks_see, with_law
 from clie_blocks.errors import ClieError, RecordError
 
 LAWS = Path(__file__).parents[2] / "docs" / "laws"

@@ -7,10 +7,10 @@ import pytest
 
 from clie_blocks.analysis.records.checks import check_record
 from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.law_residual import law_residual, rounding_limit
 from clie_blocks.analysis.records.read import read_records
 from clie_blocks.analysis.records.replay import is_in_step
-from clie_blocks.analysis.records.robot import Controller
 
 STEP = 1e-3
 LAW = control_law(Controller(kp=[10.0, 8.0], kd=[5.0, 3.0], highpass=200.0, lowpass=300.0,

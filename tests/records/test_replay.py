@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.read import read_records
 from clie_blocks.analysis.records.replay import replay, variants, velocity
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import ClieError, NotIdentifiableError
 
 STEP = 1e-3

@@ -7,7 +7,9 @@ import pytest
 
 from clie_blocks.analysis.records import read_robot
 from clie_blocks.analysis.records import robot as robot_module
-from clie_blocks.analysis.records.robot import Controller, Motor, Robot
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Motor
 from clie_blocks.errors import RecordError
 
 WHOLE = """

@@ -8,7 +8,7 @@ import pytest
 from clie_blocks.analysis.records import Record, Robot, read_record
 from clie_blocks.analysis.records.columns import find_columns
 from clie_blocks.analysis.records.corrections import examine
-from clie_blocks.analysis.records.robot import Encoder, Motor
+from clie_blocks.analysis.records.robot_sections import Encoder, Motor
 from clie_blocks.analysis.records.single_changes import scaled
 from clie_blocks.analysis.records.two_encoders import other_encoder, with_law_encoder
 from clie_blocks.analysis.records.write import write_record

@@ -6,7 +6,7 @@ import pytest
 from clie_blocks import manipulator
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.records import Robot
-from clie_blocks.analysis.records.robot import Links, Nominal
+from clie_blocks.analysis.records.robot_sections import Links, Nominal
 from clie_blocks.robot_loop.links import (
     coriolis_torque,
     coupling_torque,

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.diagnosis import STAGES, Stages, diagnose
+from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.method import METHOD, Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, decimation, sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel
+from clie_blocks.analysis.gap.stages import STAGES, Stages
 
 CORNER = 8.0  # Hz of the parallel filter of textbook identification
 TAPS = 41

@@ -11,15 +11,9 @@ import numpy as np
 
 from clie_blocks.analysis.gap.calibration.plant import PERIOD, simulate
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import (
-    Controller,
-    Encoder,
-    Experiment,
-    Links,
-    Motor,
-    Nominal,
-    Robot,
-)
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Links, Motor, Nominal
 
 EXCITATIONS = ("triangle", "multisine", "steps", "chirp", "paper_pe")
 KINDS = ("single",) * 9 + ("none", "parametric") + ("pair",) * 3 + ("triple",) + ("unknown",) * 4

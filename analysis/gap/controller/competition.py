@@ -36,8 +36,10 @@ from clie_blocks.analysis.gap.controller.replay import LawParameter
 from clie_blocks.analysis.gap.problem.block_of_file import as_law, block_of_file, law_of_file
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
-from clie_blocks.analysis.gap.problem.problem import Problem, pose_of
-from clie_blocks.analysis.records.robot import Controller, Robot
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.stated_law import pose_of
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.errors import ClieError
 
 LONGEST = 40.0  # s, after which no further law is tried

@@ -14,7 +14,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 
 FLAT = 20  # samples in a row at the largest command, from which it is a limit
 AT_LIMIT = 1.0 - 1e-6  # of that command

@@ -16,8 +16,8 @@ from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.law_residual import rounding_limit
-from clie_blocks.analysis.records.robot import Controller
 
 LIMITED = 1e-3  # of the samples, from which a command counts as limited
 LEAST_GAIN = 1e-6  # N m/rad, or 1/s, from which a law is found

@@ -11,8 +11,8 @@ from clie_blocks.analysis.gap.problem.measured_velocity import filter_of
 from clie_blocks.analysis.gap.problem.nominal import stated_or
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw, block_law
 from clie_blocks.analysis.records import Robot
+from clie_blocks.analysis.records.controller_section import MEASURED, MODEL_SHARES
 from clie_blocks.analysis.records.law_block import law_block, velocity_of
-from clie_blocks.analysis.records.robot import MEASURED, MODEL_SHARES
 from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.labels import DiagramError
 from clie_blocks.rigid_body import dynamics

@@ -12,7 +12,7 @@ import numpy as np
 
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
-from clie_blocks.analysis.records.robot import Links, Motor
+from clie_blocks.analysis.records.robot_sections import Links, Motor
 from clie_blocks.analysis.records.units import FORCES
 from clie_blocks.errors import RecordError
 

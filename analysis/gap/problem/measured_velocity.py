@@ -19,8 +19,8 @@ from clie_blocks.analysis.gap.problem.initial_state import LEAST_INITIAL_SPEED
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.law import explained_rms
 from clie_blocks.analysis.records.control_law import gains, stated_variant
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.replay import replay, sample_time
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 from clie_blocks.errors import ClieError
 from clie_blocks.linear_filters import lfilter

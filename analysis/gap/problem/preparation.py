@@ -22,9 +22,9 @@ from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.clock import even_clock
 from clie_blocks.analysis.records.clock import GAP
 from clie_blocks.analysis.records.control_law import control_law, gains
+from clie_blocks.analysis.records.controller_section import MEASURED, Controller
 from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.analysis.records.robot import MEASURED, Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
 from clie_blocks.robot_loop.sampled_law import read_of_drive
 

@@ -13,25 +13,28 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.block_of_file import law_of_file
-from clie_blocks.analysis.gap.problem.drive_signals import with_drive_rest
-from clie_blocks.analysis.gap.problem.initial_state import with_initial_speed, with_initial_state
+from clie_blocks.analysis.gap.problem.held_out_logs import (
+    held_out_logs,
+    held_out_of_free,
+    split_logs,
+)
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.locked_output import LockedError, Twist, is_locked, twists
 from clie_blocks.analysis.gap.problem.log import LEAST_SAMPLES, Log, as_logs
 from clie_blocks.analysis.gap.problem.nominal import Nominal, nominal_model, stated_or
-from clie_blocks.analysis.gap.problem.own_law import BlockLaw, with_law_state
+from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.simulated_logs import complete
+from clie_blocks.analysis.gap.problem.stated_law import pose_of, stated_law, with_start_state
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.gap.problem.ticks import FINEST_PERIOD, controller_period
 from clie_blocks.analysis.gap.problem.user_loop.statement import loop_statement
 from clie_blocks.analysis.gap.problem.what_u_is import LAW_TOO_FAST, without_law
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks import Finding
-from clie_blocks.analysis.records.control_law import control_law
+from clie_blocks.analysis.records.controller_section import COMMANDED
 from clie_blocks.analysis.records.corrections import Correction, Examination, examine
-from clie_blocks.analysis.records.robot import COMMANDED, MEASURED, with_law
+from clie_blocks.analysis.records.robot import with_law
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.errors import ClieError, NotIdentifiableError
 from clie_blocks.robot_loop.links import Links, mass_rows
@@ -175,7 +178,7 @@ class Problem:
         robot = robot if law is None else with_law(robot, law)
         locked = tuple(itertools.chain.from_iterable(
             twists(record) for record in records if is_locked(record, robot)))
-        held_out = _held_out_of_free(robot, records, held_out)
+        held_out = held_out_of_free(robot, records, held_out)
         records = [record for record in records if not is_locked(record, robot)]
         if locked and not records:
             raise LockedError(locked)
@@ -185,7 +188,7 @@ class Problem:
         prepared_robot, prepared = prepare(robot, list(seen.records))
         problem = state_problem(prepared_robot, prepared, held_out)
         return dataclasses.replace(
-            problem, statement=Statement(robot, seen.records, _held_out(records, held_out)),
+            problem, statement=Statement(robot, seen.records, held_out_logs(records, held_out)),
             corrections=seen.corrections, log_warnings=seen.warnings, twists=locked)
 
     @classmethod
@@ -215,7 +218,7 @@ class Problem:
         records = [records] if isinstance(records, Record) else list(records)
         robot, law, nominal, logs = loop_statement(loop, records)
         one = np.ones(robot.n)
-        fit, validation = _split(logs, _held_out(records, held_out))
+        fit, validation = split_logs(logs, held_out_logs(records, held_out))
         return cls(fit, validation, law, nominal, law.links, one, one, 0 * one,
                    tuple(robot.joints), quiet=True, records=tuple(records))
 
@@ -338,7 +341,7 @@ def _is_too_fast(problem: Problem, robot: Robot, records: Sequence[Record]) -> b
             or any(record.u is None for record in records)):
         return False
     logged = min(record.sample_time for record in records)
-    law = _stated_law(robot, logged, pose_of(robot, records[0]), problem.links,
+    law = stated_law(robot, logged, pose_of(robot, records[0]), problem.links,
                       problem.gear_ratio)
     return not is_stable(dataclasses.replace(problem, law=law))
 
@@ -364,8 +367,8 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
     """Problem whose controller has a period [s]."""
     links = stated_links(robot, pose_of(robot, records[0]))
     ratio = stated_or(robot.motor.gear_ratio, robot.n, 1.0)
-    law = _stated_law(robot, period, pose_of(robot, records[0]), links, ratio)
-    by_record = [[_begun(log, law) for log in as_logs(record, robot, k, law.period)]
+    law = stated_law(robot, period, pose_of(robot, records[0]), links, ratio)
+    by_record = [[with_start_state(log, law) for log in as_logs(record, robot, k, law.period)]
                  for k, record in enumerate(records)]
     logs = [log for pieces in by_record for log in pieces]
     if any(log.supply is None for log in logs):  # one program runs all logs
@@ -377,7 +380,7 @@ def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int]
         raise NotIdentifiableError(
             f"{shortest.name} has {shortest.sample_count()} samples; a diagnosis needs at "
             f"least {LEAST_SAMPLES} per log, better 20 s of motion: record longer")
-    fit, validation = _split(by_record, _held_out(records, held_out))
+    fit, validation = split_logs(by_record, held_out_logs(records, held_out))
     return _linearised_where_stable(Problem(
         fit, validation, law, nominal_model(robot, links, ratio, logs, law.period), links,
         gear_ratio=ratio, shaft_ratio=stated_or(robot.encoder.shaft_ratio, robot.n, 1.0),
@@ -397,57 +400,3 @@ def _linearised_where_stable(problem: Problem) -> Problem:
     return over_motions if is_stable(over_motions) else problem
 
 
-def _held_out_of_free(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,
-                      ) -> Sequence[int] | None:
-    """Hold-out logs counted among those whose output was free; None for the last of these."""
-    if not held_out:
-        return held_out
-    free = [k for k, record in enumerate(records) if not is_locked(record, robot)]
-    return [free.index(k) for k in held_out if k in free] or None
-
-
-def _held_out(records: Sequence[Record], held_out: Sequence[int] | None) -> tuple[int, ...]:
-    if held_out is not None:
-        return tuple(held_out)
-    return (len(records) - 1,) if len(records) > 1 else ()
-
-
-def _split(by_record: Sequence[Sequence[Log]], held_out: Sequence[int],
-           ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Logs to fit and logs held out; the pieces of a record stay together."""
-    return (tuple(log for k, pieces in enumerate(by_record) if k not in held_out
-                  for log in pieces),
-            tuple(log for k in held_out for log in by_record[k]))
-
-
-def _stated_law(robot: Robot, period: float, pose: np.ndarray, links: Links,
-                ratio: np.ndarray) -> StatedLaw:
-    """Law of a controller; one that runs as a block is linearised at a pose [rad]."""
-    controller = robot.controller
-    if controller.is_block:
-        return law_of_file(robot, period, pose, links, ratio)
-    if controller.law not in ("pd", "cascade"):
-        raise NotIdentifiableError(
-            f"the control law is {controller.law!r}; the diagnosis replays laws of the kind 'pd', "
-            "'pid' and 'cascade': state [controller] with its gains")
-    return StatedLaw.of(control_law(controller, period), controller.u_is == MEASURED)
-
-
-def _begun(log: Log, law: StatedLaw) -> Log:
-    """Log with what its first samples show of the state in which robot and law began.
-
-    A command that was not logged is that of the law.
-    """
-    if np.isnan(log.u).all():
-        log = dataclasses.replace(log, u=law.commands(log))
-    if isinstance(law, BlockLaw):
-        return with_law_state(with_drive_rest(with_initial_speed(log, law.period), law), law)
-    return with_initial_state(log, law)
-
-
-def pose_of(robot: Robot, record: Record) -> np.ndarray:
-    """Position about which a law is linearised: the stated set-point, or the mean [rad]."""
-    for experiment in robot.experiments.values():
-        if experiment.set_point is not None:
-            return experiment.set_point
-    return record.q.mean(axis=0)

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.records.clock import GAP
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record, read_only
 from clie_blocks.analysis.records.replay import sample_time
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import RecordError
 
 FAST_ENOUGH = 5e-4  # s: a servo that is faster is simulated at this period, if its loop is stable

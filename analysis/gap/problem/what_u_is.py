@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import COMPUTED, MEASURED, Controller
+from clie_blocks.analysis.records.controller_section import COMPUTED, MEASURED, Controller
 
 LAW_LEFT_OUT = ("u is a torque that was measured behind the drive: it moved the joints whatever "
                 "law asked for it, so that the law is left out, and nothing that a drive does to "

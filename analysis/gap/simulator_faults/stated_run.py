@@ -24,7 +24,8 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member, held_members
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.nominal import Nominal
-from clie_blocks.analysis.gap.problem.problem import Problem, pose_of
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.stated_law import pose_of
 from clie_blocks.analysis.gap.problem.stated_links import stated_links
 from clie_blocks.analysis.gap.simulator_comparison.difference import (
     SAME_JOINT_MODEL,

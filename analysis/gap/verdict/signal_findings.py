@@ -34,7 +34,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     posterior,
 )
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import MEASURED
+from clie_blocks.analysis.records.controller_section import MEASURED
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 

@@ -14,9 +14,10 @@ from clie_blocks.analysis.records.checks.law import (
     law_parts,
     replay_unsaturated,
 )
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.repeatability import NoiseFloor, noise_floor
-from clie_blocks.analysis.records.robot import Controller, Robot
+from clie_blocks.analysis.records.robot import Robot
 
 WEIGHT_SWEEP = 0.5  # rad from which gravity's curve shows
 FAST = 200.0  # Hz of logging from which lags of milliseconds and structural modes show

@@ -11,6 +11,7 @@ from clie_blocks.analysis.records.checks.coupled_law import check_coupled_law
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.checks.measures import correlation_matrix, moves, permutation
 from clie_blocks.analysis.records.control_law import gains, stated_variant
+from clie_blocks.analysis.records.controller_section import COMMANDED, Controller
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.replay import (
@@ -22,7 +23,7 @@ from clie_blocks.analysis.records.replay import (
     variants,
     velocity,
 )
-from clie_blocks.analysis.records.robot import COMMANDED, Controller, Robot
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.analysis.records.uncertainty import least_squares
 from clie_blocks.analysis.records.velocity_filter import settling, velocity_filter
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from clie_blocks.analysis.records.checks.finding import Finding
 from clie_blocks.analysis.records.control_law import gains
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller, Robot
+from clie_blocks.analysis.records.robot import Robot
 from clie_blocks.rigid_body.dynamics import mass_matrix
 
 

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import SUPPLY, Record
 from clie_blocks.analysis.records.readers.emps import columns_of
 from clie_blocks.analysis.records.readers.options import Options, library_errors
-from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Links, Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Links, Motor
 
 STEPS = 4096  # of the encoder per turn
 FULL_DUTY = 885  # largest value of the duty register

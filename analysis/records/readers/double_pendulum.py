@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from clie_blocks.analysis.records.clock import segments
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.emps import columns_of
 from clie_blocks.analysis.records.readers.options import Options, library_errors
-from clie_blocks.analysis.records.robot import Controller, Links, Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Links, Motor
 from clie_blocks.analysis.records.runs import equal_ranges
 
 DECISIONS = (

@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
 from clie_blocks.analysis.records.readers.mat_variables import read_columns
 from clie_blocks.analysis.records.readers.options import Options, library_errors, need
-from clie_blocks.analysis.records.robot import Controller, Encoder, Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Motor
 
 LOGS = ("DATA_EMPS", "DATA_EMPS_PULSES")
 UNITS = {"q": "m", "qd": "m", "u": "V", "pe": "V", "dq": "m/s", "tau": "N"}

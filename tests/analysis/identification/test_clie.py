@@ -8,7 +8,7 @@ from clie_blocks.analysis.identification.clie import RATE, clie
 from clie_blocks.analysis.identification.log_loop import LogLoop, resting_state, velocity_block
 from clie_blocks.analysis.identification.motion import rough_inertia, split
 from clie_blocks.analysis.records import Record, Robot, read_records
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.errors import DivergedError, NotIdentifiableError
 from clie_blocks.signals import signal
 

@@ -8,11 +8,11 @@ from scipy.signal import lfilter
 
 from clie_blocks.analysis.blind.comparison import ablations
 from clie_blocks.analysis.blind.scoring.decisions import Answer
-from clie_blocks.analysis.gap.diagnosis import STAGES
 from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.residual.noise import decimated, whiten
 from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
+from clie_blocks.analysis.gap.stages import STAGES
 
 NOISE_MODELS = ablations.noise_without_whitening, ablations.noise_without_sensitivity
 

@@ -12,7 +12,8 @@ from clie_blocks.analysis.blind.exported.study import score, terminal_lines
 from clie_blocks.analysis.blind.population.effects import EFFECTS
 from clie_blocks.analysis.blind.population.one_joint import NAMES, PENDULUMS
 from clie_blocks.analysis.export import truth_table
-from clie_blocks.analysis.records.robot import Links, Motor, Nominal, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Links, Motor, Nominal
 from clie_blocks.errors import ClieError
 
 

@@ -21,7 +21,8 @@ from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import Record, Robot  # noqa: E402
-from clie_blocks.analysis.records.robot import Controller, Motor  # noqa: E402
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Motor  # noqa: E402
 from clie_blocks.joints import decoupled_joints  # noqa: E402
 
 PERIOD, SUBSTEPS, SECONDS = 2e-3, 4, 6.0

@@ -10,7 +10,7 @@ from clie_blocks.analysis.gap.assessment.not_shown import not_shown
 from clie_blocks.analysis.gap.causes.vocabulary import effect_names
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.robot_loop.links import planar_links
 from tests.gap.scenarios.mujoco_joint import robot_of
 

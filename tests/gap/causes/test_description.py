@@ -17,7 +17,9 @@ from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller, Links, Motor, Nominal, Robot
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Links, Motor, Nominal
 
 TIME = 1e-3 * np.arange(1500)
 Q = np.stack([0.4 * np.sin(3 * TIME), 0.3 * np.sin(5 * TIME)], axis=1)

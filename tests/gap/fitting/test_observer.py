@@ -10,7 +10,8 @@ from clie_blocks.analysis.gap.fitting.observer import with_observer, without_obs
 from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Motor
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Motor
 
 PERIOD, INERTIA, DAMPING = 0.005, 0.4, 0.9
 

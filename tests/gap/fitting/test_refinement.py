@@ -11,7 +11,9 @@ from clie_blocks.analysis.gap.fitting.refinement import refine_to_prior
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller, Encoder, Experiment, Motor, Robot
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Motor
 
 PERIOD = 2e-3
 TIME = PERIOD * np.arange(3000)

@@ -9,7 +9,8 @@ from clie_blocks.analysis.gap.command import main
 from clie_blocks.analysis.gap.load_comparison.compare import compare_loads
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot, read_records
-from clie_blocks.analysis.records.robot import Controller, Links, Motor, Nominal
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Links, Motor, Nominal
 from clie_blocks.errors import NotIdentifiableError, RecordError
 from clie_blocks.robot_loop.links import bias_torque, inertial_torque, planar_links
 from tests.gap.scenarios.mujoco_joint import chirp, record_of, robot_of, run

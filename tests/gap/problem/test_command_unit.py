@@ -7,7 +7,7 @@ import pytest
 
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Links, Nominal
+from clie_blocks.analysis.records.robot_sections import Links, Nominal
 from clie_blocks.errors import RecordError
 from tests.gap import one_joint
 

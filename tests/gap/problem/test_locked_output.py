@@ -10,7 +10,8 @@ from clie_blocks.analysis.gap.command import main
 from clie_blocks.analysis.gap.problem.locked_output import LockedError, is_locked, twists
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Experiment, Nominal
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Experiment, Nominal
 from clie_blocks.errors import NotIdentifiableError
 
 GAP, STIFFNESS, FRICTION = np.radians(1.2), 800.0, 1.5

@@ -8,7 +8,8 @@ import pytest
 from clie_blocks.analysis.gap.problem.measured_velocity import with_measured_velocity
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Motor
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Motor
 
 T, LAG = 2e-3, 4e-3  # s: period, and lag of the drive's velocity
 TIME = T * np.arange(2000)

@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.residual.noise import Noise, decimated, sensor_noi
 from clie_blocks.analysis.gap.residual.sensitivity import noise_responses
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Encoder
+from clie_blocks.analysis.records.robot_sections import Encoder
 from clie_blocks.analysis.records.two_encoders import with_law_encoder
 from clie_blocks.linear_filters import lfilter
 from tests.gap.factories import make_fit, make_member, make_problem, make_residual_model

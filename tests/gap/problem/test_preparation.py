@@ -9,7 +9,8 @@ import pytest
 from clie_blocks.analysis.gap.problem.position_path import servo_response
 from clie_blocks.analysis.gap.problem.preparation import on_even_clock, prepare
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Links, Motor, Nominal
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Links, Motor, Nominal
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(4000)

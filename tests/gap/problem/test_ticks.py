@@ -14,7 +14,7 @@ from clie_blocks.analysis.gap.problem.ticks import (
     ticks,
 )
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.errors import RecordError
 
 PERIOD = 0.001  # s

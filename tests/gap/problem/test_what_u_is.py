@@ -10,8 +10,9 @@ from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Links, Motor
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.robot_file import read_robot
+from clie_blocks.analysis.records.robot_sections import Links, Motor
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(800)

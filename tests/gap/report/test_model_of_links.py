@@ -13,7 +13,7 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.correction import correction
-from clie_blocks.analysis.records.robot import Links, Nominal
+from clie_blocks.analysis.records.robot_sections import Links, Nominal
 from tests.gap.factories import make_check
 
 pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")

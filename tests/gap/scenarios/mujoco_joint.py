@@ -3,7 +3,8 @@
 import numpy as np
 
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller, Links, Motor
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Links, Motor
 
 PERIOD, SUBSTEPS = 1e-3, 5  # s of the law, and steps of the engine in it
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.gap import diagnose
-from clie_blocks.analysis.gap.diagnosis import STAGES
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.torque_path import path_torque
+from clie_blocks.analysis.gap.stages import STAGES
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.control_law import control_law
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 
 pytestmark = pytest.mark.slow
 ON_THE_DRIVE = {"dead_zone", "actuator_saturation", "actuator_lag", "time_delay",

@@ -7,7 +7,8 @@ import pytest
 
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
-from clie_blocks.analysis.records.robot import Controller, Encoder, Links, Nominal
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Encoder, Links, Nominal
 from tests.gap.scenarios.mujoco_joint import pick_and_place, record_of, robot_of, run
 
 pytest.importorskip("mujoco")

@@ -8,7 +8,7 @@ import pytest
 from clie_blocks.analysis.gap.diagnosis import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 from tests.gap.scenarios.mujoco_joint import chirp, pick_and_place, record_of, robot_of, run
 
 pytest.importorskip("mujoco")

@@ -19,8 +19,8 @@ from clie_blocks.analysis.gap.report.answer import answer
 from clie_blocks.analysis.gap.report.checks import checks_section, saturated_share
 from clie_blocks.analysis.gap.report.wording import units_of
 from clie_blocks.analysis.records import Record, Robot, read_records
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.repeatability import noise_floor
-from clie_blocks.analysis.records.robot import Controller
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 pytestmark = pytest.mark.slow

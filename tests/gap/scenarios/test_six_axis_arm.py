@@ -15,7 +15,8 @@ from clie_blocks.analysis.gap.fitting.nominal import fit_nominal  # noqa: E402
 from clie_blocks.analysis.gap.method import METHOD  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import read_trial  # noqa: E402
-from clie_blocks.analysis.records.robot import Controller, Links  # noqa: E402
+from clie_blocks.analysis.records.controller_section import Controller  # noqa: E402
+from clie_blocks.analysis.records.robot import Links  # noqa: E402
 from clie_blocks.errors import ClieError  # noqa: E402
 
 FILE = Path(__file__).parents[3] / "docs" / "arms" / "six_axis_robot.py"

@@ -8,7 +8,8 @@ import pytest
 
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.checks.link_model import check_link_model
-from clie_blocks.analysis.records.robot import Controller, Links
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Links
 from clie_blocks.rigid_body.model_file import read_model
 
 JOINTS = "FL_hip_joint", "FL_thigh_joint", "FL_calf_joint"

@@ -13,7 +13,8 @@ from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.verdict.posterior import marginals
 from clie_blocks.analysis.records import Record, Robot, read_trial
-from clie_blocks.analysis.records.robot import Controller, Encoder, Motor
+from clie_blocks.analysis.records.controller_section import Controller
+from clie_blocks.analysis.records.robot_sections import Encoder, Motor
 
 pytestmark = pytest.mark.slow
 

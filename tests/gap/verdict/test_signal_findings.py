@@ -22,7 +22,7 @@ from clie_blocks.analysis.gap.verdict.signal_findings import (
     with_signal_findings,
 )
 from clie_blocks.analysis.records import Record, Robot
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 
 PERIOD, STEP, SIGMA = 0.02, 1.5e-3, 5e-4
 

@@ -7,8 +7,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from clie_blocks.analysis.records.check_report import as_dict, as_text, check_log
+from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.model import Record
-from clie_blocks.analysis.records.robot import Controller, Motor, Robot
+from clie_blocks.analysis.records.robot import Robot
+from clie_blocks.analysis.records.robot_sections import Motor
 from clie_blocks.errors import ClieError
 from clie_blocks.output import to_json
 

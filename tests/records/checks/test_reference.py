@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clie_blocks.analysis.records.checks.reference import check_reference
-from clie_blocks.analysis.records.robot import Controller
+from clie_blocks.analysis.records.controller_section import Controller
 
 
 @pytest.fixture
