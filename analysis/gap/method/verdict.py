@@ -89,6 +89,10 @@ class VerdictMethod:
     unfinished_search: float = threshold(
         0.5, "probability",
         "that the cause is among what was fitted, where the time was over before the search was")
+    delay_of_servo: float = threshold(
+        0.75, "probability",
+        "of a delay where a servo that goes to its set-points on a course of its own, of limited "
+        "acceleration, would move alike: the rarer of the two")
     certain: float = threshold(
         0.97, "probability",
         "of what two logged signals, or the replay of the law, show without a model of the joint")

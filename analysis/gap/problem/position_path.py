@@ -2,16 +2,19 @@
 
 A servo needs some time to reach 5 % of a step even without any delay, and dry friction makes that
 longer.  So lag, delay and friction are fitted together, and each is left out in turn: a delay of
-the set-point shifts the whole motion, friction holds it back where it starts and turns.
+the set-point shifts the whole motion, friction holds it back where it starts and turns.  A weight
+lets the servo sag: by an offset, and by an angle that changes with the pose, here linearly.  And a
+servo may go to a set-point on a course of its own, of limited acceleration and rate.
 
-    ddq = w^2 (q_d(t - T) + offset - q - f) - 2 D w dq,   |f| <= level, f against the motion
+    ddq = w^2 (q_d(t - T) + offset + sag q - q - f) - 2 D w dq,  |f| <= level, f against the motion
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,13 +36,17 @@ CORRELATION_TIME = 2.0  # s, within which errors of a fit are correlated
 EXPLAINED_BY = {"lag": (), "setpoint_delay": ("delay",), "coulomb": ("level",),
                 "both": ("delay", "level")}
 
+_ANY_RATE = 1e6  # rad/s, beyond which no set-point moves
+_PROMPT = 1e-6  # s^2/rad, of a servo that takes set-points as they come
 _LAG = ("frequency", "damping_ratio", "offset")
-_PARAMETERS = (*_LAG, "delay", "level")
+_ABSENT = {"sag": 0.0, "ramp": 0.0, "rate": np.inf, "delay": 0.0, "level": 0.0}
+_PARAMETERS = (*_LAG, *_ABSENT)
 _START_FREQUENCIES = (15.0, 40.0)  # rad/s
-_START = {"damping_ratio": 1.0, "offset": 0.0, "level": 2e-3}
-_SCALE = {"frequency": 5.0, "damping_ratio": 0.2, "offset": 0.01, "delay": 0.01, "level": 2e-3}
+_START = {"damping_ratio": 1.0, "offset": 0.0, "sag": 0.0, "level": 2e-3}
+_SCALE = {"frequency": 5.0, "damping_ratio": 0.2, "offset": 0.01, "sag": 0.05, "delay": 0.01,
+          "level": 2e-3}
 _BOUNDS = {"frequency": (1.0, 300.0), "damping_ratio": (0.2, 5.0), "offset": (-1.0, 1.0),
-           "delay": (0.0, 0.3), "level": (0.0, 0.5)}
+           "sag": (-0.8, 0.8), "delay": (0.0, 0.3), "level": (0.0, 0.5)}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,6 +61,12 @@ class PositionPath:
         Of that lag.
     offset : float
         Constant error [rad].
+    sag : float
+        Error per angle, which the weight of a link makes [rad/rad].
+    ramp : float
+        One over the acceleration with which the servo itself goes to a set-point [s^2/rad].
+    rate : float
+        Fastest change of what it goes to [rad/s].
     delay : float
         Pure delay of set-point and reading together [s].
     level : float
@@ -68,6 +81,9 @@ class PositionPath:
     frequency: float
     damping_ratio: float
     offset: float
+    sag: float
+    ramp: float
+    rate: float
     delay: float
     level: float
     rms_error: float
@@ -124,7 +140,8 @@ def _haste(record: Record) -> float:
 
 
 def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",),
-                      ) -> PositionPath:
+                      held: Mapping[str, float] = MappingProxyType({}),
+                      start: Mapping[str, float] | None = None) -> PositionPath:
     """Fit the path from set-point to motion of one joint.
 
     Parameters
@@ -134,7 +151,11 @@ def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",)
     k : int
         Joint.
     causes : sequence of str
-        What acts in addition to the lag: ``delay``, ``level``.
+        What acts in addition to the lag and is fitted: ``delay``, ``level``, ``sag``.
+    held : dict
+        What acts and is known, by name: ``delay``, ``ramp``, ``rate``.
+    start : dict, optional
+        Where the fit begins, by name; by default at a slow and at a fast servo.
 
     Raises
     ------
@@ -151,17 +172,19 @@ def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",)
     free = [name for name in _PARAMETERS if name in (*_LAG, *causes)]
 
     def parameters(vector: np.ndarray) -> dict[str, float]:
-        return {"delay": 0.0, "level": 0.0, **dict(zip(free, map(float, vector), strict=True))}
+        return {**_ABSENT, **held, **dict(zip(free, map(float, vector), strict=True))}
 
     def error(vector: np.ndarray) -> np.ndarray:
         response = servo_response(set_point, q[0], period, **parameters(vector))
         return (response - q)[UNSETTLED_SAMPLES:]
 
     low, high = np.transpose([_BOUNDS[name] for name in free])
-    start = _START | {"delay": period}
-    fits = [least_squares(error, [(start | {"frequency": frequency})[name] for name in free],
+    begin = _START | {"delay": period}
+    starts = ([begin | start] if start is not None else
+              [begin | {"frequency": frequency} for frequency in _START_FREQUENCIES])
+    fits = [least_squares(error, np.clip([one[name] for name in free], low, high),
                           x_scale=[_SCALE[name] for name in free], bounds=(low, high),
-                          max_nfev=60) for frequency in _START_FREQUENCIES]
+                          max_nfev=60) for one in starts]
     best = min(fits, key=lambda fit: fit.cost)
     influence = block_influence(best, round(CORRELATION_TIME / period))
     half_widths = NORMAL_95 * np.linalg.norm(influence, axis=0)
@@ -216,10 +239,15 @@ def paths_by_hypothesis(record: Record, k: int, names: Sequence[str] = tuple(EXP
 
 def validation_error(path: PositionPath, record: Record, k: int) -> float:
     """RMS of what a path does not predict of a log, but for a constant [rad]."""
+    return float(np.std(prediction_error(path, record, k)))
+
+
+def prediction_error(path: PositionPath, record: Record, k: int) -> np.ndarray:
+    """What a path does not predict of a log that has settled [rad]."""
     parameters = {name: getattr(path, name) for name in _PARAMETERS}
     response = servo_response(_set_point(record, k), record.q[0, k], record.sample_time,
                               **parameters)
-    return float(np.std((response - record.q[:, k])[UNSETTLED_SAMPLES:]))
+    return (response - record.q[:, k])[UNSETTLED_SAMPLES:]
 
 
 def _set_point(record: Record, k: int) -> np.ndarray:
@@ -231,16 +259,19 @@ def _set_point(record: Record, k: int) -> np.ndarray:
 
 def servo_response(set_point: np.ndarray, start: float, period: float, frequency: float,
                    damping_ratio: float, offset: float, delay: float, level: float = 0.0,
-                   ) -> np.ndarray:
+                   sag: float = 0.0, ramp: float = 0.0, rate: float = np.inf) -> np.ndarray:
     """Position of a servo that holds each set-point and is read with a delay, shape (N,)."""
     step = period / STEPS_PER_SAMPLE
-    rates = np.array([[0.0, 1.0], [-frequency**2, -2 * damping_ratio * frequency]])
+    rates = np.array([[0.0, 1.0],
+                      [(sag - 1.0) * frequency**2, -2 * damping_ratio * frequency]])
     drive = np.array([[0.0], [frequency**2]])
     a, b = zero_order_hold(rates, drive, step)
-    pull = np.repeat(set_point, STEPS_PER_SAMPLE) + offset - start
-    fine = start + np.asarray(_servo().run(
-        pull.size, inputs={"q_d": pull[:, None]}, initial_state=np.zeros(2),
-        params={"a": a, "b": b[:, 0], "level": np.array(level)}).outputs).ravel()[:pull.size]
+    pull = np.repeat(set_point, STEPS_PER_SAMPLE) + offset + (sag - 1.0) * start
+    params = {"a": a, "b": b[:, 0], "level": np.array(level), "ramp": np.array(ramp),
+              "rate": np.array(min(rate, _ANY_RATE)), "step": np.array(step)}
+    outputs = _servo().run(pull.size, inputs={"q_d": pull[:, None]}, params=params,
+                           initial_state=np.array([0.0, 0.0, pull[0], 0.0])).outputs
+    fine = start + np.asarray(outputs).ravel()[:pull.size]
     time = step * np.arange(fine.size)
     return np.interp(period * np.arange(len(set_point)) - delay, time, fine)
 
@@ -256,12 +287,19 @@ def _servo() -> Program:
                ) -> np.ndarray:
         (a_qq, a_qv), (a_vq, a_vv) = params["a"]
         b_q, b_v = params["b"]
-        q, dq = x
-        free = a_vq * q + a_vv * dq + b_v * u[0]
+        q, dq, aim, rate = x
+        left, ramp, step = u[0] - aim, np.maximum(params["ramp"], _PROMPT), params["step"]
+        braked = np.sign(left) * np.sqrt(2.0 * np.abs(left) / ramp)  # comes to rest there
+        fastest = np.clip(braked, -params["rate"], params["rate"])
+        rate = np.clip(fastest, rate - step / ramp, rate + step / ramp)
+        aim = np.where(params["ramp"] > _PROMPT, aim + step * rate, aim + np.clip(
+            left, -params["rate"] * step, params["rate"] * step))
+        free = a_vq * q + a_vv * dq + b_v * aim
         held = np.clip(free / b_v, -params["level"], params["level"])
-        return np.array([a_qq * q + a_qv * dq + b_q * (u[0] - held), free - b_v * held])
+        return np.array([a_qq * q + a_qv * dq + b_q * (aim - held), free - b_v * held, aim, rate])
 
     return compile_diagram(ct.nlsys(
         update, lambda t, x, u, params: x[:1], name="servo", dt=1.0, inputs=["q_d[0]"],
-        outputs=["q[0]"], states=["q", "dq"],
-        params={"a": np.eye(2), "b": np.ones(2), "level": np.array(0.1)}))
+        outputs=["q[0]"], states=["q", "dq", "aim", "rate"],
+        params={"a": np.eye(2), "b": np.ones(2), "level": np.array(0.1), "ramp": np.array(0.01),
+                "rate": np.array(1.0), "step": np.array(0.002)}))

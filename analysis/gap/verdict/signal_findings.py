@@ -22,6 +22,7 @@ from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem import position_path, torque_path
 from clie_blocks.analysis.gap.problem.position_path import PositionPath
+from clie_blocks.analysis.gap.problem.servo_delay import shows_delay
 from clie_blocks.analysis.gap.problem.torque_path import TorquePath
 from clie_blocks.analysis.gap.residual.noise import Noise
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -215,10 +216,14 @@ def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
                             for k, by_name in zip(joints, paths)]) for name in names}
     excess = _excess(left, [residuals.noises[k] for k in joints])
     probability = delay_probability(excess, residuals.method.calibration)
+    best = [by_name[min(with_delay, key=lambda name: excess[name])] for by_name in paths]
     if probability < LIKELY:
-        return ()
-    best = min(with_delay, key=lambda name: excess[name])
-    times = {"delay": _delays([by_name[best] for by_name in paths])}
+        if not all(shows_delay(fitted, k) for k in joints):
+            return ()
+        probability = residuals.method.verdict.delay_of_servo
+        best = [position_path.fit_position_path(fitted, k, ("delay", "level", "sag"))
+                for k in joints]
+    times = {"delay": _delays(best)}
     dead_times = [position_path.dead_times(fitted, k) for k in joints]
     if all(times_of.size for times_of in dead_times):
         times["dead_time"] = _dead_times(dead_times, fitted.sample_time)

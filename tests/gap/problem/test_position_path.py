@@ -105,3 +105,16 @@ def test_intervals_contain_the_truth_and_the_sentence_states_the_dead_time(set_p
 def test_a_log_without_set_points_is_refused():
     with pytest.raises(NotIdentifiableError, match="no set-point qd"):
         fit_position_path(Record(time=PERIOD * np.arange(500), q=np.zeros((500, 1))), 0)
+
+
+def test_a_weight_and_a_course_of_its_own_are_those_of_small_steps(set_point):
+    """A weight that grows with the angle acts as a softer spring; a course limits the aim."""
+    asked = set_point[:200]
+    sagging = servo_response(asked, asked[0], PERIOD, 25.0, 1.2, 0.01, 0.0, sag=0.3)
+    settled = np.flatnonzero(np.diff(asked))  # the samples before each step
+    np.testing.assert_allclose(sagging[settled[1:]] * 0.7, asked[settled[1:]] + 0.01, atol=2e-3)
+    slow = servo_response(asked, asked[0], PERIOD, 200.0, 1.0, 0.0, 0.0, rate=1.0)
+    assert np.abs(np.diff(slow)).max() == pytest.approx(PERIOD * 1.0, rel=0.05)
+    soft = servo_response(asked, asked[0], PERIOD, 200.0, 1.0, 0.0, 0.0, ramp=1 / 20.0)
+    assert np.abs(np.diff(soft, 2)).max() < 1.3 * 20.0 * PERIOD**2
+    np.testing.assert_allclose(soft[settled[1:]], asked[settled[1:]], atol=5e-3)
