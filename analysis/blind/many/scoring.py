@@ -24,7 +24,12 @@ def score(answers: dict[str, Any], labels: dict[str, Any], class_of: ClassOf) ->
         Class of a name.
 
     """
-    rows = [_row(trial, labels[trial], answers[trial], class_of) for trial in sorted(labels)]
+    return figures([_row(trial, labels[trial], answers[trial], class_of)
+                    for trial in sorted(labels)])
+
+
+def figures(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures of some rows, and the rows."""
     return {
         "trials": len(rows),
         "failed": [row["trial"] for row in rows if row["failed"]],
