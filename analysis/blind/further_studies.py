@@ -73,4 +73,10 @@ FURTHER_STUDIES = (
         "poor-logs",
         "instead, N robots whose logs hold little or are poor: torque commanded, measured, both "
         "or neither, no reference, slow, short, noisy, coarse, filtered or uneven logs; a third "
-        "is sound; goes with --seed and --jobs"))
+        "is sound; goes with --seed and --jobs"),
+    FurtherStudy(
+        "experiments",
+        "instead, N robots of two logs that say little; where the answer leaves several names, "
+        "the run that it recommends is executed in MuJoCo and added, up to three times: runs to "
+        "one name, whether it is right, and what of the limits they used; goes with --seed and "
+        "--jobs"))

@@ -15,7 +15,14 @@ import numpy as np
 
 from clie_blocks.analysis.records.controller_section import NO_EXTENSION, PROGRAM, Controller
 from clie_blocks.analysis.records.fields import FixedDict, check_name, per_joint
-from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Links, Motor, Nominal
+from clie_blocks.analysis.records.robot_sections import (
+    Encoder,
+    Experiment,
+    Limits,
+    Links,
+    Motor,
+    Nominal,
+)
 from clie_blocks.analysis.records.section import Section
 from clie_blocks.errors import RecordError
 from clie_blocks.labels import DiagramError
@@ -40,8 +47,8 @@ class Robot:
         What it is.
     joints : sequence of str
         Joint names; key ``joint_names``; by default ``joint1, joint2, ...``.
-    motor, links, nominal, controller, encoder : Motor, Links, Nominal, Controller, Encoder
-        The sections of the file; a missing one holds only unknowns.
+    motor, links, nominal, controller, encoder, limits
+        The sections of the file, `Motor` to `Limits`; a missing one holds only unknowns.
     experiments : mapping of str to Experiment
         By the stem of the log's file name.
     units : mapping of str to str
@@ -68,6 +75,7 @@ class Robot:
     nominal: Nominal = Nominal()
     controller: Controller = Controller()
     encoder: Encoder = Encoder()
+    limits: Limits = Limits()
     experiments: Mapping[str, Experiment] = dataclasses.field(default_factory=FixedDict)
     units: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
     columns: Mapping[str, str] = dataclasses.field(default_factory=FixedDict)
@@ -91,7 +99,7 @@ class Robot:
         object.__setattr__(self, "joints", names)
         for name in ("experiments", "units", "columns"):
             object.__setattr__(self, name, FixedDict(dict(getattr(self, name))))
-        for name in ("motor", "links", "controller", "encoder"):
+        for name in ("motor", "links", "controller", "encoder", "limits"):
             object.__setattr__(self, name, self._fitted(getattr(self, name)))
         object.__setattr__(self, "motor", self._coupled(self.motor))
 

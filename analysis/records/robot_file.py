@@ -15,13 +15,20 @@ from clie_blocks.analysis.records.fields import check_value, per_joint
 from clie_blocks.analysis.records.model import DEFAULT_UNITS
 from clie_blocks.analysis.records.plain_file import check_plain_file
 from clie_blocks.analysis.records.robot import Robot
-from clie_blocks.analysis.records.robot_sections import Encoder, Experiment, Links, Motor, Nominal
+from clie_blocks.analysis.records.robot_sections import (
+    Encoder,
+    Experiment,
+    Limits,
+    Links,
+    Motor,
+    Nominal,
+)
 from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.rigid_body.model_file import joint_names, read_model
 from clie_blocks.rigid_body.tree import Tree
 
 SECTIONS = {"motor": Motor, "links": Links, "nominal": Nominal, "controller": Controller,
-            "encoder": Encoder}
+            "encoder": Encoder, "limits": Limits}
 TABLES = ("experiment", "units", "columns")
 TOP = ("name", "joints", "joint_names", *SECTIONS, *TABLES)
 LARGEST_INTEGER = 2**63

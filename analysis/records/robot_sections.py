@@ -190,6 +190,35 @@ class Encoder(Section):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Limits(Section):
+    """How far a recommended run may go; what is not stated is as far as the logs went.
+
+    Parameters
+    ----------
+    lower : array_like, shape (n,)
+        Lowest position [rad, or m].
+    upper : array_like, shape (n,)
+        Highest position [rad, or m].
+    speed : array_like, shape (n,)
+        Fastest motion [rad/s, or m/s].
+    command : array_like, shape (n,)
+        Largest command [unit of u]; by default the limit of the law.
+
+    """
+
+    lower: np.ndarray | None = file_field(("lower_rad", "lower_m"), "joints")
+    upper: np.ndarray | None = file_field(("upper_rad", "upper_m"), "joints")
+    speed: np.ndarray | None = file_field(("speed_rad_s", "speed_m_s"), "joints", above=0)
+    command: np.ndarray | None = file_field(("command_nm", "command"), "joints", above=0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.lower is not None and self.upper is not None and np.any(self.lower >= self.upper):
+            raise RecordError(f"[limits]: the lowest position {self.lower.tolist()} is not below "
+                              f"the highest, {self.upper.tolist()}; exchange the two")
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Section):
     """How one log was taken; what describes another kind of signal is left out.
 

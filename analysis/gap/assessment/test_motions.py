@@ -1,7 +1,7 @@
 """Experiments that could be run next, inside what the robot may do.
 
-The torque limit is the stated one, else the largest command of the logs; positions and speeds stay
-inside what the logs have reached.
+Limits are those of the robot file; the command's is else that of the law.  Where nothing is
+stated, a run stays inside what the logs have reached.
 """
 
 import dataclasses
@@ -14,6 +14,7 @@ from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import decimated
+from clie_blocks.analysis.records.robot_sections import Limits as StatedLimits
 from clie_blocks.errors import DivergedError
 
 _TRIALS = 3  # of a scale, before an experiment is given up
@@ -51,14 +52,31 @@ class Limits:
 
 
 def motion_limits(problem: Problem) -> Limits:
-    """Return the limits of a robot: stated torque, and what its logs have reached."""
+    """Return the limits of a robot: the stated ones, else what its logs have reached."""
+    stated, shift = _stated_limits(problem)
     logs = problem.logs
     reached = np.max([np.abs(log.u).max(axis=0) for log in logs], axis=0)
     velocities = [_velocity(log.q, problem.period) for log in logs]
-    return Limits(np.min([log.q.min(axis=0) for log in logs], axis=0),
-                  np.max([log.q.max(axis=0) for log in logs], axis=0),
-                  np.max([np.abs(velocity).max(axis=0) for velocity in velocities], axis=0),
-                  np.where(np.isfinite(problem.law.saturation), problem.law.saturation, reached))
+    of_law = np.where(np.isfinite(problem.law.saturation), problem.law.saturation, reached)
+    return Limits(
+        np.min([log.q.min(axis=0) for log in logs], axis=0) if stated.lower is None
+        else stated.lower + shift,
+        np.max([log.q.max(axis=0) for log in logs], axis=0) if stated.upper is None
+        else stated.upper + shift,
+        np.max([np.abs(velocity).max(axis=0) for velocity in velocities], axis=0)
+        if stated.speed is None else stated.speed,
+        of_law if stated.command is None else stated.command)
+
+
+def _stated_limits(problem: Problem) -> tuple[StatedLimits, np.ndarray]:
+    """Limits of the robot file, and the positions of the diagnosis less those of the logs.
+
+    Motors that turn several joints move within other limits than those of the joints.
+    """
+    statement, robot = problem.statement, problem.robot
+    if statement is None or robot is None or problem.links.motor_coupling is not None:
+        return StatedLimits(), np.zeros(problem.n)
+    return robot.limits, problem.records[0].q[0] - statement.records[0].q[0]
 
 
 def _velocity(q: np.ndarray, period: float) -> np.ndarray:
@@ -155,7 +173,8 @@ def scale_inside(models: Sequence[Hypothesis], log: Log, limits: Limits, method:
         except DivergedError:
             factor = _ON_DIVERGENCE
         else:
-            used = max(_used(q, u, limits, models[0].problem.period) for q, u in runs)
+            used = max(float(used_limits(q, u, limits, models[0].problem.period).max())
+                       for q, u in runs)
             if _CLOSE * use < used <= 1.0:
                 return log, [q for q, _ in runs]
             factor = use / used
@@ -164,9 +183,9 @@ def scale_inside(models: Sequence[Hypothesis], log: Log, limits: Limits, method:
     return None
 
 
-def _used(q: np.ndarray, u: np.ndarray, limits: Limits, period: float) -> float:
-    """Largest share of a limit of position, speed or torque that a run uses."""
+def used_limits(q: np.ndarray, u: np.ndarray, limits: Limits, period: float) -> np.ndarray:
+    """Shares of the limits of position, speed and torque that a run uses, shape (3, n)."""
     velocity = _velocity(q, period)
-    return float(np.max([np.abs(q - limits.centre).max(axis=0) / limits.reach,
-                         np.abs(velocity).max(axis=0) / (limits.speed + 1e-9),
-                         np.abs(u).max(axis=0) / (limits.torque + 1e-12)]))
+    return np.array([np.abs(q - limits.centre).max(axis=0) / limits.reach,
+                     np.abs(velocity).max(axis=0) / (limits.speed + 1e-9),
+                     np.abs(u).max(axis=0) / (limits.torque + 1e-12)])

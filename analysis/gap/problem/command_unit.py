@@ -56,8 +56,11 @@ def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> St
                                   for name, value in law.feedforward.items()}
     if law.block is not None:
         factors["block_scale"] = force
+    largest = robot.limits.command
     stated = dataclasses.replace(
         robot, controller=dataclasses.replace(law, **factors),
+        limits=dataclasses.replace(robot.limits,
+                                   command=None if largest is None else largest * force),
         motor=dataclasses.replace(robot.motor, torque_gain=None))
     return stated, [_record_as_torque(record, stated, force) for record in records]
 

@@ -180,7 +180,7 @@ def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",)
 
     low, high = np.transpose([_BOUNDS[name] for name in free])
     begin = _START | {"delay": period}
-    starts = ([begin | start] if start is not None else
+    starts = ([{**begin, **start}] if start is not None else
               [begin | {"frequency": frequency} for frequency in _START_FREQUENCIES])
     fits = [least_squares(error, np.clip([one[name] for name in free], low, high),
                           x_scale=[_SCALE[name] for name in free], bounds=(low, high),

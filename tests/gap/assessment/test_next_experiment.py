@@ -24,6 +24,8 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.strategy import search_causes
 from clie_blocks.analysis.gap.verdict.posterior import credible_set, marginals
 from clie_blocks.analysis.records import Record
+from clie_blocks.analysis.records.robot_sections import Limits
+from clie_blocks.errors import RecordError
 
 REACH = 1.5e-4  # rad
 ALTERNATIVES = ("coulomb", "presliding")  # alike where a joint moves far between two reversals
@@ -149,3 +151,17 @@ def recorded(model, log, sigma, rng):
     q, u = model.simulator.run(log, model.of_log(0))
     return Record(time=model.problem.period * np.arange(len(q)), q=q + log.dither, u=u,
                   qd=log.q_d, pe=log.pe, source=log.name)
+
+
+def test_stated_limits_take_the_place_of_what_the_logs_reached(undecided):
+    made, residuals, _, _ = undecided
+    reached = motion_limits(residuals.problem)
+    stated = Limits(lower=reached.lowest - 0.5, upper=reached.highest + 0.7, speed=9.0,
+                    command=2.0)
+    robot = dataclasses.replace(made.robot, limits=stated)
+    limits = motion_limits(Problem.from_logs(robot, made.records[:1]))
+    np.testing.assert_allclose(limits.lowest, reached.lowest - 0.5)
+    np.testing.assert_allclose(limits.highest, reached.highest + 0.7)
+    assert (limits.speed == 9.0).all() and (limits.torque == 2.0).all()
+    with pytest.raises(RecordError, match="is not below the highest"):
+        Limits(lower=[1.0], upper=[0.5])

@@ -1,0 +1,1 @@
+"""Blind study: the recommended run is executed, until one name remains."""
