@@ -197,8 +197,8 @@ def test_a_base_that_leans_is_named(tmp_path):
 
 def test_the_exported_arm_moves_as_the_answer_says(tmp_path):
     diagnosis = of_robot(tmp_path, payload=0.8)
-    diagnosis.report(tmp_path, "arm")
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    diagnosis.export("mujoco", tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.corrected.xml"))
     data = mujoco.MjData(model)
     record = diagnosis.problem.records[-1]
     every = round(record.sample_time / model.opt.timestep)
