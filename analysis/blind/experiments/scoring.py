@@ -65,13 +65,14 @@ def _row(trial: str, rounds: list[dict[str, Any]], label: dict[str, Any], class_
     answers = [Answer(as_classes(one, class_of)) for one in rounds if "error" not in one]
     truth = truth_of(label_as_classes(label, class_of))
     last = answers[-1]
+    is_settled = "error" not in rounds[-1] and not is_ambiguous(rounds[-1])
     return {"trial": trial, "effect": label["labels"][0], "severity": label["severity"],
             "sizes": [one.set_size for one in answers],
             "sets": [one.set_90 for one in answers],
             "decisions": [one.decision for one in answers],
             "right": [_right(one, label, class_of) for one in rounds if "error" not in one],
             "in_set": any(last.names(name) & truth for name in last.set_90),
-            "runs": len(rounds) - 1 if not is_ambiguous(rounds[-1]) else RUNS + 1,
+            "runs": len(rounds) - 1 if is_settled else RUNS + 1,
             "used": [one["used"] for one in rounds if one.get("used")],
             "left": any(one.get("left", False) for one in rounds)}
 
@@ -99,9 +100,9 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
     return [board["command"],
             f"  ambiguous at first: {share_text(board['ambiguous'])}; a run was recommended for "
             f"{share_text(board['followed'])}",
-            f"  runs to one name, median: {'-' if runs['value'] is None else runs['value']:g}, "
-            f"sought {SOUGHT_RUNS}; reached within {RUNS}: {share_text(board['reached'])}"
-            if runs["value"] is not None else "  no run was recommended",
+            "  no run was recommended" if runs["value"] is None else
+            f"  runs to one name, median: {runs['value']:g}, sought {SOUGHT_RUNS}; reached within "
+            f"{RUNS}: {share_text(board['reached'])}",
             f"  classes in the 90 % set after 0 to {RUNS} runs, mean: {sizes}",
             f"  right first before: {share_text(board['before'])}, after: "
             f"{share_text(board['after'])}; where one name remains: "

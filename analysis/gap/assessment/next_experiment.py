@@ -105,7 +105,8 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
                     ) -> NextExperiment | None:
     """Return the experiment that separates the causes of the 90 % set.
 
-    None if one cause is left, or if no experiment would leave fewer than there are.
+    None if one cause is left, if the stated limits leave no room beside what the logs reached, or
+    if no experiment would leave fewer than there are.
 
     Elementary experiments and multisines, whose lines, phases and share of set-point and torque
     are searched, are simulated with each remaining model, none of which may leave the robot's
@@ -117,6 +118,8 @@ def next_experiment(residuals: ResidualModel, nominal: Fit, ranking: Sequence[Ra
     if len(remaining) < 2:
         return None
     limits = motion_limits(problem)
+    if np.any(limits.lowest >= limits.highest):
+        return None
     odds = _odds_after(residuals, nominal, [fit for _, fit in remaining])
 
     def tried(log: Log) -> _Tried | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.position_path import (
+    UNSETTLED_SAMPLES,
     PositionPath,
     fit_position_path,
     prediction_error,
@@ -17,6 +18,7 @@ from clie_blocks.analysis.gap.problem.position_path import (
 from clie_blocks.analysis.records import Record
 
 MOVE_TIME = 0.5  # s, of a log, in which a servo has answered: errors beyond it count as others
+LEAST_MOVES = 10  # of each half of a log: with fewer, none is told from an accident
 LEAST_DELAY = 0.5  # samples, of a delay that is told from the hold of a reading
 ACCIDENT = 1e-3  # probability that errors without a delay are as much larger by chance
 FAR_BETTER = 0.5  # of the square error that a delay leaves, which another explanation leaves
@@ -35,7 +37,8 @@ def shows_delay(record: Record, k: int) -> bool:
     """
     half = len(record) // 2
     parts = record.part(0, half), record.part(half, len(record))
-    if any(np.ptp(part.signal("qd")[:, k]) == 0.0 for part in parts):
+    if half - UNSETTLED_SAMPLES < LEAST_MOVES * _samples_of_move(record) or any(
+            np.ptp(part.signal("qd")[:, k]) == 0.0 for part in parts):
         return False
     return all(_wins(part, other, k) for part, other in (parts, parts[::-1]))
 
@@ -48,8 +51,8 @@ def _wins(part: Record, other: Record, k: int) -> bool:
     if delay < LEAST_DELAY * part.sample_time:
         return False
     late, prompt = (fit_position_path(part, k, _OF_ROBOT, {"delay": one}) for one in (delay, 0.0))
-    if wilcoxon(_error_by_move(late, part, k), _error_by_move(prompt, part, k),
-                alternative="less").pvalue > ACCIDENT:
+    late_errors, prompt_errors = (_error_by_move(path, part, k) for path in (late, prompt))
+    if not wilcoxon(late_errors, prompt_errors, alternative="less").pvalue <= ACCIDENT:
         return False
     start = {name: getattr(late, name) for name in late.half_widths}
     least = min(fit_position_path(part, k, _OF_ROBOT, course, start).rms_error
@@ -60,6 +63,10 @@ def _wins(part: Record, other: Record, k: int) -> bool:
 def _error_by_move(path: PositionPath, record: Record, k: int) -> np.ndarray:
     """RMS error of a path in each stretch of `MOVE_TIME` of a log [rad]."""
     error = prediction_error(path, record, k)
-    width = round(MOVE_TIME / record.sample_time)
+    width = _samples_of_move(record)
     blocks = error[:error.size // width * width].reshape(-1, width)
     return np.sqrt(np.mean(blocks**2, axis=1))
+
+
+def _samples_of_move(record: Record) -> int:
+    return max(1, round(MOVE_TIME / record.sample_time))

@@ -136,5 +136,6 @@ def _menu(answer: Answer) -> Iterator[Table]:
         ("next experiment", "expected size of the 90 % set", "chi^2 between the closest two"),
         tuple((row["experiment"], number(row["expected_set_size"]),
                number(row["least_distance"])) for row in plan["menu"]),
-        "Simulated with each remaining cause; the marked experiment separates them best.",
+        "Simulated with each remaining cause; the marked experiment separates them best. Diagnose "
+        "its log with the others, and name one of these by --holdout: the last is not fitted.",
         tuple("good" if row["experiment"] == best else "" for row in plan["menu"]))

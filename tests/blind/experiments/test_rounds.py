@@ -77,6 +77,9 @@ def test_runs_are_counted_to_one_name():
     assert [one["value"] for one in board["sizes"]] == [2.0, 1.5, 1.5, 1.5]
     assert board["exceeded"]["hits"] == 1 and board["largest"]["position"] == 1.2
     assert is_missed(board)
+    failed = score({"a": [*answers["a"][:1], {"error": "stopped", **ran}]}, {"a": label},
+                   lambda name: name)
+    assert failed["rows"][0]["runs"] == rounds.RUNS + 1 and not failed["reached"]["hits"]
     told = "\n".join(terminal_lines({**board, "command": "clie blind"}))
     assert "runs beyond a stated limit: 1 of 2" in told
     assert not is_missed({**figures([]), "left": 0})

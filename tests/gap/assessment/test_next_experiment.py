@@ -45,8 +45,11 @@ def undecided():
     bent = fits["presliding"].hypothesis
     reach = {"presliding.reach": np.full(made.robot.n, REACH)}
     fits["presliding"] = fit(bent.with_values({**bent.values, **reach}), residuals, 0)
-    ranking = [make_ranked(name, 0.5, 0.1, one) for name, one in fits.items()]
-    return made, residuals, fits, next_experiment(residuals, nominal, ranking)
+    return made, residuals, fits, next_experiment(residuals, nominal, ranking_of(fits))
+
+
+def ranking_of(fits):
+    return [make_ranked(name, 0.5, 0.1, one) for name, one in fits.items()]
 
 
 @pytest.mark.parametrize("samples", [1, 400, 15_000, 20_011])
@@ -154,7 +157,8 @@ def recorded(model, log, sigma, rng):
 
 
 def test_stated_limits_take_the_place_of_what_the_logs_reached(undecided):
-    made, residuals, _, _ = undecided
+    made, residuals, fits, _ = undecided
+    nominal = fits["coulomb"]  # never asked: there is no room for a run
     reached = motion_limits(residuals.problem)
     stated = Limits(lower=reached.lowest - 0.5, upper=reached.highest + 0.7, speed=9.0,
                     command=2.0)
@@ -163,5 +167,9 @@ def test_stated_limits_take_the_place_of_what_the_logs_reached(undecided):
     np.testing.assert_allclose(limits.lowest, reached.lowest - 0.5)
     np.testing.assert_allclose(limits.highest, reached.highest + 0.7)
     assert (limits.speed == 9.0).all() and (limits.torque == 2.0).all()
+    beyond = dataclasses.replace(made.robot, limits=Limits(lower=reached.highest + 0.1))
+    problem = Problem.from_logs(beyond, made.records[:1])
+    assert next_experiment(dataclasses.replace(residuals, problem=problem), nominal,
+                           ranking_of(fits)) is None
     with pytest.raises(RecordError, match="is not below the highest"):
         Limits(lower=[1.0], upper=[0.5])

@@ -41,3 +41,10 @@ def test_set_points_at_rest_in_one_half_show_nothing():
     moved = np.zeros((500, 1))
     moved[300:] = 0.5
     assert not shows_delay(Record(time=PERIOD * np.arange(500), q=moved, qd=moved), 0)
+
+
+@pytest.mark.parametrize("period, samples", [(PERIOD, 60), (PERIOD, 500), (2.0, 400)])
+def test_too_few_moves_show_nothing(period, samples):
+    """Shorter than a servo takes to settle, fewer moves than a rank test needs, and a slow log."""
+    moved = np.repeat(np.random.default_rng(1).uniform(-0.5, 0.5, samples // 20), 20)[:, None]
+    assert not shows_delay(Record(time=period * np.arange(len(moved)), q=moved, qd=moved), 0)
