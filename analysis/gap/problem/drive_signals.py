@@ -16,8 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.law import Law
-from clie_blocks.analysis.gap.problem.log import Log, noise_above_motion
+from clie_blocks.analysis.gap.problem.log import NOISE_CORNER, Log
 from clie_blocks.analysis.gap.problem.measured_velocity import velocity_beyond
+from clie_blocks.analysis.gap.problem.noise_above_motion import noise_above_motion
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.errors import NotIdentifiableError
@@ -63,7 +64,7 @@ def with_drive_rest(log: Log, law: Law) -> Log:
         speed = np.broadcast_to(log.speed, log.start.shape)
         beyond = velocity_beyond((law.numerator[:, 0], law.denominator[:, 0]), log.law_q,
                                  log.of_drive[VELOCITY], speed, law.period)
-        dither.append(noise_above_motion(beyond, law.period))
+        dither.append(noise_above_motion(beyond, NOISE_CORNER, 1.0 / law.period))
         rest.append(beyond - dither[0])
     if TORQUE in law.block.reads:  # the drive of the model takes the recorded command
         rest += [log.of_drive[TORQUE], log.supplied_u]

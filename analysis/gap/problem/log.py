@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.noise_above_motion import noise_above_motion
 from clie_blocks.analysis.gap.problem.ticks import between_samples, spread
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.model import SUPPLY
 from clie_blocks.analysis.records.two_encoders import other_encoder
-from clie_blocks.linear_filters import high_pass
 from clie_blocks.robot_loop.sampled_law import OF_DRIVE
 
 LEAST_SAMPLES = 400  # of a log that can be diagnosed
@@ -210,7 +210,7 @@ def as_log(record: Record, robot: Robot, k: int, stride: int = 1) -> Log:
 
     A command that was not logged is NaN.
     """
-    dither = noise_above_motion(record.q, record.sample_time)
+    dither = noise_above_motion(record.q, NOISE_CORNER, 1.0 / record.sample_time)
     if stride > 1:
         record, dither = between_samples(record, stride), spread(dither, stride)
     at_rest = np.repeat(record.q[:1], len(record), axis=0)
@@ -245,8 +245,3 @@ def _plausible_start(start: np.ndarray | None, q: np.ndarray) -> np.ndarray | No
     if np.abs(q[0] - start).max() > LARGEST_START_ERROR * np.ptp(q, axis=0).max():
         return None
     return start
-
-
-def noise_above_motion(x: np.ndarray, period: float) -> np.ndarray:
-    """Part of a measured signal above all motion."""
-    return high_pass(x, 2, min(NOISE_CORNER, 0.2 / period), 1.0 / period)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.noise_above_motion import is_usual
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
@@ -57,9 +58,10 @@ def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
     corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
     fast = high_pass(q[::log.stride], 4, corner, rate)
     away = min(_START_UP, len(fast) // 4)
-    inner: slice | np.ndarray = slice(away, -away)
+    usual = is_usual(fast[:, None], q[::log.stride, None], rate)[:, 0]
     if log.counted is not None:
-        inner = np.flatnonzero(log.counted)[inner]
+        usual &= log.counted
+    inner = np.flatnonzero(usual)[away:-away]
     return float(np.sqrt(np.mean(fast[inner] ** 2)) / np.sqrt(1.0 - 2 * corner / rate))
 
 

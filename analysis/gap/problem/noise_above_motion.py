@@ -1,0 +1,64 @@
+"""What a measured signal holds above all motion: the noise of its sensor.
+
+A filter separates the two where the motion is slow.  A light joint that rings after a step moves
+above the corner, too.  But noise is about as large all the time: what is far larger than usual
+for a moment is motion, and a model that took it for noise would ring along with it.
+"""
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from clie_blocks.linear_filters import high_pass
+
+HIGHEST_CORNER_SHARE = 0.2  # of the sample rate: the highest corner that a filter may have
+_ORDER = 2
+_MOMENT = 0.1  # s over which the size of noise is taken, but so many samples at least
+_LEAST_SAMPLES = 10
+_FAR_LARGER = 3.0  # than usual: noise over a moment differs from that by its statistics, a third
+
+
+def noise_above_motion(x: np.ndarray, corner: float, rate: float) -> np.ndarray:
+    """Return the noise of signals, zero wherever they move fast.
+
+    Parameters
+    ----------
+    x : ndarray, shape (N, n)
+        Signals.
+    corner : float
+        Frequency above which there is no slow motion [Hz].
+    rate : float
+        Sampling rate [Hz].
+
+    """
+    fast = high_pass(x, _ORDER, min(corner, HIGHEST_CORNER_SHARE * rate), rate)
+    return np.where(is_usual(fast, x, rate), fast, 0.0)
+
+
+def is_usual(fast: np.ndarray, x: np.ndarray, rate: float) -> np.ndarray:
+    """Whether what signals hold above a corner is about as large as at most other times.
+
+    Parameters
+    ----------
+    fast : ndarray, shape (N, n)
+        Signals above a corner.
+    x : ndarray, shape (N, n)
+        The signals: an encoder that rests between two counts is not without noise.
+    rate : float
+        Sampling rate [Hz].
+
+    Returns
+    -------
+    ndarray of bool, shape (N, n)
+
+    """
+    samples = max(_LEAST_SAMPLES, round(_MOMENT * rate))
+    power = uniform_filter1d(fast**2, samples, axis=0, mode="nearest")
+    usual = np.maximum(np.median(power, axis=0), _count(x) ** 2 / 12.0)
+    return np.asarray(power <= _FAR_LARGER**2 * usual)
+
+
+def _count(x: np.ndarray) -> np.ndarray:
+    """Smallest change of signals from sample to sample, shape (n,): the count of an encoder."""
+    steps = np.abs(np.diff(x, axis=0))
+    least = np.min(steps, axis=0, initial=np.inf, where=steps > 0.0)
+    return np.where(np.isfinite(least), least, 0.0)
