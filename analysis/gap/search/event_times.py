@@ -18,8 +18,8 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.events import (
     NEVER,
+    fault_columns,
     first_onsets,
-    scan_onsets,
     sinusoid_columns,
     unit_fault_torque,
 )
@@ -120,10 +120,12 @@ class _FaultInLog:
 
     def _gains(self, joints: list[int], size: float, onsets: np.ndarray) -> np.ndarray:
         """What a fault of a given size would explain of the joints' errors, from each onset on."""
-        scans = [scan_onsets(self.residuals, self.fitted, self.errors[k], self.j, k,
-                             self.torque[:, k], onsets) for k in joints]
-        product, square = np.sum(scans, axis=0)
-        return 2 * size * product - size**2 * square
+        gains = np.zeros(len(onsets))
+        for k in joints:
+            columns = fault_columns(self.residuals, self.fitted, self.j, k, self.torque[:, k],
+                                    onsets)
+            gains += 2 * size * columns.T @ self.errors[k] - size**2 * (columns**2).sum(axis=0)
+        return gains
 
 
 def _simulated_onset(hypothesis: Hypothesis, residuals: ResidualModel, key: str, onset: float,

@@ -14,15 +14,19 @@ from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.timed import PERIODIC_DISTURBANCE, STEP_FAULT
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import RATE, whiten
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.screening import unexplained
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
 from clie_blocks.robot_loop.links import tip_load_torque
 
 NEVER = 1e9  # s: onset of a fault that a log does not show
 _PADDED = 1 << 16
+_RESOLVED = 1e-6  # of the square of a column: less of it is rounding
+_ROUNDS = 3  # in which the onsets of all logs are sought in turn
 _LOWEST, _HIGHEST = 0.06, 0.4 * RATE  # Hz, of a periodic disturbance
 
 Found = list[tuple[Member, np.ndarray]]
@@ -30,10 +34,15 @@ Found = list[tuple[Member, np.ndarray]]
 
 
 class Scan(NamedTuple):
-    """What a unit fault from each onset on has in common with an error, and its square."""
+    """What a unit fault from each onset on has in common with an error, and its square.
+
+    `absorbed` are its components along what fitted parameters do, shape (onsets, parameters): a
+    constant torque that sets in looks much like an offset, which the fit has moved already.
+    """
 
     product: np.ndarray
     square: np.ndarray
+    absorbed: np.ndarray
 
 
 def whitened_errors(residuals: ResidualModel, fit: Fit) -> list[list[np.ndarray]]:
@@ -103,15 +112,33 @@ def fault_candidates(residuals: ResidualModel, fit: Fit, errors: list[list[np.nd
     motion = [hypothesis.positions(j, [hypothesis.values])[0].T for j in range(len(problem.logs))]
     onsets = [first_onsets(len(log) * problem.period, method.fault_margin, method.onset_spacing)
               for log in problem.logs]
-    scanners = [_FaultScanner(residuals, fit, errors, cause, [
-        unit_fault_torque(cause.variant, problem, q) for q in motion])
-        for cause in STEP_FAULT
-        if cause in causes and (problem.links.known or not cause.needs_links)]
+    kinds = [cause for cause in STEP_FAULT
+             if cause in causes and (problem.links.known or not cause.needs_links)]
+    if not kinds:
+        return []
+    fitted, target = joint_columns(fit, residuals)
+    bases = [np.linalg.qr(own)[0] for own in fitted]
+    left = [_of_logs(unexplained(own, basis), of_joint, len(problem.fit))
+            for own, basis, of_joint in zip(target, bases, zip(*errors))]
+    scanners = [_FaultScanner(
+        residuals, fit, left, [_of_logs(basis, of_joint, len(problem.fit))
+                               for basis, of_joint in zip(bases, zip(*errors))],
+        cause, [unit_fault_torque(cause.variant, problem, q) for q in motion])
+        for cause in kinds]
     coarse = [scanner.best([onsets] * problem.n) for scanner in scanners]
     best = max((drop.sum() for _, drop in coarse), default=0.0)
     return [scanner.refined(member, drop)
             if drop.sum() >= method.leading_fault_share * best else (member, drop)
             for scanner, (member, drop) in zip(scanners, coarse)]
+
+
+def _of_logs(rows: np.ndarray, errors: Sequence[np.ndarray], fit_logs: int) -> list[np.ndarray]:
+    """Rows of one joint log by log; of a log that is held out its error, or nothing."""
+    ends = np.cumsum([len(error) for error in errors[:fit_logs]])
+    of_fit = np.split(rows[:ends[-1]], ends[:-1])
+    others = [error if rows.ndim == 1 else np.zeros((len(error), rows.shape[1]))
+              for error in errors[fit_logs:]]
+    return [*of_fit, *others]
 
 
 def first_onsets(duration: float, margin: float, spacing: float) -> np.ndarray:
@@ -122,11 +149,16 @@ def first_onsets(duration: float, margin: float, spacing: float) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _FaultScanner:
-    """One kind of fault, and its unit torque (N, n) in each log, as if it lasted all the time."""
+    """One kind of fault, and its unit torque (N, n) in each log, as if it lasted all the time.
+
+    The errors, without what fitted parameters explain, and the columns of these are those of each
+    joint, log by log.
+    """
 
     residuals: ResidualModel
     fit: Fit
     errors: list[list[np.ndarray]]
+    parameters: list[list[np.ndarray]]
     cause: Cause
     torque: list[np.ndarray]
 
@@ -160,13 +192,13 @@ class _FaultScanner:
 
     def _scan(self, j: int, joints: list[int], onsets: np.ndarray) -> Scan:
         """Scan of log j over some onsets, of joints that share the fault."""
-        return _summed([scan_onsets(self.residuals, self.fit, self.errors[j][k], j, k,
-                                    self.torque[j][:, k], onsets) for k in joints])
+        product, square, absorbed = zip(*(self._of_joint(j, k, onsets) for k in joints))
+        return Scan(np.sum(product, axis=0), np.sum(square, axis=0), np.hstack(absorbed))
 
-
-def _summed(scans: Sequence[Scan]) -> Scan:
-    """What several joints have in common with one fault."""
-    return Scan(*np.sum(scans, axis=0))
+    def _of_joint(self, j: int, k: int, onsets: np.ndarray) -> Scan:
+        columns = fault_columns(self.residuals, self.fit, j, k, self.torque[j][:, k], onsets)
+        return Scan(columns.T @ self.errors[k][j], (columns**2).sum(axis=0),
+                    columns.T @ self.parameters[k][j])
 
 
 def unit_fault_torque(variant: str, problem: Problem, q: np.ndarray) -> np.ndarray:
@@ -182,9 +214,9 @@ def unit_fault_torque(variant: str, problem: Problem, q: np.ndarray) -> np.ndarr
     return tip_load_torque(problem.links, q, dq, ddq) / problem.gear_ratio
 
 
-def scan_onsets(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: int,
-                torque: np.ndarray, onsets: np.ndarray) -> Scan:
-    """Compare an error of joint k in log j with a fault of some torque (N,) from each onset on."""
+def fault_columns(residuals: ResidualModel, fit: Fit, j: int, k: int, torque: np.ndarray,
+                  onsets: np.ndarray) -> np.ndarray:
+    """Whitened response of joint k in log j to a torque (N,) from each onset on, (N, onsets)."""
     problem, values = residuals.problem, fit.hypothesis.values
     rows = residuals.rows(j)
     blocks = rows.of_ticks(torque)[:, None]
@@ -192,29 +224,53 @@ def scan_onsets(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k
     share = np.clip(ends - onsets / (rows.ticks * problem.period), 0.0, 1.0)  # of the block
     sensitivity = problem.law.torque_sensitivity(k, values["inertia"][k], values["damping"][k])
     moved = -lfilter(*decimated_filter(*sensitivity, rows.ticks, rows.stride), share * blocks)
-    columns = residuals.without_initial_response(
+    return residuals.without_initial_response(
         whiten(moved, residuals.noise(j, k).whitener), j, k)
-    return Scan(columns.T @ error, (columns**2).sum(axis=0))
 
 
 def _common_size(scans: Sequence[Scan], fit_logs: int,
                  ) -> tuple[float, list[int | None], float]:
-    """Size that serves all fit logs, the best onset of each log (None: never), and the drop."""
-    first = [int(np.argmax(scan.product**2 / (scan.square + 1e-12))) for scan in scans[:fit_logs]]
+    """Size that serves all fit logs, the best onset of each log (None: never), and the drop.
+
+    Fitted parameters act in all fit logs at once, so that the onset in one log depends on those
+    in the others.
+    """
     best: tuple[float, list[int | None], float] = (0.0, [None] * len(scans), 0.0)
-    for start, i in zip(scans, first):
-        size = start.product[i] / (start.square[i] + 1e-12)
-        for _ in range(3):
-            gains = [2 * size * scan.product - size**2 * scan.square for scan in scans]
-            places = [int(np.argmax(gain)) if gain.max() > 0 else None for gain in gains]
-            shown = [(scan, place) for scan, place in zip(scans[:fit_logs], places)
-                     if place is not None]
-            if not shown:
-                break
-            size = (sum(scan.product[place] for scan, place in shown)
-                    / sum(scan.square[place] for scan, place in shown))
-        drop = sum(gain[place] for gain, place in zip(gains[:fit_logs], places)
-                   if place is not None)
+    for first in range(fit_logs):
+        onsets: list[int | None] = [None] * fit_logs
+        for j in [*np.roll(np.arange(fit_logs), -first)] * _ROUNDS:
+            others = _together([(scan, place) for i, (scan, place) in enumerate(
+                zip(scans[:fit_logs], onsets)) if i != j])
+            onsets[j] = _best_place(others, scans[j])
+        product, square, absorbed = _together(list(zip(scans[:fit_logs], onsets)))
+        size, drop = _size_and_drop(product, square, absorbed)
         if drop > best[2]:
-            best = (size, places, drop)
+            unseen = [2 * size * scan.product - size**2 * scan.square
+                      for scan in scans[fit_logs:]]
+            best = (float(size), onsets + [int(np.argmax(gain)) if gain.max() > 0 else None
+                                           for gain in unseen], float(drop))
     return best
+
+
+def _together(parts: Sequence[tuple[Scan, int | None]]) -> Scan:
+    """Sums over logs, each with the fault from one onset on, or never."""
+    shown = [(scan, place) for scan, place in parts if place is not None]
+    if not shown:
+        return Scan(np.zeros(1), np.zeros(1), np.zeros(1))
+    return Scan(*(np.sum([scan[i][place] for scan, place in shown], axis=0) for i in range(3)))
+
+
+def _best_place(others: Scan, scan: Scan) -> int | None:
+    """Onset in one log with which a fault explains most, beside those in other logs."""
+    _, without = _size_and_drop(*others)
+    _, drops = _size_and_drop(others.product + scan.product, others.square + scan.square,
+                              others.absorbed + scan.absorbed)
+    place = int(np.argmax(drops))
+    return place if drops[place] > without else None
+
+
+def _size_and_drop(product: np.ndarray, square: np.ndarray, absorbed: np.ndarray,
+                   ) -> tuple[np.ndarray, np.ndarray]:
+    """Size at which a fault explains most, while fitted parameters follow, and its drop."""
+    own = square - (absorbed**2).sum(axis=-1) + _RESOLVED * square + 1e-12
+    return product / own, product**2 / own
