@@ -121,9 +121,18 @@ COUPLED_JOINTS_FELT = Cause(
     "coupled_joints", (*COUPLED_JOINTS.pieces, Piece("body", _pull_of_belt)),
     COUPLED_JOINTS.numbers, _belt_probes, variant="felt", needs_links=True,
     of_effect=_as_effect("coupled_joints", ("ratio",)))
+
+
+def _encoder_delays(scene: Scene) -> list[Probe]:
+    """Delays where one joint pushes another; elsewhere those of the drive say it all."""
+    if scene.problem.n == 1 or not scene.problem.links.has_coupling:
+        return []
+    return [Probe({"delay": delay + 0 * scene.torque}) for delay in (1.5e-3, 5e-3, 0.016)]
+
+
 # A delayed encoder acts as a delayed drive until one joint pushes another: the push comes in time.
 ENCODER_DELAY = cause_of(
     dataclasses.replace(LIBRARY["time_delay"], port="sensor",
                         sampled=DelayLine(("q",), constant_delay, longest="delay")),
-    ("delay",), lambda scene: [], within={"delay": (0.0, LONGEST_DELAY)}, variant="encoder",
+    ("delay",), _encoder_delays, within={"delay": (0.0, LONGEST_DELAY)}, variant="encoder",
     needs_links=True)
