@@ -28,6 +28,8 @@ class SearchMethod:
     described_fits: int = threshold(
         2, "fits", "of causes that are fitted together with each number of the robot file")
     most_causes: int = threshold(6, "causes", "at once")
+    joint_candidates: int = threshold(
+        5, "causes", "of each joint, that are fitted side by side with those of other joints")
     hopeless_share: float = threshold(
         0.3, "share of the excess without it",
         "that a set may leave, or one more cause may be predicted to leave, for larger sets to be "

@@ -62,14 +62,47 @@ def singles(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence
         by_cause.setdefault(column.cause.key, []).append(column)
     candidates = [_robot_wide(columns, screen) if columns[0].cause.shared
                   else _joint_by_joint(columns, screen, method) for columns in by_cause.values()]
+    candidates += [_from_search(member, drop, price, residuals.problem.fit_runs, method)
+                   for member, drop in _searched(residuals, fit, causes)]
+    return sorted(candidates, key=lambda candidate: -candidate.score)
+
+
+def _searched(residuals: ResidualModel, fit: Fit, causes: Sequence[Cause],
+              ) -> Iterator[tuple[Member, np.ndarray]]:
+    """Causes that are searched for rather than gridded, and the drop of chi^2 per joint."""
     fit, residuals, views = law_view(fit, residuals)
     errors = whitened_errors(residuals, fit)
     for search in (periodic_candidates, fault_candidates, ripple_candidates,
                    drive_fault_candidates):
-        candidates += [_from_search(member, views * drop, price, residuals.problem.fit_runs,
-                                    method)
-                       for member, drop in search(residuals, fit, errors, causes)]
-    return sorted(candidates, key=lambda candidate: -candidate.score)
+        for member, drop in search(residuals, fit, errors, causes):
+            yield member, views * drop
+
+
+def of_each_joint(screen: Screen, residuals: ResidualModel, fit: Fit, causes: Sequence[Cause],
+                  ) -> list[list[Candidate]]:
+    """Return the causes that may explain one joint, those of each joint best first.
+
+    A cause of the whole robot is none of them.
+    """
+    found: list[list[Candidate]] = []
+    for k, target in enumerate(screen.target):
+        by_cause: dict[str, list[Column]] = {}
+        for column in screen.columns:
+            if column.joint == k and not column.cause.shared:
+                by_cause.setdefault(column.cause.key, []).append(column)
+        uses = [_best_probe(columns, target, screen.parameter_price)
+                for columns in by_cause.values()]
+        found.append([Candidate((_member((k,), {k: use}),), use.score) for use in uses])
+    for member, drop in _searched(residuals, fit, causes):
+        if not member.cause.shared:
+            spent = spent_parameters(member, residuals.problem.fit_runs)
+            paid = drop - spent * screen.parameter_price
+            for k, score in enumerate(paid):
+                found[k].append(Candidate((dataclasses.replace(member, joints=(k,)),),
+                                          float(score)))
+    least = residuals.method.search.joint_gain
+    return [sorted((one for one in of_joint if one.score > least), key=lambda one: -one.score)
+            for of_joint in found]
 
 
 def _robot_wide(columns: Sequence[Column], screen: Screen) -> Candidate:
@@ -126,13 +159,17 @@ def _member(joints: tuple[int, ...], uses: Mapping[int, Use]) -> Member:
 def _from_search(member: Member, drop: np.ndarray, price: float, logs: int, method: Method,
                  ) -> Candidate:
     """Candidate of a cause that was searched for, with its drop of chi^2 per joint."""
-    parameters = sum((logs if number.scope == "log" else 1) for number in member.cause.numbers)
+    score = drop - price * spent_parameters(member, logs)
     if member.cause.shared:
-        return Candidate((member,), float(drop.sum() - parameters * price))
-    score = drop - parameters * price
+        return Candidate((member,), float(drop.sum() - price * spent_parameters(member, logs)))
     joints = joints_worth_keeping(score, method)
     return Candidate((dataclasses.replace(member, joints=joints),),
                      float(score[list(joints)].sum()))
+
+
+def spent_parameters(member: Member, logs: int) -> int:
+    """Numbers of a cause at one joint; those that differ between logs count in each."""
+    return sum((logs if number.scope == "log" else 1) for number in member.cause.numbers)
 
 
 class _PairUse(NamedTuple):
@@ -176,7 +213,7 @@ def pairs(screen: Screen, method: Method) -> list[Candidate]:
         uses = [table.best_use(one, two) for table in tables]
         first = _pair_member([use.first for use in uses], uses)
         second = _pair_member([use.second for use in uses], uses)
-        if first and second and _compatible(first, second):
+        if first and second and compatible(first, second):
             candidates.append(Candidate((first, second), float(sum(use.score for use in uses))))
     return sorted(candidates, key=lambda candidate: -candidate.score)
 
@@ -216,7 +253,7 @@ def _pair_member(of_joints: Sequence[Use | None], pair_uses: Sequence[_PairUse])
     return _member(tuple(uses), uses)
 
 
-def _compatible(one: Member, two: Member) -> bool:
+def compatible(one: Member, two: Member) -> bool:
     """Whether two members are two: names differ, neither contains the other, one transmission."""
     nested = one.cause.name in two.cause.without or two.cause.name in one.cause.without
     return (one.cause.name != two.cause.name and not nested
@@ -232,7 +269,7 @@ def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]
         for member in fitted:
             if member not in kept:
                 added = _containing(added, member)
-        if all(_compatible(member, added) for member in kept):
+        if all(compatible(member, added) for member in kept):
             yield Candidate((*kept, added), candidate.score, fit)
 
 

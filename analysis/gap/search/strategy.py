@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.search.candidates import (
     Candidate,
     extensions,
     fitted_members,
+    of_each_joint,
     pairs,
     singles,
 )
@@ -27,6 +28,7 @@ from clie_blocks.analysis.gap.search.file_numbers import (
     with_swapped_number,
     wrong_numbers,
 )
+from clie_blocks.analysis.gap.search.joint_by_joint import fit_joint_by_joint
 from clie_blocks.analysis.gap.search.racing import (
     least_excess,
     pairs_worth_fitting,
@@ -127,6 +129,9 @@ class _Search:
         fits = self.with_raced([], alone, method.single_finalists)
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
+        fits = self.with_joint_by_joint(screen, self.nominal, fits)
+        if self.is_done(fits):
+            return fits
         extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
@@ -148,12 +153,23 @@ class _Search:
             if (best.excess > method.hopeless_share * self.nominal.excess
                     and predicted > method.hopeless_share * best.excess):
                 return fits
-            fits = self.with_raced(fits, more, method.larger_finalists)
+            fits = self.with_joint_by_joint(
+                screen, best, self.with_raced(fits, more, method.larger_finalists))
             extended.append(best)
             before, best = best, min(fits, key=_total)
             if not self.has_paid(before, best):
                 return fits
         return fits
+
+    def with_joint_by_joint(self, screen: Screen, base: Fit, fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of a base with the best further cause of each joint."""
+        if self.residuals.problem.n == 1 or self.is_done(fits):
+            return fits
+        left = screen if base is self.nominal else self.steps.screen_residual(
+            screen, self.residuals, base)
+        found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
+                                   self.nominal, self.residuals)
+        return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
 
     def has_paid(self, smaller: Fit, larger: Fit) -> bool:
         """Whether a set of causes explains so much more than a smaller one as it costs."""
