@@ -39,6 +39,7 @@ _RIPPLES = (drive.TORQUE_RIPPLE, drive.COMMUTATION_RIPPLE, drive.GEAR_MESH_RIPPL
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
 _LOAD_SLOPE = 0.1  # N m of friction per N m of load, to start from
+_FEW = 2  # causes: of more, leaving one out and replacing another is a search of its own
 _SPRING_SHARE = 0.1  # of the steepest slope of a ripple, to start from
 
 
@@ -46,11 +47,11 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
                  residuals: ResidualModel, tried: Sequence[Candidate] = ()) -> list[Candidate]:
     """Return candidates with one cause of a fit left out, or replaced by an alternative.
 
-    Where much is left, also with one left out and another replaced: a second cause may have made
-    up for the wrong one of some alternatives.  Causes that were fitted already start again where
-    they do better with the leader's parameters as they are: their fit had ended in a false
-    minimum.  Those that were tried for former leaders do not, nor those that leave no more than
-    the leader does.
+    Where much is left by two causes, also with one left out and the other replaced: a second cause
+    may have made up for the wrong one of some alternatives.  Causes that were fitted already start
+    again where they do better with the leader's parameters as they are: their fit had ended in a
+    false minimum.  Those that were tried for former leaders do not, nor those that leave no more
+    than the leader does.
     """
     method, least = residuals.method, residuals.method.search.false_minimum_gain
     much_left = leader.excess > method.calibration.healthy
@@ -75,7 +76,7 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
                 if leader.hypothesis.problem.links.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
     candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
-    for some in (members, *(fewer if much_left else ())):
+    for some in (members, *(fewer if much_left and len(members) <= _FEW else ())):
         candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
             if len({member.cause.name for member in candidate.members}) == len(candidate.members)

@@ -115,10 +115,20 @@ def _merged(members: dict[int, Member]) -> list[Member]:
 
 
 def _fitted(begun: Fit, members: dict[int, Member]) -> dict[int, Member]:
-    """The causes of the joints with what was fitted."""
+    """The causes of the joints with what was fitted, where that is no bound.
+
+    There a fit has left the right values, as it made up for wrong causes of other joints.
+    """
     by_key = {member.cause.key: member for member in fitted_members(begun.hypothesis)}
-    return {k: Member(member.cause, (k,), by_key[member.cause.key].values, member.sizes)
-            for k, member in members.items()}
+    return {k: member if _is_at_bound(by_key[member.cause.key], k) else Member(
+        member.cause, (k,), by_key[member.cause.key].values, member.sizes)
+        for k, member in members.items()}
+
+
+def _is_at_bound(member: Member, k: int) -> bool:
+    """Whether a shape of a cause, such as a time, ended at a bound at joint k."""
+    return any(np.any(np.isin(member.values[number.name][..., k], (number.lower, number.upper)))
+               for number in member.cause.numbers if number.is_scale and not number.fixed)
 
 
 def _best_of_joints(base: Fit, tried: Sequence[tuple[Fit, dict[int, Member]]],

@@ -129,9 +129,10 @@ class _Search:
         fits = self.with_raced([], alone, method.single_finalists)
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
+        best = min(fits, key=_total)
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
-        if self.is_done(fits):
-            return fits
+        if self.has_paid(best, min(fits, key=_total)):
+            return self.with_larger_sets(screen, fits, [])
         extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
@@ -139,7 +140,7 @@ class _Search:
 
     def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
                          ) -> list[Fit]:
-        """Fits, and those of the best one with one cause more, as long as the last one has paid.
+        """Fits, and those of the best one with more causes, as long as the last one has paid.
 
         Each step starts from the best fit of all, so that a cause that another has made
         superfluous is dropped with the smaller set, or swapped by the alternatives.
@@ -148,15 +149,18 @@ class _Search:
         best = min(fits, key=_total)
         while not (self.is_done(fits) or best in extended
                    or len(best.hypothesis.members) >= method.most_causes):
+            extended.append(best)
+            before, fits = best, self.with_joint_by_joint(screen, best, fits)
+            best = min(fits, key=_total)
+            if self.has_paid(before, best):
+                continue
             more = self.one_more_cause(screen, best)
             predicted = min(map(predicted_excess, more), default=best.excess)
             if (best.excess > method.hopeless_share * self.nominal.excess
                     and predicted > method.hopeless_share * best.excess):
                 return fits
-            fits = self.with_joint_by_joint(
-                screen, best, self.with_raced(fits, more, method.larger_finalists))
-            extended.append(best)
-            before, best = best, min(fits, key=_total)
+            fits = self.with_raced(fits, more, method.larger_finalists)
+            best = min(fits, key=_total)
             if not self.has_paid(before, best):
                 return fits
         return fits
