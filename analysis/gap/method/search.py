@@ -38,6 +38,10 @@ class SearchMethod:
     alternative_rounds: int = threshold(
         3, "rounds", "of alternatives of the best fit, which may be one of them")
 
+    alike_alone: float = threshold(
+        1.25, "times its excess alone",
+        "that another cause may leave alone, to be tried in its place in a set")
+    most_alike_alone: int = threshold(6, "causes", "that are tried in the place of one for that")
     competing_score: float = threshold(
         0.5, "of the best",
         "gain that a single cause must promise, to be fitted beside one that leaves only noise")

@@ -24,7 +24,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 )
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.candidates import Candidate, fitted_members
+from clie_blocks.analysis.gap.search.candidates import Candidate, compatible, fitted_members
 from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
 
 Keys = frozenset[str]
@@ -61,7 +61,8 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
         reached[keys] = min(fit.cost, reached.get(keys, np.inf))
     known = {_keys(candidate.members) for candidate in tried}
     by_keys = {_keys(candidate.members): candidate
-               for candidate in _all_alternatives(leader, causes, much_left, residuals)}
+               for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
+                                 *(_alike_alone(leader, fits, residuals) if much_left else ()))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or (
                 reached[keys] > leader.cost + least
@@ -100,6 +101,27 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
             if other.cause in causes:
                 yield Candidate((*members[:k], other, *members[k + 1:]), 0.0,
                                 _with_even_friction(leader, member))
+
+
+def _alike_alone(leader: Fit, fits: Sequence[Fit], residuals: ResidualModel,
+                 ) -> Iterator[Candidate]:
+    """Candidates with one cause of several replaced by one that explained about as much alone.
+
+    Beside a payload that is not there yet, a spring may lead: alone the two are hardly told apart.
+    """
+    method, members = residuals.method.search, fitted_members(leader.hypothesis)
+    alone = {fit.hypothesis.members[0].cause.key: fit for fit in fits
+             if len(fit.hypothesis.members) == 1}
+    for k, member in enumerate(members if len(members) > 1 else ()):
+        own, beside = alone.get(member.cause.key), (*members[:k], *members[k + 1:])
+        if own is None:
+            continue
+        near = [fit for key, fit in alone.items() if fit.excess < method.alike_alone * own.excess]
+        for fit in sorted(near, key=lambda one: one.excess)[:method.most_alike_alone]:
+            other, = fitted_members(fit.hypothesis)
+            if set(other.joints) & set(member.joints) and all(
+                    compatible(other, one) for one in beside):
+                yield Candidate((*members[:k], other, *members[k + 1:]), 0.0, leader)
 
 
 def _with_even_friction(leader: Fit, member: Member) -> Fit:

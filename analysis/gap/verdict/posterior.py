@@ -33,6 +33,7 @@ from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 NONE, UNKNOWN = "none", "unknown"
 LIKELY = 0.5  # probability from which on a name is an answer: more likely than not
 SET_PROBABILITY = 0.9  # of a credible set
+_IMITATING = 2  # causes of the library at most, that one unknown effect is taken for
 
 # Why nothing explains a gap, where the stages know.
 MODEL_DIVERGED, NOT_BORNE_OUT, COMMANDS_UNCLEAR = "diverged", "not_borne_out", "commands_unclear"
@@ -182,13 +183,17 @@ def _unknown(table: Table, c: Calibration) -> _Scored:
 
 
 def _confounded(table: Table, c: Calibration) -> Iterator[_Scored]:
-    """Confounders: one unknown effect each, however many causes it takes to imitate it."""
+    """Confounders: one unknown effect each, which two causes may imitate.
+
+    Beside that there are the other causes of a larger set.
+    """
     for row in table.rows:
         if row.confounder:
             least = c.pose_torque_share * table.nominal_excess * (row.confounder == POSE)
             left = max(row.excess, least)
+            beside = c.cause_cost * max(len(row.names) - _IMITATING, 0)
             yield _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
-                          - _parameter_cost(row, c))
+                          - _parameter_cost(row, c) - beside)
 
 
 def _free_torques(table: Table, c: Calibration) -> Iterator[_Scored]:
