@@ -6,7 +6,6 @@ for a moment is motion, and a model that took it for noise would ring along with
 """
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from clie_blocks.linear_filters import high_pass
 
@@ -52,9 +51,18 @@ def is_usual(fast: np.ndarray, x: np.ndarray, rate: float) -> np.ndarray:
 
     """
     samples = max(_LEAST_SAMPLES, round(_MOMENT * rate))
-    power = uniform_filter1d(fast**2, samples, axis=0, mode="nearest")
+    power = _moving_mean(fast**2, samples)
     usual = np.maximum(np.median(power, axis=0), _count(x) ** 2 / 12.0)
     return np.asarray(power <= _FAR_LARGER**2 * usual)
+
+
+def _moving_mean(x: np.ndarray, samples: int) -> np.ndarray:
+    """Mean over so many samples around each, shape (N, n); over fewer at the ends."""
+    sums = np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
+    middle = np.arange(len(x))
+    first = np.maximum(middle - samples // 2, 0)
+    end = np.minimum(middle - samples // 2 + samples, len(x))
+    return (sums[end] - sums[first]) / (end - first)[:, None]
 
 
 def _count(x: np.ndarray) -> np.ndarray:

@@ -69,7 +69,8 @@ def searched():
             singles=singles, pairs=lambda screen, method: [], race=race,
             wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0})
-        residuals = SimpleNamespace(method=method, problem=None, is_out_of_time=False)
+        residuals = SimpleNamespace(method=method, problem=SimpleNamespace(n=1),
+                                    is_out_of_time=False)
         return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps)
     return run
 
