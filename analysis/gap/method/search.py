@@ -40,8 +40,9 @@ class SearchMethod:
 
     alike_alone: float = threshold(
         1.25, "times its excess alone",
-        "that another cause may leave alone, to be tried in its place in a set")
+        "that another cause may leave alone, or leave it, to be tried in its place in a set")
     most_alike_alone: int = threshold(6, "causes", "that are tried in the place of one for that")
+    least_alike_alone: int = threshold(3, "causes", "that are tried so where little is left")
     competing_score: float = threshold(
         0.5, "of the best",
         "gain that a single cause must promise, to be fitted beside one that leaves only noise")

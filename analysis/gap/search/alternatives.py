@@ -62,7 +62,7 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     known = {_keys(candidate.members) for candidate in tried}
     by_keys = {_keys(candidate.members): candidate
                for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
-                                 *(_alike_alone(leader, fits, residuals) if much_left else ()))}
+                                 *_alike_alone(leader, fits, much_left, residuals))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
             and (keys not in reached or (
                 reached[keys] > leader.cost + least
@@ -103,25 +103,29 @@ def _with_swapped_cause(members: tuple[Member, ...], leader: Fit, causes: Sequen
                                 _with_even_friction(leader, member))
 
 
-def _alike_alone(leader: Fit, fits: Sequence[Fit], residuals: ResidualModel,
+def _alike_alone(leader: Fit, fits: Sequence[Fit], much_left: bool, residuals: ResidualModel,
                  ) -> Iterator[Candidate]:
     """Candidates with one cause of several replaced by one that explained about as much alone.
 
-    Beside a payload that is not there yet, a spring may lead: alone the two are hardly told apart.
+    A spring may have come before a payload, as alone the two are hardly told apart.  Where little
+    is left, fewer are tried.
     """
     method, members = residuals.method.search, fitted_members(leader.hypothesis)
     alone = {fit.hypothesis.members[0].cause.key: fit for fit in fits
              if len(fit.hypothesis.members) == 1}
+    most = method.most_alike_alone if much_left else method.least_alike_alone
     for k, member in enumerate(members if len(members) > 1 else ()):
         own, beside = alone.get(member.cause.key), (*members[:k], *members[k + 1:])
         if own is None:
             continue
-        near = [fit for key, fit in alone.items() if fit.excess < method.alike_alone * own.excess]
-        for fit in sorted(near, key=lambda one: one.excess)[:method.most_alike_alone]:
-            other, = fitted_members(fit.hypothesis)
-            if set(other.joints) & set(member.joints) and all(
-                    compatible(other, one) for one in beside):
-                yield Candidate((*members[:k], other, *members[k + 1:]), 0.0, leader)
+        near = [fit for fit in alone.values() if fit is not own
+                and abs(fit.excess - own.excess) < (method.alike_alone - 1.0) * own.excess]
+        others = [fitted_members(fit.hypothesis)[0] for fit in sorted(
+            near, key=lambda one: abs(one.excess - own.excess))]
+        fitting = [other for other in others if set(other.joints) & set(member.joints)
+                   and all(compatible(other, one) for one in beside)]
+        for other in fitting[:most]:
+            yield Candidate((*members[:k], other, *members[k + 1:]), 0.0, leader)
 
 
 def _with_even_friction(leader: Fit, member: Member) -> Fit:
