@@ -2,7 +2,8 @@
 
 A filter separates the two where the motion is slow.  A light joint that rings after a step moves
 above the corner, too.  But noise is about as large all the time: what is far larger than usual
-for a moment is motion, and a model that took it for noise would ring along with it.
+for a moment is motion, and a model that took it for noise would ring along with it.  For that
+moment noise is what lies above a higher corner.
 """
 
 import numpy as np
@@ -17,7 +18,9 @@ _FAR_LARGER = 3.0  # than usual: noise over a moment differs from that by its st
 
 
 def noise_above_motion(x: np.ndarray, corner: float, rate: float) -> np.ndarray:
-    """Return the noise of signals, zero wherever they move fast.
+    """Return the noise of signals, at each moment what lies above the motion then.
+
+    It is zero where they move too fast for any corner.
 
     Parameters
     ----------
@@ -29,8 +32,16 @@ def noise_above_motion(x: np.ndarray, corner: float, rate: float) -> np.ndarray:
         Sampling rate [Hz].
 
     """
-    fast = high_pass(x, _ORDER, min(corner, HIGHEST_CORNER_SHARE * rate), rate)
-    return np.where(is_usual(fast, x, rate), fast, 0.0)
+    highest = HIGHEST_CORNER_SHARE * rate
+    fast = high_pass(x, _ORDER, min(corner, highest), rate)
+    usual = is_usual(fast, x, rate)
+    noise = np.where(usual, fast, 0.0)
+    while not usual.all() and corner < highest:
+        corner = min(2.0 * corner, highest)
+        fast = high_pass(x, _ORDER, corner, rate)
+        now = ~usual & is_usual(fast, x, rate)
+        noise, usual = np.where(now, fast, noise), usual | now
+    return noise
 
 
 def is_usual(fast: np.ndarray, x: np.ndarray, rate: float) -> np.ndarray:

@@ -173,6 +173,8 @@ def _other_names(member: Member, problem: Problem) -> list[Member]:
         stiffness = member.values["stiffness"]
         return [Member(load.SPRING, member.joints, {"stiffness": stiffness},
                        {"stiffness": stiffness + 1e-12})]
+    if name == "step_fault" and member.cause.variant == "friction":
+        return list(_dry_friction_like(member))  # one that sets in early is there all the time
     if name in _DRY and member.cause.variant != "viscous":
         bending = _bending_like(member) if name in _BENDING else ()
         return [other for other in (*_dry_friction_like(member), *bending)

@@ -166,10 +166,14 @@ class _FaultScanner:
         """The same fault with its onsets sought more and more finely."""
         method, n = self.residuals.method.search, self.residuals.problem.n
         steps = method.onset_spacing, *method.onset_refinements
+        margin = method.fault_margin
+        last = [len(log) * self.residuals.problem.period - margin
+                for log in self.residuals.problem.logs]
         for wide, fine in zip(steps, steps[1:]):
-            onsets = [[np.arange(onset - wide, onset + wide, fine) if onset < NEVER
-                       else np.array([method.fault_margin])
-                       for onset in member.values["onset"][:, k]] for k in range(n)]
+            onsets = [[np.clip(np.arange(onset - wide, onset + wide, fine), margin,
+                               max(end, margin)) if onset < NEVER else np.array([margin])
+                       for onset, end in zip(member.values["onset"][:, k], last)]
+                      for k in range(n)]
             member, drop = self.best(onsets)
         return member, drop
 
