@@ -9,11 +9,12 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypoth
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.noise_above_motion import noise_above_motion
+from clie_blocks.analysis.gap.problem.noise_above_motion import HIGHEST_CORNER_SHARE
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.ticks import spread
 from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
+from clie_blocks.linear_filters import high_pass
 
 
 @np.errstate(over="ignore", invalid="ignore")  # by a model that diverges, as `Fit` says
@@ -56,7 +57,7 @@ def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
 def _noise(error: np.ndarray, log: Log, period: float, corner: float) -> np.ndarray:
     """Error of a model above a corner [Hz], at the ticks of the samples, (N, n) [rad]."""
     rate = 1.0 / (period * log.stride)
-    noise = noise_above_motion(error[::log.stride], corner, rate)
+    noise = high_pass(error[::log.stride], 2, min(corner, HIGHEST_CORNER_SHARE * rate), rate)
     return noise if log.stride == 1 else spread(noise, log.stride)
 
 

@@ -34,32 +34,20 @@ def noise_above_motion(x: np.ndarray, corner: float, rate: float) -> np.ndarray:
     """
     highest = HIGHEST_CORNER_SHARE * rate
     fast = high_pass(x, _ORDER, min(corner, highest), rate)
-    usual = is_usual(fast, x, rate)
+    usual = _is_usual(fast, x, rate)
     noise = np.where(usual, fast, 0.0)
     while not usual.all() and corner < highest:
         corner = min(2.0 * corner, highest)
         fast = high_pass(x, _ORDER, corner, rate)
-        now = ~usual & is_usual(fast, x, rate)
+        now = ~usual & _is_usual(fast, x, rate)
         noise, usual = np.where(now, fast, noise), usual | now
     return noise
 
 
-def is_usual(fast: np.ndarray, x: np.ndarray, rate: float) -> np.ndarray:
-    """Whether what signals hold above a corner is about as large as at most other times.
+def _is_usual(fast: np.ndarray, x: np.ndarray, rate: float) -> np.ndarray:
+    """Whether what signals (N, n) hold above a corner is about as large as at most other times.
 
-    Parameters
-    ----------
-    fast : ndarray, shape (N, n)
-        Signals above a corner.
-    x : ndarray, shape (N, n)
-        The signals: an encoder that rests between two counts is not without noise.
-    rate : float
-        Sampling rate [Hz].
-
-    Returns
-    -------
-    ndarray of bool, shape (N, n)
-
+    An encoder that rests between two counts is not without noise.
     """
     samples = max(_LEAST_SAMPLES, round(_MOMENT * rate))
     power = _moving_mean(fast**2, samples)

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.noise_above_motion import is_usual
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.linear_filters import high_pass
 
@@ -58,10 +57,9 @@ def _noise_of_log(log: Log, q: np.ndarray, period: float) -> float:
     corner = min(_NOISE_CORNER, _NOISE_CORNER_SHARE * rate)
     fast = high_pass(q[::log.stride], 4, corner, rate)
     away = min(_START_UP, len(fast) // 4)
-    usual = is_usual(fast[:, None], q[::log.stride, None], rate)[:, 0]
+    inner: slice | np.ndarray = slice(away, -away)
     if log.counted is not None:
-        usual &= log.counted
-    inner = np.flatnonzero(usual)[away:-away]
+        inner = np.flatnonzero(log.counted)[inner]
     return float(np.sqrt(np.mean(fast[inner] ** 2)) / np.sqrt(1.0 - 2 * corner / rate))
 
 
