@@ -90,6 +90,8 @@ class Program(Studies):
         ``'llvm'`` or ``'python'``.
     opaque : iterable of str
         Blocks that are called back where they cannot be traced.
+    repeated : bool
+        Whether each block is traced twice, to find a result that changes.
 
     Attributes
     ----------
@@ -111,9 +113,9 @@ class Program(Studies):
     """
 
     def __init__(self, diagram: ct.NonlinearIOSystem, engine: str = "llvm",
-                 opaque: Iterable[str] = ()) -> None:
+                 opaque: Iterable[str] = (), repeated: bool = True) -> None:
         self.name, self._engines, self._engine = diagram.name, {}, available_engine(engine)
-        self._trace = trace(diagram, opaque=opaque)
+        self._trace = trace(diagram, opaque=opaque, repeated=repeated)
         self._parameters = self._trace.parameters
         self.inputs, self.outputs = self._trace.inputs, self._trace.outputs
         self.states, self.signals = self._trace.states, list(self._trace.signals)

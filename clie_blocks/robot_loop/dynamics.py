@@ -223,9 +223,16 @@ def inverse_mass(own: np.ndarray, cross: np.ndarray) -> list[list[Any]]:
     return rows
 
 
-def link_terms(s: State, pieces: NamedPieces, p: Parameters,
+def link_masses(s: State) -> list[list[Any]] | None:
+    """Return the mass matrix of the links as rows; None where they couple no joints."""
+    return mass_rows(s.links, s.q) if s.links.has_coupling else None
+
+
+def link_terms(s: State, masses: list[list[Any]] | None, pieces: NamedPieces, p: Parameters,
                ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """Mass of links and bodies beyond the stated diagonal, and their torque, motor side.
+
+    `masses` are the `link_masses` of the same position.
 
     Returns
     -------
@@ -240,8 +247,8 @@ def link_terms(s: State, pieces: NamedPieces, p: Parameters,
     """
     links, share, cross = s.links, 1.0 / s.ratio, None
     own = torque = np.zeros(links.n)
-    if links.has_coupling:
-        own, cross = split_mass(mass_rows(links, s.q))
+    if masses is not None:
+        own, cross = split_mass(masses)
         own, cross = share * (own - links.diagonal), share * cross
         torque = share * bias_torque(links, s.q, s.dq)
     elif links.has_gravity:

@@ -16,6 +16,7 @@ from clie_blocks.robot_loop.dynamics import (
     State,
     acceleration,
     dry_friction,
+    link_masses,
     link_terms,
     opposing_torque,
     velocity_after_friction,
@@ -42,19 +43,20 @@ def move_as_one(now: State, memory: Memory, pieces: NamedPieces, p: Parameters,
     """
     h, q, dq = now.h, now.q, now.dq
     middle = dataclasses.replace(now, q=q + h / 2 * dq, t=now.t + h / 2)
-    ddq, limits, _, mass = _accelerate(middle, memory, pieces, p)
+    masses = link_masses(middle)
+    ddq, limits, _, mass = _accelerate(middle, masses, memory, pieces, p)
     middle_rate = velocity_after_friction(dq + h / 2 * ddq, *mass, limits, h / 2)
     middle = dataclasses.replace(middle, dq=middle_rate)
-    ddq, limits, after, mass = _accelerate(middle, memory, pieces, p)
+    ddq, limits, after, mass = _accelerate(middle, masses, memory, pieces, p)
     end_rate = velocity_after_friction(dq + h * ddq, *mass, limits, h)
     return (q + h / 2 * (dq + end_rate), end_rate), after
 
 
-def _accelerate(s: State, memory: Memory, pieces: NamedPieces, p: Parameters,
-                ) -> tuple[np.ndarray, Limits, Memory, Mass]:
+def _accelerate(s: State, masses: list[list[Any]] | None, memory: Memory, pieces: NamedPieces,
+                p: Parameters) -> tuple[np.ndarray, Limits, Memory, Mass]:
     torque, of_load = opposing_torque(s, memory, pieces, p)
     limits, of_friction = dry_friction(s, memory, pieces, p)
-    own, cross, bias = link_terms(s, pieces, p)
+    own, cross, bias = link_terms(s, masses, pieces, p)
     own = p["inertia"] + own
     ddq = acceleration(s.u - torque - bias, own, cross)
     return ddq, limits, {**of_friction, **of_load}, (own, cross)
@@ -103,7 +105,7 @@ class _TwoBodies:
         of_motor = dataclasses.replace(now, q=q_m, dq=dq_m)
         passed, after = self.transmission.act(
             q_m - q, dq_m - dq, memory[self.name], h, self.parameters, self.link, self.motor)
-        own, cross, bias = link_terms(of_link, pieces, p)
+        own, cross, bias = link_terms(of_link, link_masses(of_link), pieces, p)
         torque, of_load = opposing_torque(of_motor, memory, pieces, p)
         driven = now.u - torque
         own = self.whole + own

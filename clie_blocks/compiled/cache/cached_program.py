@@ -63,13 +63,13 @@ def _compile(diagram: ct.NonlinearIOSystem) -> Program:
     """Program of a diagram; python-control is imported here.
 
     Programs come by the dozen, share their blocks and run in batches only: each is compared at a
-    few points, and without machine code for single runs.
+    few points, traced once, and without machine code for single runs.
     """
     from clie_blocks.compiled.frontend.callbacks import warn_of_callbacks
     from clie_blocks.compiled.program import QUICK_POINTS, Program
     from clie_blocks.compiled.verification import check
 
-    program = Program(diagram)
+    program = Program(diagram, repeated=False)
     check(program.in_python(), diagram, QUICK_POINTS)
     warn_of_callbacks(program.name, program.callbacks)
     return program

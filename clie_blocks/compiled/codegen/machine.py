@@ -12,7 +12,8 @@ import llvmlite.binding as llvm
 
 from clie_blocks.compiled.cache import store
 
-_LARGE = 1500  # lines, from which the pairing of operations takes most of the time and gains none
+_LARGE = 1500  # lines, from which passes over the text take long and gain nothing: no operation
+# stands there twice, and a program is compiled by the dozen
 _lock, _library = threading.Lock(), itertools.count()
 _state: dict[str, Any] = {}  # the processor and the linker, made at the first use
 
@@ -92,9 +93,9 @@ def _jit() -> llvm.LLJIT:
 def _compile(text: str, target: llvm.TargetMachine) -> bytes:
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=2)
-    options.loop_vectorization = True
-    options.slp_vectorization = text.count("\n") < _LARGE
+    is_large = text.count("\n") >= _LARGE
+    options = llvm.create_pipeline_tuning_options(speed_level=0 if is_large else 2)
+    options.loop_vectorization, options.slp_vectorization = True, not is_large
     builder = llvm.create_pass_builder(target, options)
     builder.getModulePassManager().run(module, builder)
     return target.emit_object(module)

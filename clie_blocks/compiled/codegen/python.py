@@ -96,16 +96,22 @@ class PythonEngine:
     cached = False
 
     def __init__(self, layout: Layout, method: Method) -> None:
-        self.method, self._watched = method, bool(layout.watch)
-        self._plain: dict[str, Any] = {}
-        self._careful: dict[str, Any] = dict(_CAREFUL)
-        self._plain["opaque"] = self._careful["opaque"] = (
-            lambda index, size, *numbers: layout.opaque[int(index)](np.array(numbers)).tolist())
-        self._careful["foreign"] = lambda number, size, *numbers: foreign_function(number)(numbers)
-        self._plain["foreign"] = lambda *call: self._careful["foreign"](*call).tolist()
+        self.method, self._layout = method, layout
+        self._plain: dict[str, Any] = {
+            "opaque": self._opaque,
+            "foreign": lambda number, size, *numbers: foreign_function(number)(numbers).tolist()}
         exec(compile(source(layout), "<program>", "exec"), self._plain)
         self._plain |= _PLAIN  # Python's own functions are quicker on single numbers
-        exec(compile(source(layout, number="number"), "<program>", "exec"), self._careful)
+
+    @functools.cached_property
+    def _careful(self) -> dict[str, Any]:
+        names = {**_CAREFUL, "opaque": self._opaque,
+                 "foreign": lambda number, size, *numbers: foreign_function(number)(numbers)}
+        exec(compile(source(self._layout, number="number"), "<program>", "exec"), names)
+        return names
+
+    def _opaque(self, index: float, size: int, *numbers: float) -> list[float]:
+        return self._layout.opaque[int(index)](np.array(numbers)).tolist()
 
     def derivative(self, t: float, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the derivatives of the states."""
@@ -121,7 +127,7 @@ class PythonEngine:
         state, values, row = x.tolist(), p.tolist(), 0
         for s in range(n):
             t, u = t0 + (first + s) * h, inputs[s].tolist()
-            if self._watched and self._call("watch", t, state, u, values)[0]:
+            if self._layout.watch and self._call("watch", t, state, u, values)[0]:
                 x[:] = state
                 return s
             if (first + s) % every == 0:

@@ -31,8 +31,10 @@ BlockFunction = Callable[..., Any]  # of (t, x, u, params)
 
 
 def trace(diagram: ct.NonlinearIOSystem, held: Iterable[int] = (),
-          opaque: Iterable[str] = ()) -> Trace:
+          opaque: Iterable[str] = (), repeated: bool = True) -> Trace:
     """Trace a diagram.
+
+    Each block runs twice, unless `repeated` is False: a result that changes is found then.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def trace(diagram: ct.NonlinearIOSystem, held: Iterable[int] = (),
     hidden = _opaque_leaves(diagram, flat, opaque)
     while True:
         try:
-            return _Tracer(diagram, flat, frozen, hidden).trace()
+            return _Tracer(diagram, flat, frozen, hidden, repeated).trace()
         except _FreezeError as need:
             frozen |= need.keys
 
@@ -72,9 +74,9 @@ class _FreezeError(Exception):
 
 class _Tracer:
     def __init__(self, diagram: ct.NonlinearIOSystem, flat: Flat, frozen: set[str],
-                 hidden: set[str]) -> None:
+                 hidden: set[str], repeated: bool) -> None:
         self.diagram, self.flat, self.graph = diagram, flat, Graph()
-        self.hidden = hidden
+        self.hidden, self.repeated = hidden, repeated
         self.callbacks: list[Callback] = []
         self.parameters = Parameters(frozen=frozen)
         self.outputs: dict[int, Expression] = {}
@@ -136,13 +138,14 @@ class _Tracer:
                         u: list[Symbol]) -> list[Expression]:
         t, params = self.graph.variable("t"), self._params(leaf)
         try:
-            first, again = (flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u),
-                                                        params)) for _ in range(2))
-            if list(map(_identity, first)) != list(map(_identity, again)):
+            first, *again = (flat_scalars(twin(function)(t, symbol_array(x), symbol_array(u),
+                                                         params))
+                             for _ in range(2 if self.repeated else 1))
+            if again and list(map(_identity, first)) != list(map(_identity, again[0])):
                 raise ChangingResultError(
                     "its result changes from call to call with equal arguments, as with a clock, "
                     "random numbers or a memory of its own; give it inputs and states instead")
-            return again
+            return first
         except FrozenParameterError as need:
             raise _FreezeError({self.parameters.key_of(k) for k in need.slots}) from None
         except ChangingResultError as error:
