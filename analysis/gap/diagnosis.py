@@ -215,13 +215,22 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
     simulator_of(problem, ()).check(problem.logs[0])
     controller = stages.read_commands(controller, problem, method, stages.steps)
+    controller = stages.time_torque(controller, problem, method, stages.steps)
     corrected = controller.corrected(problem)
     if problem.simulated:
         corrected, decisions = stages.against_simulator(corrected, causes, method, stages.steps)
         controller = controller.with_decisions(decisions)
     causes = causes_missing_in(causes, corrected)
-    first = stages.explain(with_both_views(with_observer(corrected, method)), causes, method,
-                           stages.steps, deadline=deadline)
+
+    def explained(read: Problem) -> Explanation:
+        return stages.explain(with_both_views(with_observer(read, method)), causes, method,
+                              stages.steps, deadline=deadline)
+
+    controller, first = stages.time_torque_again(controller, problem, explained(corrected),
+                                                 explained)
+    if controller.torque_lag is not None:
+        problem = dataclasses.replace(
+            problem, corrections=(*problem.corrections, controller.torque_lag.correction))
     second = stages.explain_backlash(first, causes, method, stages.steps)
     established = bool(controller_findings(controller, method.verdict, excluded))
     is_another_law = controller.unknown_part or bool(controller.named and not established)

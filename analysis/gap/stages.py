@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.simulator_comparison.difference import against_simulator
+from clie_blocks.analysis.gap.torque_timing import time_torque, time_torque_again
 from clie_blocks.output import report_stage
 
 
@@ -30,6 +31,8 @@ class Stages:
 
     check_controller: Callable[[Problem], ControllerCheck] = check_controller
     read_commands: Callable[..., ControllerCheck] = read_commands
+    time_torque: Callable[..., ControllerCheck] = time_torque
+    time_torque_again: Callable[..., tuple[ControllerCheck, Explanation]] = time_torque_again
     against_simulator: Callable[..., tuple[Problem, tuple[str, ...]]] = against_simulator
     explain: Callable[..., Explanation] = explain
     explain_backlash: Callable[..., Explanation | None] = explain_backlash
@@ -45,6 +48,7 @@ class Stages:
 
 STAGES = Stages()
 TITLES = {"check_controller": "replaying the control law", "read_commands": "reading the commands",
+          "time_torque": "timing the measured torque",
           "against_simulator": "comparing with the simulator", "explain": "searching for causes",
           "explain_backlash": "checking for backlash", "prune_joints": "refining the model",
           "gap_reduction": "predicting unseen data", "torque_map": "looking for a torque map",

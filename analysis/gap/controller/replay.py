@@ -33,6 +33,7 @@ from clie_blocks.analysis.gap.controller.terms import (
 from clie_blocks.analysis.gap.problem.law import Law, StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.torque_lag import TorqueLag, without_torque_lag
 from clie_blocks.analysis.records.law_residual import rounding_limit
 from clie_blocks.analysis.records.velocity_filter import discretisations
 
@@ -127,6 +128,8 @@ class ControllerCheck:
         The file states no law, and these laws are what the logs show.
     followed : tuple of int
         Joints under such a law of which models follow the recorded commands all the same.
+    torque_lag : TorqueLag or None
+        Of a measured torque that drives the models, behind the positions.
 
     """
 
@@ -153,6 +156,7 @@ class ControllerCheck:
     laws: tuple[FoundLaw, ...] = ()
     learned: bool = False
     followed: tuple[int, ...] = ()
+    torque_lag: TorqueLag | None = None
 
     @property
     def as_stated(self) -> bool:
@@ -172,6 +176,8 @@ class ControllerCheck:
 
     def corrected(self, problem: Problem) -> Problem:
         """Problem with the law that ran."""
+        if self.torque_lag is not None:
+            problem = without_torque_lag(problem, self.torque_lag)
         if self.open_loop:
             return with_unknown_law(problem)
         if self.learned and not self.followed:

@@ -24,6 +24,21 @@ class FittingMethod:
     observer_rate: float = threshold(
         20.0, "rad/s", "three times as fast as an arm of 0.3 m swings, and far below the noise")
 
+    torque_lag_steps: tuple[float, ...] = threshold(
+        (4e-3, 1e-3, 2.5e-4), "s",
+        "of a measured torque's lag, to both sides of the best one so far")
+    torque_lag_left: float = threshold(
+        0.1, "share of what is left as logged",
+        "that a lag of the measured torque may leave: what leaves more may be a soft gear")
+    torque_lag_sought: float = threshold(
+        0.5, "share of what the best hypothesis leaves",
+        "that it may leave with a lag of the measured torque, to search again with it")
+    torque_lag_rounds: int = threshold(
+        2, "searches", "at most, with a lag of the measured torque")
+    low_pass_left: float = threshold(
+        0.9, "share of what a late torque leaves",
+        "that one behind a low-pass may leave: it has one number more")
+
     difference_step: float = threshold(
         5e-3, "share of a parameter's size",
         "wider, curvature hides the slope of a flat valley and a fit crawls; narrower, the "

@@ -121,16 +121,21 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
                          left_out: Collection[str] = frozenset()) -> tuple[SignalFinding, ...]:
     """Causes that the check of the controller establishes, but for those that are left out.
 
-    They are the velocity filter that ran, the steps that the encoder makes, and the effects with
-    which the stated law gives the logged commands.  Those that do so alike are one finding.
+    They are the velocity filter that ran, the steps that the encoder makes, the age of a measured
+    torque, and the effects with which the stated law gives the logged commands.  Those that do so
+    alike are one finding.
     """
     other, coarse = list(check.other_filter), list(check.coarse)
+    lag, every = check.torque_lag, tuple(range(len(check.limit)))
+    late = every if lag is not None and lag.is_skew else ()
     findings = (
         SignalFinding("velocity_filter_mismatch", check.other_filter, method.certain,
                       {"highpass": _entry(check.corners[0, other], "rad/s"),
                        "lowpass": _entry(check.corners[1, other], "rad/s")}),
         SignalFinding("encoder_quantization", check.coarse, method.certain,
-                      {"step": _entry(check.step[coarse], "rad")}))
+                      {"step": _entry(check.step[coarse], "rad")}),
+        SignalFinding("channel_skew", late, method.certain,
+                      {"skew": _entry(np.full(len(late), lag.age if lag else 0.0), "s")}))
     established = (finding for finding in findings
                    if finding.joints and finding.effect not in left_out)
     return (*established, *_named_findings(check.named, method, left_out),

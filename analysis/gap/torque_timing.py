@@ -1,0 +1,132 @@
+"""A measured torque that was recorded late, or behind a low-pass, and drives the models.
+
+Recorders write a torque of another topic, clock or filter into the row of a position.  No cause
+of the robot brings torque and motion out of step like this, so the torque is read as logged, late,
+and low-passed, each with the lag that leaves least.
+
+Before the search, whatever depends on place, speed and load is a free torque in these models: what
+it leaves is a lag, or a cause with a memory, such as a soft gear.  After a search that leaves a
+gap, its best hypothesis takes the place of the free torque, and the search is repeated with the
+lag that this shows.  It is the log's fault where that explains next to all that was left.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from clie_blocks.analysis.gap.controller.replay import ControllerCheck
+from clie_blocks.analysis.gap.explain import ExplainSteps, Explanation
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.observer import with_observer
+from clie_blocks.analysis.gap.method import Method
+from clie_blocks.analysis.gap.problem.law import StatedLaw
+from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.torque_lag import TorqueLag, without_torque_lag
+from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+
+Left = Callable[[TorqueLag], float]
+"""Excess that models leave with a lag of the torque."""
+Lagging = tuple[TorqueLag, float]
+"""A lag, and what models leave with it."""
+_REACH = 5.0  # steps to which a parabola is trusted
+
+
+def time_torque(controller: ControllerCheck, problem: Problem, method: Method,
+                steps: ExplainSteps) -> ControllerCheck:
+    """Return the check with the lag of a measured torque, as the nominal model shows it."""
+    if not _is_driven_by_measurement(controller, problem):
+        return controller
+    read = with_observer(controller.corrected(problem), method)
+    residuals, nominal = steps.fit_nominal(read, method, steps.noise_model)
+    lag = _lag(nominal, residuals, steps.lack_of_fit, method.fitting.torque_lag_left)
+    return _with_lag(controller, lag, problem)
+
+
+def time_torque_again(controller: ControllerCheck, problem: Problem, as_logged: Explanation,
+                      explain: Callable[[Problem], Explanation],
+                      ) -> tuple[ControllerCheck, Explanation]:
+    """Return the check and the explanation with the lag of a torque that its best model shows.
+
+    The best hypothesis may be another one then, which shows the lag better.
+    """
+    method = as_logged.residuals.method.fitting
+    if controller.torque_lag or not _is_driven_by_measurement(controller, problem):
+        return controller, as_logged
+    total, explanation = TorqueLag(), as_logged
+    for _ in range(method.torque_lag_rounds):
+        more = _lag(_best(explanation), explanation.residuals, lambda one, _: one.excess,
+                    method.torque_lag_sought)
+        total = total + more
+        timed = _with_lag(controller, total, problem)
+        if more == TorqueLag() or timed is controller:
+            break
+        explanation = explain(timed.corrected(problem))
+        if _best(explanation).excess < method.torque_lag_left * _best(as_logged).excess:
+            return timed, explanation
+    return controller, as_logged
+
+
+def _is_driven_by_measurement(controller: ControllerCheck, problem: Problem) -> bool:
+    law = controller.law
+    return (isinstance(law, StatedLaw) and law.measured_torque
+            and not problem.law.holds_joints)
+
+
+def _best(explanation: Explanation) -> Fit:
+    fits = [row.fit for row in explanation.evidence.rows if row.fit is not None]
+    return min([explanation.nominal, *fits], key=lambda one: one.excess)
+
+
+def _with_lag(controller: ControllerCheck, lag: TorqueLag, problem: Problem) -> ControllerCheck:
+    """Check with a lag, itself where that is less than from one sample to the next."""
+    if abs(lag.seconds) < problem.period * max(log.stride for log in problem.logs):
+        return controller
+    return dataclasses.replace(controller, torque_lag=lag)
+
+
+def _lag(model: Fit, residuals: ResidualModel, excess: Callable[[Fit, ResidualModel], float],
+         share: float) -> TorqueLag:
+    """Lag with which a model, refitted, leaves less than a share of what it does without."""
+    method = residuals.method
+    if model.has_diverged or model.excess < method.calibration.healthy:
+        return TorqueLag()
+
+    def left(lag: TorqueLag) -> float:
+        read = without_torque_lag(residuals.problem, lag)
+        seen = dataclasses.replace(residuals, problem=read)
+        refitted = fit(dataclasses.replace(model.hypothesis, problem=read), seen)
+        return np.inf if refitted.has_diverged else excess(refitted, seen)
+
+    steps = method.fitting.torque_lag_steps
+    as_logged = late = best = TorqueLag(), left(TorqueLag())
+    if as_logged[1] < method.calibration.healthy:
+        return TorqueLag()
+    for step in steps:
+        late = _better(late, "age", step, left)
+    if late[0].age > 0.0 and late[1] > method.calibration.healthy:
+        passed = TorqueLag(time_constant=late[0].age)
+        best = passed, left(passed)
+        for name, step in itertools.product(("time_constant", "age"), steps[1:]):
+            best = _better(best, name, step, left)
+    lag, least = best if best[1] < method.fitting.low_pass_left * late[1] else late
+    return lag if least < share * as_logged[1] else TorqueLag()
+
+
+def _better(best: Lagging, name: str, step: float, left: Left) -> Lagging:
+    """Lag of least excess near one, along one of its numbers: what is left is a parabola of it."""
+    lag, least = best
+
+    def at(change: float) -> Lagging:
+        moved = dataclasses.replace(lag, **{name: getattr(lag, name) + change})
+        return moved, left(moved)
+
+    before, after = at(-step), at(step)
+    tried = [best, before, after]
+    bend = before[1] - 2.0 * least + after[1]
+    if np.isfinite(bend) and bend > 0.0:
+        reach = _REACH * step
+        tried.append(at(float(np.clip(0.5 * step * (before[1] - after[1]) / bend, -reach, reach))))
+    return min(tried, key=lambda one: one[1])
