@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -165,3 +166,15 @@ def test_the_page_shows_the_targets_of_imperfect_logs(imperfect_board):
     assert sorted(named.values()) == [
         ("logged_at_500_hz", {"coulomb"}), ("noise_x20", {"gravity"}),
         ("wrong_gear_ratio", {"torque_gain_error"})]
+
+
+def test_each_confusion_of_the_catalogue_is_on_the_page(catalogue_board):
+    """One row of the page per truth and answer, with the number of their trials."""
+    page = (CATALOGUE.parents[2] / "confusions.md").read_text(encoding="utf-8")
+    section = page.split("## Every name of the catalogue")[1].split("\n## ")[0]
+    told = {(truth, answer): int(count) for truth, answer, count in re.findall(
+        r"^\| `(\w+)` \| `(\w+)` \| (\d+) \|", section, re.MULTILINE)}
+    decided = Counter(("parametric" if row["kind"] == "parametric" else row["true"][0],
+                       row["said"]) for row in catalogue_board["wrong"])
+    assert told == decided
+    assert f"{catalogue_board['trials']} robots, {decided.total()} decided wrong" in section
