@@ -208,31 +208,51 @@ def _has_no_law(record: Record) -> bool:
 
 def _setpoint_delay(records: Sequence[Record], residuals: ResidualModel,
                     left_out: Collection[str]) -> tuple[SignalFinding, ...]:
-    """The delay of a servo's set-points, where the odds are for one."""
+    """The delay of the set-points of those servos where the odds are for one."""
     names = ["lag", *(name for name, causes in _HYPOTHESES.items()
                       if not set(causes) & set(left_out))]
-    with_delay = [name for name in names if name in _WITH_DELAY]
-    fitted, unseen = position_path.fitted_and_unseen(records)
-    joints = tuple(int(k) for k in np.flatnonzero(np.ptp(fitted.signal("qd"), axis=0) > 0))
-    if not joints or not with_delay:
+    if not any(name in _WITH_DELAY for name in names):
         return ()
-    paths = [position_path.paths_by_hypothesis(fitted, k, names) for k in joints]
-    left = {name: np.array([_validation_rms(unseen, k, by_name[name])
-                            for k, by_name in zip(joints, paths)]) for name in names}
-    excess = _excess(left, [residuals.noises[k] for k in joints])
-    probability = delay_probability(excess, residuals.method.calibration)
-    best = [by_name[min(with_delay, key=lambda name: excess[name])] for by_name in paths]
-    if probability < LIKELY:
-        if not all(shows_delay(fitted, k) for k in joints):
-            return ()
-        probability = residuals.method.verdict.delay_of_servo
-        best = [position_path.fit_position_path(fitted, k, ("delay", "level", "sag"))
-                for k in joints]
-    times = {"delay": _delays(best)}
+    fitted, unseen = position_path.fitted_and_unseen(records)
+    moving = np.flatnonzero(np.ptp(fitted.signal("qd"), axis=0) > 0).tolist()
+    seen = [_delayed_joint(fitted, unseen, k, names, residuals) for k in moving]
+    late = [one for one in seen if one is not None]
+    if not late:
+        return ()
+    joints = tuple(one.joint for one in late)
+    left = {name: np.array([one.left[name] for one in late]) for name in names}
+    times = {"delay": _delays([one.path for one in late])}
     dead_times = [position_path.dead_times(fitted, k) for k in joints]
     if all(times_of.size for times_of in dead_times):
         times["dead_time"] = _dead_times(dead_times, fitted.sample_time)
-    return (SignalFinding("time_delay", joints, probability, times, _share(excess), left),)
+    share = _share(_excess(left, [residuals.noises[k] for k in joints]))
+    return (SignalFinding("time_delay", joints, min(one.probability for one in late), times,
+                          share, left),)
+
+
+class _DelayedJoint(NamedTuple):
+    """A servo whose set-points are delayed, and what each explanation leaves of its motion."""
+
+    joint: int
+    probability: float
+    path: PositionPath
+    left: dict[str, float]
+
+
+def _delayed_joint(fitted: Record, unseen: Sequence[Record], k: int, names: Sequence[str],
+                   residuals: ResidualModel) -> _DelayedJoint | None:
+    """Delay of the set-points of one servo, where the odds are for one."""
+    paths = position_path.paths_by_hypothesis(fitted, k, names)
+    left = {name: _validation_rms(unseen, k, paths[name]) for name in names}
+    excess = _excess({name: np.array([rms]) for name, rms in left.items()}, [residuals.noises[k]])
+    probability = delay_probability(excess, residuals.method.calibration)
+    if probability >= LIKELY:
+        best = min((name for name in names if name in _WITH_DELAY), key=lambda name: excess[name])
+        return _DelayedJoint(k, probability, paths[best], left)
+    if not shows_delay(fitted, k):
+        return None
+    path = position_path.fit_position_path(fitted, k, ("delay", "level", "sag"))
+    return _DelayedJoint(k, residuals.method.verdict.delay_of_servo, path, left)
 
 
 def _validation_rms(records: Sequence[Record], k: int, path: PositionPath) -> float:
