@@ -8,13 +8,14 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
-from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.noise_above_motion import HIGHEST_CORNER_SHARE
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.ticks import spread
 from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
-from clie_blocks.linear_filters import high_pass
+from clie_blocks.linear_filters import high_pass, lfilter
+
+_ON_CIRCLE = 1e-6  # of a root: an integrator of the open loop, which numbers move off the circle
 
 
 @np.errstate(over="ignore", invalid="ignore")  # by a model that diverges, as `Fit` says
@@ -46,19 +47,42 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
 
 
 def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
-    """Problem whose logs carry the noise of the position: a model's error above a corner [Hz]."""
+    """Problem whose logs carry the noise of the position above a corner [Hz], by a model's error.
+
+    The noise goes round the loop, of the robot and of the model, which is fed with what the logs
+    carry so far.  So the error holds what that lacks as the closed loop shows a noise of the
+    sensor: S_0 times it.  Where S_0 has a peak above the corner, as of a light joint, the error
+    is far larger than the noise, and a model that is fed with it rings on.
+    """
     problem = hypothesis.problem
-    of_runs = [_noise(hypothesis.error(j), log, problem.period, corner)
+    of_runs = [_noise(hypothesis, j, corner)
                for j, log in enumerate(problem.logs) if not log.of_other_encoder]
     return problem.with_log_list([dataclasses.replace(log, dither=of_runs[run])
                                   for run, log in zip(problem.runs, problem.logs)])
 
 
-def _noise(error: np.ndarray, log: Log, period: float, corner: float) -> np.ndarray:
-    """Error of a model above a corner [Hz], at the ticks of the samples, (N, n) [rad]."""
+def _noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
+    """Noise of the positions in log j above a corner [Hz], at the ticks of samples, (N, n) [rad].
+
+    Of a law that runs more often than it was logged, it is the error of the model there.
+    """
+    log, period = hypothesis.problem.logs[j], hypothesis.problem.period
     rate = 1.0 / (period * log.stride)
-    noise = high_pass(error[::log.stride], 2, min(corner, HIGHEST_CORNER_SHARE * rate), rate)
-    return noise if log.stride == 1 else spread(noise, log.stride)
+    corner = min(corner, HIGHEST_CORNER_SHARE * rate)
+    error = hypothesis.error(j)
+    if log.stride > 1:
+        return spread(high_pass(error[::log.stride], 2, corner, rate), log.stride)
+    lacking = high_pass(error - log.dither, 2, corner, rate)
+    before = [_before_loop(hypothesis, k, lacking[:, k]) for k in range(hypothesis.problem.n)]
+    return high_pass(log.dither + np.stack(before, axis=1), 2, corner, rate)
+
+
+def _before_loop(hypothesis: Hypothesis, k: int, seen: np.ndarray) -> np.ndarray:
+    """Noise of the sensor of joint k that the closed loop shows as a position, (N,) [rad]."""
+    inertia, damping = (hypothesis.values[name][k] for name in ("inertia", "damping"))
+    b, a = hypothesis.problem.law.sensor_sensitivity(k, inertia, damping)
+    has_inverse = b[0] != 0.0 and np.abs(np.roots(b)).max(initial=0.0) < 1.0 + _ON_CIRCLE
+    return lfilter(a / b[0], b / b[0], seen) if has_inverse else seen
 
 
 def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:

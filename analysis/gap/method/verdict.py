@@ -28,6 +28,13 @@ class VerdictMethod:
     synchronous_order: float = threshold(
         0.9, "waves per motor turn",
         "cogging and commutation have no less: one wave of them over the travel is enough")
+    least_turns: float = threshold(
+        4.0, "motor turns",
+        "over which waves are seen to come a whole number of times per turn")
+    off_whole_waves: float = threshold(
+        0.02, "waves over the travel",
+        "that may lack to a whole number of them per motor turn: any other torque has one in "
+        "fifty by accident")
     repeated_waves: float = threshold(
         2.0, "waves over the travel",
         "a torque with longer waves than the motor's must repeat to be called periodic")

@@ -13,6 +13,7 @@ from clie_blocks.analysis.gap.causes.drive import (
     COMMUTATION_RIPPLE,
     GEAR_MESH_RIPPLE,
     TORQUE_RIPPLE,
+    counts_motor_turns,
 )
 from clie_blocks.analysis.gap.causes.friction import FRICTION_DRIFT
 from clie_blocks.analysis.gap.causes.load import (
@@ -51,10 +52,29 @@ def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel
     if member.cause is PERIODIC_DISTURBANCE:
         return _repeats_within_logs(hypothesis, member, method)
     if member.cause in WAVES:
-        return _is_seen_in_motion(hypothesis, member, residuals)
+        return (_turns_with_the_motor(hypothesis, member, method)
+                or _is_seen_in_motion(hypothesis, member, residuals))
     if member.cause is SOFT_STOP:
         return _is_at_the_ends(hypothesis, member, method)
     return True
+
+
+def _turns_with_the_motor(hypothesis: Hypothesis, waves: Member, method: VerdictMethod) -> bool:
+    """Whether waves come a whole number of times per motor turn, over many turns.
+
+    Nothing outside the motor does that but by accident.
+    """
+    problem, joints = hypothesis.problem, list(waves.joints)
+    sine, cosine, order = (hypothesis.values[f"{waves.name}.{name}"][joints]
+                           for name in ("sine", "cosine", "order"))
+    ratio = problem.gear_ratio[joints]
+    turns = ratio / (2 * np.pi) * np.ptp(np.concatenate([log.q for log in problem.fit]),
+                                         axis=0)[joints]
+    per_turn = order / ratio
+    is_whole = ((np.round(per_turn) >= 1.0) & (turns >= method.least_turns)
+                & (np.abs(per_turn - np.round(per_turn)) * turns < method.off_whole_waves)
+                & np.array([counts_motor_turns(each) for each in ratio]))
+    return bool(np.all(is_whole | ~acting(np.hypot(sine, cosine), method)))
 
 
 def _is_seen_in_motion(hypothesis: Hypothesis, waves: Member, residuals: ResidualModel) -> bool:
