@@ -8,13 +8,16 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
+from clie_blocks.analysis.gap.problem.law import Filter
 from clie_blocks.analysis.gap.problem.noise_above_motion import HIGHEST_CORNER_SHARE
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.ticks import spread
 from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
-from clie_blocks.linear_filters import high_pass, lfilter
+from clie_blocks.linear_filters import frequency_response, high_pass, lfilter
 
+_PEAK = 1.5  # of S_0 above the corner, from which the error of a model is no noise of the sensor
+_LINES = 400  # at which S_0 is looked at
 _ON_CIRCLE = 1e-6  # of a root: an integrator of the open loop, which numbers move off the circle
 
 
@@ -52,7 +55,8 @@ def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
     The noise goes round the loop, of the robot and of the model, which is fed with what the logs
     carry so far.  So the error holds what that lacks as the closed loop shows a noise of the
     sensor: S_0 times it.  Where S_0 has a peak above the corner, as of a light joint, the error
-    is far larger than the noise, and a model that is fed with it rings on.
+    is far larger than the noise, and a model that is fed with it rings on.  Where it has none,
+    the error is the noise, and a kick that no model has yet makes no difference.
     """
     problem = hypothesis.problem
     of_runs = [_noise(hypothesis, j, corner)
@@ -72,17 +76,26 @@ def _noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
     error = hypothesis.error(j)
     if log.stride > 1:
         return spread(high_pass(error[::log.stride], 2, corner, rate), log.stride)
-    lacking = high_pass(error - log.dither, 2, corner, rate)
-    before = [_before_loop(hypothesis, k, lacking[:, k]) for k in range(hypothesis.problem.n)]
-    return high_pass(log.dither + np.stack(before, axis=1), 2, corner, rate)
+    noise = error.copy()
+    for k in range(hypothesis.problem.n):
+        b, a = _sensor_sensitivity(hypothesis, k)
+        if _is_peaked(b, a, np.linspace(corner, rate / 2.0, _LINES), rate):
+            lacking = high_pass(error[:, k] - log.dither[:, k], 2, corner, rate)
+            noise[:, k] = log.dither[:, k] + lfilter(a / b[0], b / b[0], lacking)
+    return high_pass(noise, 2, corner, rate)
 
 
-def _before_loop(hypothesis: Hypothesis, k: int, seen: np.ndarray) -> np.ndarray:
-    """Noise of the sensor of joint k that the closed loop shows as a position, (N,) [rad]."""
+def _sensor_sensitivity(hypothesis: Hypothesis, k: int) -> Filter:
+    """S_0 of joint k as it was fitted."""
     inertia, damping = (hypothesis.values[name][k] for name in ("inertia", "damping"))
-    b, a = hypothesis.problem.law.sensor_sensitivity(k, inertia, damping)
+    return hypothesis.problem.law.sensor_sensitivity(k, inertia, damping)
+
+
+def _is_peaked(b: np.ndarray, a: np.ndarray, frequency: np.ndarray, rate: float) -> bool:
+    """Whether a filter with a stable inverse has a peak among some frequencies [Hz]."""
     has_inverse = b[0] != 0.0 and np.abs(np.roots(b)).max(initial=0.0) < 1.0 + _ON_CIRCLE
-    return lfilter(a / b[0], b / b[0], seen) if has_inverse else seen
+    gain = np.abs(frequency_response(b, a, 2.0 * np.pi * frequency / rate))
+    return bool(has_inverse and gain.max() > _PEAK)
 
 
 def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:
