@@ -135,3 +135,20 @@ def test_a_stop_that_hardly_pushes_may_stand_anywhere():
     stops = make_member(load.SOFT_STOP, problem, stiffness=np.array([2.0, 1e-3]),
                         lower=np.array([-10.0, 0.0]), upper=np.array([0.6, 0.0]), damping=0.0)
     assert marked(problem, stops)
+
+
+STEPS = [np.repeat(np.random.default_rng(j).uniform(-0.6, 0.6, 10), 200)[:, None]
+         for j in range(3)]  # a joint that mostly rests
+
+
+@pytest.mark.parametrize("per_turn, gear, known", [
+    (2.0, 50.0, True), (1.0, 50.0, True),
+    (2.02, 50.0, False),  # waves of something else
+    (0.4, 50.0, False),  # less than one per turn
+    (2.0, 1.0, False),  # a ratio that says nothing of the motor
+    (2.0, 12.0, False)])  # too few turns to tell
+def test_waves_at_rest_are_a_ripple_if_they_turn_with_the_motor(per_turn, gear, known):
+    problem = make_problem(STEPS, period=PERIOD, gear_ratio=gear)
+    ripple = make_member(drive.TORQUE_RIPPLE, problem, order=per_turn * gear, sine=0.3,
+                         cosine=0.1)
+    assert marked(ran(problem, ripple), ripple) is known
