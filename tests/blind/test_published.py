@@ -10,6 +10,7 @@ import pytest
 from clie_blocks.analysis.blind.imperfect.damages import DAMAGES
 from clie_blocks.analysis.blind.protocol.seeds import are_fresh, were_opened
 from clie_blocks.analysis.blind.protocol.targets import (
+    ARMS_TARGETS,
     CATALOGUE_TARGETS,
     compare,
     compare_with_targets,
@@ -26,6 +27,7 @@ from clie_blocks.output import to_json
 
 IMPERFECT = Path(__file__).resolve().parents[2] / "docs" / "blind" / "imperfect.json"
 CATALOGUE = IMPERFECT.parent / "catalogue" / "scoreboard.json"
+ARMS = IMPERFECT.parent / "arms" / "scoreboard.json"
 BOARD = Path(__file__).resolve().parents[2] / "docs" / "blind" / "scoreboard.json"
 
 
@@ -178,3 +180,27 @@ def test_each_confusion_of_the_catalogue_is_on_the_page(catalogue_board):
                        row["said"]) for row in catalogue_board["wrong"])
     assert told == decided
     assert f"{catalogue_board['trials']} robots, {decided.total()} decided wrong" in section
+
+
+@pytest.fixture
+def arms_board():
+    if not ARMS.is_file():
+        pytest.skip("no study of arms in space is published in docs/blind")
+    return json.loads(ARMS.read_text())
+
+
+def test_the_published_study_of_arms_in_space_is_complete(arms_board):
+    board = arms_board
+    assert are_fresh(board["seeds"]) and board["failed"] == []
+    assert board["trials"] == sum(board["kinds"].values()) >= 150
+    assert board["targets"] == compare_with_targets(board, ARMS_TARGETS)
+    assert ARMS.with_suffix(".md").read_text() == markdown(document(board))
+
+
+def test_the_page_tells_the_study_of_arms_in_space(arms_board):
+    told = (ARMS.parents[2] / "blind_trials.md").read_text()
+    page = ARMS.with_suffix(".md").read_text().splitlines()
+    for row in arms_board["targets"]:
+        (line, *_) = [one.strip() for one in page if one.startswith(f"| {row['words']} |")]
+        assert line in told
+    assert f"{arms_board['command']} --jobs 2" in told
