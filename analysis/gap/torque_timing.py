@@ -70,9 +70,10 @@ def time_torque_again(controller: ControllerCheck, problem: Problem, as_logged: 
 
 
 def _is_driven_by_measurement(controller: ControllerCheck, problem: Problem) -> bool:
+    """Whether a measured torque drives the models; beside a simulator, its runs are compared."""
     law = controller.law
     return (isinstance(law, StatedLaw) and law.measured_torque
-            and not problem.law.holds_joints)
+            and not problem.law.holds_joints and not problem.simulated)
 
 
 def _best(explanation: Explanation) -> Fit:

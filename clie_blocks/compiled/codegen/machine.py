@@ -12,8 +12,7 @@ import llvmlite.binding as llvm
 
 from clie_blocks.compiled.cache import store
 
-_LARGE = 1500  # lines, from which passes over the text take long and gain nothing: no operation
-# stands there twice, and a program is compiled by the dozen
+_LARGE = 1500  # lines, from which passes take long and gain nothing: no operation stands twice
 _lock, _library = threading.Lock(), itertools.count()
 _state: dict[str, Any] = {}  # the processor and the linker, made at the first use
 

@@ -40,7 +40,7 @@ def test_a_joint_that_rings_is_not_taken_for_noise():
     moved = noise_above_motion(noise + _ringing(), CORNER, RATE)
     assert np.abs(high_pass(_ringing(), 2, CORNER, RATE)[RINGING]).max() > 100.0 * SIGMA
     assert np.abs(moved[RINGING]).max() < 6.0 * SIGMA
-    assert 0.5 * SIGMA < moved[RINGING].std() < 1.5 * SIGMA
+    assert 0.5 * SIGMA < moved[RINGING].std() < 1.3 * SIGMA
     quiet = np.r_[500:2800, 4500:5500]
     np.testing.assert_allclose(moved[quiet], noise_above_motion(noise, CORNER, RATE)[quiet],
                                atol=0.1 * SIGMA)
