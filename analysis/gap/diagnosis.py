@@ -12,7 +12,10 @@ from threadpoolctl import threadpool_limits
 
 from clie_blocks.analysis.gap.assessment.advice import advice
 from clie_blocks.analysis.gap.assessment.formula import Formula
-from clie_blocks.analysis.gap.assessment.gap_reduction import GapReduction
+from clie_blocks.analysis.gap.assessment.gap_reduction import (
+    GapReduction,
+    bear_out_beyond_noise,
+)
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.backlash import to_stated_loop
 from clie_blocks.analysis.gap.causes.cause import Cause
@@ -325,7 +328,7 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     if controller.misdescribed:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,
                                          first.residuals)
-    return reduction.earned
+    return 1.0 if bear_out_beyond_noise(first.nominal, model, method) else reduction.earned
 
 
 def _reason(decision: str, first: Explanation, controller: ControllerCheck, earned: float) -> str:

@@ -11,7 +11,7 @@ from clie_blocks.analysis.blind.engine.parameters import DRY_FRICTION, G, Parame
 from clie_blocks.analysis.blind.engine.robot import LINKS_UNSTATED, DrawnRobot
 from clie_blocks.analysis.blind.engine.spatial_links import SpatialLinks
 
-_SPECK = 1e-6  # kg, kg m^2: the engine refuses bodies without mass
+_SPECK = 1e-10  # kg, kg m^2: the engine refuses bodies without mass, a wrist has 1e-5
 _DRY = 'frictionloss="1e-9" solreffriction="0.001 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"'
 SOLID = 'solreflimit="0.004 1" solimplimit="0.99 0.99 0.001 0.5 2"'
 _SWING = 0.05  # share of critical damping of a pendulum at the tip

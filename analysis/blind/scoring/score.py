@@ -14,6 +14,7 @@ from clie_blocks.analysis.blind.scoring.decisions import (
     NO_EFFECTS,
     SEVERAL,
     Answer,
+    effect_of_number,
     is_right,
     joints_right,
     leads,
@@ -113,8 +114,8 @@ def _alarms(of: Callable[..., list[Row]]) -> dict[str, Any]:
     harmless = ("none", "parametric")
     return {
         "false_alarm": rate(answer.decision not in harmless for _, answer in of("none")),
-        "false_structure": rate(answer.decision not in harmless
-                                for _, answer in of("parametric")),
+        "false_structure": rate(answer.decision not in harmless and not is_right(label, answer)
+                                for label, answer in of("parametric")),
         "parametric_named": rate(is_right(*row) for row in of("parametric")),
         "unknown_detected": rate(is_right(*row) for row in of("unknown")),
         "unknown_called_none": rate(answer.decision == "none" for _, answer in of("unknown")),
@@ -132,7 +133,8 @@ def _several(rows: list[Row], kind: str, size: int) -> dict[str, Any]:
 
 
 def _set_covers(label: Label, answer: Answer) -> bool:
-    return truth_of(label) <= set(answer.set_90)
+    return truth_of(label) <= set(answer.set_90) or bool(
+        effect_of_number(label) & set(answer.set_90))
 
 
 def calibration(rows: list[Row]) -> dict[str, Any]:

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.prediction_error import rms, square_errors, validation_logs
 from clie_blocks.analysis.gap.method.assessment import AssessmentMethod
+from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _DRAWS = 400
@@ -66,6 +68,21 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
     earned = _earned(percent, drawn, method) if unseen else 1.0
     return GapReduction(rms(before), rms(after), floor, percent, _interval(drawn), unseen,
                         judged_on, earned)
+
+
+def bear_out_beyond_noise(nominal: Fit, corrected: Fit, method: Method) -> bool:
+    """Whether held-out logs bear a model out by their whitened errors.
+
+    The gap also holds noise that rings in the loop, beside which a small effect goes unseen.
+    """
+    held_out = slice(len(nominal.hypothesis.problem.fit), None)
+    samples = nominal.samples[held_out].sum() / nominal.hypothesis.problem.n
+    if not samples:
+        return False
+    noise = nominal.samples[held_out].sum()
+    before, after = ((fit.chi2[held_out].sum() - noise) / samples for fit in (nominal, corrected))
+    return bool(before > method.calibration.healthy and 100.0 * (before - max(after, 0.0))
+                >= method.assessment.earned_percent * before)
 
 
 def _earned(percent: float | None, drawn: np.ndarray, method: AssessmentMethod) -> float:

@@ -8,17 +8,21 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method.method import Method
-from clie_blocks.analysis.gap.problem.law import Filter
 from clie_blocks.analysis.gap.problem.noise_above_motion import HIGHEST_CORNER_SHARE
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.ticks import spread
 from clie_blocks.analysis.gap.residual.noise import sensor_noise_model
-from clie_blocks.analysis.gap.residual.whitening import NoiseModel, ResidualModel, residual_model
-from clie_blocks.linear_filters import frequency_response, high_pass, lfilter
+from clie_blocks.analysis.gap.residual.whitening import (
+    DIVERGED,
+    NoiseModel,
+    ResidualModel,
+    residual_model,
+)
+from clie_blocks.linear_filters import frequency_response, high_pass
 
-_PEAK = 1.5  # of S_0 above the corner, from which the error of a model is no noise of the sensor
 _LINES = 400  # at which S_0 is looked at
-_ON_CIRCLE = 1e-6  # of a root: an integrator of the open loop, which numbers move off the circle
+_MOTIONS = 20  # of a model, that find the noise it lacks
+_LEFT = 0.01  # of that noise, where fewer are enough
 
 
 @np.errstate(over="ignore", invalid="ignore")  # by a model that diverges, as `Fit` says
@@ -38,7 +42,8 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
         return residuals, min(fits, key=lambda fit: fit.total)
     kept, least = 1.0 - method.fitting.noise_round_gain, 0.0
     for _ in range(method.fitting.noise_rounds):
-        problem = with_measured_noise(rough, method.fitting.noise_corner)
+        problem = with_measured_noise(rough, method.fitting.noise_corner,
+                                      method.fitting.loop_peak)
         rough = dataclasses.replace(rough, problem=problem)
         residuals = residual_model(problem, rough, method, noise_model)
         before = fit(rough, residuals, 0)
@@ -49,23 +54,23 @@ def fit_nominal(problem: Problem, method: Method, noise_model: NoiseModel = sens
     return residuals, nominal
 
 
-def with_measured_noise(hypothesis: Hypothesis, corner: float) -> Problem:
+def with_measured_noise(hypothesis: Hypothesis, corner: float, peak: float) -> Problem:
     """Problem whose logs carry the noise of the position above a corner [Hz], by a model's error.
 
     The noise goes round the loop, of the robot and of the model, which is fed with what the logs
     carry so far.  So the error holds what that lacks as the closed loop shows a noise of the
-    sensor: S_0 times it.  Where S_0 has a peak above the corner, as of a light joint, the error
+    sensor: S_0 times it.  Where S_0 has a `peak` above the corner, as of a light joint, the error
     is far larger than the noise, and a model that is fed with it rings on.  Where it has none,
     the error is the noise, and a kick that no model has yet makes no difference.
     """
     problem = hypothesis.problem
-    of_runs = [_noise(hypothesis, j, corner)
+    of_runs = [_noise(hypothesis, j, corner, peak)
                for j, log in enumerate(problem.logs) if not log.of_other_encoder]
     return problem.with_log_list([dataclasses.replace(log, dither=of_runs[run])
                                   for run, log in zip(problem.runs, problem.logs)])
 
 
-def _noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
+def _noise(hypothesis: Hypothesis, j: int, corner: float, peak: float) -> np.ndarray:
     """Noise of the positions in log j above a corner [Hz], at the ticks of samples, (N, n) [rad].
 
     Of a law that runs more often than it was logged, it is the error of the model there.
@@ -76,26 +81,43 @@ def _noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
     error = hypothesis.error(j)
     if log.stride > 1:
         return spread(high_pass(error[::log.stride], 2, corner, rate), log.stride)
-    noise = error.copy()
-    for k in range(hypothesis.problem.n):
-        b, a = _sensor_sensitivity(hypothesis, k)
-        if _is_peaked(b, a, np.linspace(corner, rate / 2.0, _LINES), rate):
-            lacking = high_pass(error[:, k] - log.dither[:, k], 2, corner, rate)
-            noise[:, k] = log.dither[:, k] + lfilter(a / b[0], b / b[0], lacking)
-    return high_pass(noise, 2, corner, rate)
+    if _largest_gain(hypothesis, np.linspace(corner, rate / 2.0, _LINES)) > peak:
+        error = log.dither + _lacking_noise(hypothesis, j, corner)
+    return high_pass(error, 2, corner, rate)
 
 
-def _sensor_sensitivity(hypothesis: Hypothesis, k: int) -> Filter:
-    """S_0 of joint k as it was fitted."""
-    inertia, damping = (hypothesis.values[name][k] for name in ("inertia", "damping"))
-    return hypothesis.problem.law.sensor_sensitivity(k, inertia, damping)
+def _largest_gain(hypothesis: Hypothesis, frequency: np.ndarray) -> float:
+    """Largest |S_0| of the joints, each for itself, at some frequencies [Hz]."""
+    law, values = hypothesis.problem.law, hypothesis.values
+    omega = 2.0 * np.pi * frequency * hypothesis.problem.period
+    filters = (law.sensor_sensitivity(k, values["inertia"][k], values["damping"][k])
+               for k in range(hypothesis.problem.n))
+    return float(max(np.abs(frequency_response(b, a, omega)).max() for b, a in filters))
 
 
-def _is_peaked(b: np.ndarray, a: np.ndarray, frequency: np.ndarray, rate: float) -> bool:
-    """Whether a filter with a stable inverse has a peak among some frequencies [Hz]."""
-    has_inverse = b[0] != 0.0 and np.abs(np.roots(b)).max(initial=0.0) < 1.0 + _ON_CIRCLE
-    gain = np.abs(frequency_response(b, a, 2.0 * np.pi * frequency / rate))
-    return bool(has_inverse and gain.max() > _PEAK)
+def _lacking_noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
+    """Noise that log j lacks: fed with it, too, the model leaves just the noise that it is fed with.
+
+    S_0, of joints that push one another, is the model itself, so that GMRES solves for the noise
+    with some of its motions.
+    """
+    from scipy.sparse.linalg import LinearOperator, gmres
+
+    problem, log = hypothesis.problem, hypothesis.problem.logs[j]
+
+    def left(more: np.ndarray) -> np.ndarray:
+        logs = list(problem.logs)
+        logs[j] = dataclasses.replace(log, dither=log.dither + more)
+        fed = dataclasses.replace(hypothesis, problem=problem.with_log_list(logs))
+        return high_pass(fed.error(j) - logs[j].dither, 2, corner, 1.0 / problem.period)
+
+    start = left(np.zeros_like(log.dither))
+    if not np.abs(start).max() < DIVERGED:
+        return start
+    loop = LinearOperator((start.size, start.size),
+                          lambda more: (start - left(more.reshape(start.shape))).ravel())
+    more, _ = gmres(loop, start.ravel(), rtol=_LEFT, restart=_MOTIONS, maxiter=1)
+    return np.asarray(more).reshape(start.shape)
 
 
 def pool_logs(problem: Problem, nominal: Fit, method: Method) -> Problem:

@@ -18,6 +18,10 @@ class FittingMethod:
     noise_round_gain: float = threshold(
         0.05, "share of the cost",
         "a refit that gains more shows that errors of the model before it were taken for noise")
+    loop_peak: float = threshold(
+        1.5, "times the noise of the sensor",
+        "above the corner, from which the closed loop amplifies noise so that the error of a "
+        "model is not that noise")
     prior_softness: float = threshold(
         0.25, "tolerances",
         "how far a parameter may lie beyond its datasheet at one standard deviation")

@@ -30,6 +30,9 @@ class SearchMethod:
     most_causes: int = threshold(6, "causes", "at once")
     joint_candidates: int = threshold(
         5, "causes", "of each joint, that are fitted side by side with those of other joints")
+    joint_by_joint_share: float = threshold(
+        0.02, "share of the whole excess",
+        "that a fit may leave for its joints to hold no further causes that need each other")
     hopeless_share: float = threshold(
         0.3, "share of the excess without it",
         "that a set may leave, or one more cause may be predicted to leave, for larger sets to be "

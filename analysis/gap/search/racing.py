@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.method.method import Method
@@ -35,9 +35,16 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
         finished.sort(key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
+    extended = {_causes(candidate.members): candidate.extends for candidate in candidates
+                if alternative_to(candidate) is None}
     return [refit_orders(refit_event_times(one, residuals), residuals)
-            if explains_fair_share(one, nominal, method) and not residuals.is_out_of_time else one
+            if explains_fair_share(one, extended.get(_causes(one.hypothesis.members)) or nominal,
+                                   method) and not residuals.is_out_of_time else one
             for one in finished] + [one for one in order if one not in to_finish]
+
+
+def _causes(members: Iterable[Member]) -> frozenset[str]:
+    return frozenset(member.cause.key for member in members)
 
 
 def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[Candidate],
@@ -57,12 +64,13 @@ def least_excess(fits: Iterable[Fit]) -> float:
     return min((fit.excess for fit in fits), default=0.0)
 
 
-def explains_fair_share(fit: Fit, nominal: Fit, method: Method) -> bool:
-    """Whether a fit has explained enough for its onsets and phases to be worth seeking anew.
+def explains_fair_share(fit: Fit, base: Fit, method: Method) -> bool:
+    """Whether a fit explains so much more than one without its last cause, or than the nominal
+    model, that its onsets and phases are worth seeking anew.
 
     Onsets that the screening missed cost a right fault less than what a wrong one leaves.
     """
-    return training_excess(fit) < method.search.fair_share * training_excess(nominal)
+    return training_excess(fit) < method.search.fair_share * training_excess(base)
 
 
 def alternative_to(candidate: Candidate) -> Fit | None:
@@ -143,10 +151,11 @@ def is_outclassed(candidate: Candidate, best: Fit, gain: float, nominal: Fit, me
                   ) -> bool:
     """Whether a cause alone is explained away: one leaves only noise of a large gap.
 
-    It was predicted to explain far less than that one, whose predicted gain is `gain`.
+    It was predicted to explain far less than that one, whose predicted gain is `gain`.  Of a cause
+    that all joints share the screening, joint by joint, predicts too little.
     """
     healthy, whole = method.calibration.healthy, training_excess(nominal)
-    return (candidate.extends is None
+    return (candidate.extends is None and not candidate.members[-1].cause.shared
             and training_excess(best) < healthy < method.search.fair_share * whole
             and candidate.score < method.search.competing_score * gain)
 

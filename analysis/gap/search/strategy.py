@@ -3,6 +3,8 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.load import COUPLING
@@ -74,6 +76,7 @@ class _Search:
     nominal: Fit
     causes: Sequence[Cause]
     steps: SearchSteps
+    leaders: list[Fit] = dataclasses.field(default_factory=list)  # whose alternatives were tried
 
     @property
     def method(self) -> Method:
@@ -101,7 +104,7 @@ class _Search:
                                 method.pair_finalists)
         if self.is_done(found):
             return found
-        more = [candidate for fit in self.near_the_best(alone[:1])
+        more = [candidate for fit in self.near_the_best(alone[:1], found)
                 for candidate in self.one_more_cause(screen, fit)]
         more += [number_beside(fit, member, self.residuals) for fit in of_causes
                  for member in members if not self.residuals.is_out_of_time]
@@ -133,7 +136,7 @@ class _Search:
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
         if self.has_paid(best, min(fits, key=_total)):
             return self.with_larger_sets(screen, fits, [])
-        extended = self.near_the_best(sorted(fits, key=_total)[:method.extended_fits])
+        extended = self.near_the_best(sorted(fits, key=self.cost)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
         return self.with_larger_sets(screen, fits, extended)
@@ -154,10 +157,10 @@ class _Search:
             best = min(fits, key=_total)
             if self.has_paid(before, best):
                 continue
-            more = self.one_more_cause(screen, best)
-            predicted = min(map(predicted_excess, more), default=best.excess)
-            if (best.excess > method.hopeless_share * self.nominal.excess
-                    and predicted > method.hopeless_share * best.excess):
+            more = self.one_more_cause(screen, before)
+            predicted = min(map(predicted_excess, more), default=before.excess)
+            if (before.excess > method.hopeless_share * self.nominal.excess
+                    and predicted > method.hopeless_share * before.excess):
                 return fits
             fits = self.with_raced(fits, more, method.larger_finalists)
             best = min(fits, key=_total)
@@ -166,14 +169,25 @@ class _Search:
         return fits
 
     def with_joint_by_joint(self, screen: Screen, base: Fit, fits: list[Fit]) -> list[Fit]:
-        """Fits, and those of a base with the best further cause of each joint."""
-        if self.residuals.problem.n == 1 or self.is_done(fits):
+        """Fits, and those of a base with the best further cause of each joint.
+
+        Where the base, or one cause alone, leaves little, the joints hold no such causes.
+        """
+        little = self.method.search.joint_by_joint_share * self.nominal.excess
+        if (self.residuals.problem.n == 1 or self.is_done(fits)
+                or min(base.excess, least_excess(fits)) < little):
             return fits
         left = screen if base is self.nominal else self.steps.screen_residual(
             screen, self.residuals, base)
         found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
                                    self.nominal, self.residuals)
         return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
+
+    def cost(self, fit: Fit) -> float:
+        """Odds against a fit by what it leaves and by its causes after the first [nats]."""
+        calibration, more = self.method.calibration, len(fit.hypothesis.members) - 1
+        return float(more * (calibration.cause_cost + calibration.parameter_cost)
+                     - calibration.score(fit.excess, self.nominal.excess))
 
     def has_paid(self, smaller: Fit, larger: Fit) -> bool:
         """Whether a set of causes explains so much more than a smaller one as it costs."""
@@ -201,14 +215,20 @@ class _Search:
 
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:
-        """Fits, and those of some candidates, with good leaders pruned and their alternatives."""
+        """Fits, and those of some candidates, with good leaders pruned and their alternatives.
+
+        A leader is one by its odds: what is fitted around a set that does not pay its causes can
+        hardly lead, either.
+        """
         fits = self.with_pruned(
             fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
-            if self.residuals.is_out_of_time:
+            leader = min(fits, key=self.cost)
+            if leader in self.leaders or self.residuals.is_out_of_time:
                 break
-            alike = alternatives(min(fits, key=_excess), fits, self.causes, self.residuals, tried)
+            self.leaders.append(leader)
+            alike = alternatives(leader, fits, self.causes, self.residuals, tried)
             fits = fits + self.steps.race(self.residuals, self.nominal, alike,
                                           self.method.search.alternative_finalists)
             tried += alike
@@ -218,10 +238,14 @@ class _Search:
         """Fits of which good leaders have lost their idle joints."""
         good = [fit for fit in fits
                 if fit.excess < self.method.search.hopeless_share * self.nominal.excess]
-        leaders = self.near_the_best(
-            sorted(good, key=_excess)[:self.method.search.pruned_leaders])
+        leaders = self.likely(sorted(good, key=self.cost)[:self.method.search.pruned_leaders])
         pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
         return [fit for fit in fits if fit not in leaders] + pruned
+
+    def likely(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Those of some fits, best first, that the best of them does not make futile."""
+        return [fit for fit in fits if self.cost(fit) < self.cost(fits[0])
+                + np.log(self.method.calibration.futile_odds)]
 
     def is_done(self, fits: Sequence[Fit]) -> bool:
         """Whether there is no need, or no time, for further causes."""
@@ -234,9 +258,9 @@ class _Search:
                     self.method.search.negligible_share * whole)
         return left < small or self.method.calibration.cannot_pay_off(left, whole)
 
-    def near_the_best(self, fits: Sequence[Fit]) -> list[Fit]:
-        """Those of some fits that are not far behind the best of them."""
-        limit = pruning_limit(least_excess(fits), self.nominal.excess, self.method)
+    def near_the_best(self, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[Fit]:
+        """Those of some fits that are not far behind the best of them, and of others."""
+        limit = pruning_limit(least_excess([*fits, *others]), self.nominal.excess, self.method)
         return [fit for fit in fits if fit.excess < limit]
 
 
@@ -251,7 +275,3 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def _total(fit: Fit) -> float:
     return fit.total
-
-
-def _excess(fit: Fit) -> float:
-    return fit.excess

@@ -8,7 +8,7 @@ better.
 from clie_blocks.analysis.gap.causes.cause import Scene
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
-from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.screening import base_motion, scene
 
@@ -38,8 +38,9 @@ def _with_best_order(fitted: Fit, member: Member, k: int, residuals: ResidualMod
         if not beside:
             break
         tried |= beside
+        like = lender(fitted, residuals.method.fitting)
         fits = [fit(_with_order(fitted.hypothesis, member, k, x), residuals,
-                    residuals.method.search.finalist_steps) for x in beside]
+                    residuals.method.search.finalist_steps, like) for x in beside]
         fitted = min((fitted, *fits), key=lambda one: one.total)
     return fitted
 

@@ -109,16 +109,17 @@ def with_simulator_noise(problem: Problem, method: Method) -> Problem:
     above it: with the simulator's parameters or, where less is left then, with refitted ones.
     """
     stated, corner = build_hypothesis(problem, ()), method.fitting.noise_corner
-    noisy = dataclasses.replace(stated, problem=with_measured_noise(stated, corner))
+    peak = method.fitting.loop_peak
+    noisy = dataclasses.replace(stated, problem=with_measured_noise(stated, corner, peak))
     refitted = fit(noisy, residual_model(noisy.problem, noisy, method)).hypothesis
-    best, ratio = min(((model, _noise_ratio_of(model)) for model in (stated, refitted)),
+    best, ratio = min(((model, _noise_ratio_of(model, peak)) for model in (stated, refitted)),
                       key=lambda pair: pair[1])
     return with_measured_noise(
-        best, SIMULATOR_NOISE_CORNER if ratio < LARGEST_NOISE else corner)
+        best, SIMULATOR_NOISE_CORNER if ratio < LARGEST_NOISE else corner, peak)
 
 
-def _noise_ratio_of(model: Hypothesis) -> float:
-    return noise_ratio(with_measured_noise(model, SIMULATOR_NOISE_CORNER))
+def _noise_ratio_of(model: Hypothesis, peak: float) -> float:
+    return noise_ratio(with_measured_noise(model, SIMULATOR_NOISE_CORNER, peak))
 
 
 def noise_ratio(problem: Problem) -> float:

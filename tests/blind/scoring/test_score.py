@@ -42,3 +42,14 @@ def test_a_diagnosis_that_failed_is_wrong_and_named(plain_study):
     failed = {"error": "too short", "exit_code": 4}
     board = score(plain_study.right_answers | {"single": failed}, plain_study.labels)
     assert board["failed"] == ["single"] and board["top_1"]["rate"] == 0
+
+
+def test_a_wrong_motor_constant_is_an_error_of_the_drives_gain(plain_study):
+    labels = {kind: {**label, "labels": ["torque_gain"]} if kind == "parametric" else label
+              for kind, label in plain_study.labels.items()}
+    answers = plain_study.right_answers | {"parametric": plain_study.answer("torque_gain_error")}
+    board = score(answers, labels)
+    assert board["parametric_named"]["rate"] == 1 and board["false_structure"]["rate"] == 0
+    assert board["set_coverage_all"]["rate"] == 1
+    of_rotor = score(answers, plain_study.labels)
+    assert of_rotor["parametric_named"]["rate"] == 0 and of_rotor["false_structure"]["rate"] == 1
