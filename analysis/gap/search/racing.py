@@ -59,6 +59,13 @@ def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[
     return chosen
 
 
+def cost(fit: Fit, nominal: Fit, method: Method) -> float:
+    """Odds against a fit by what it leaves and by its causes after the first [nats]."""
+    calibration, more = method.calibration, len(fit.hypothesis.members) - 1
+    return float(more * (calibration.cause_cost + calibration.parameter_cost)
+                 - calibration.score(fit.excess, nominal.excess))
+
+
 def least_excess(fits: Iterable[Fit]) -> float:
     """Excess of the best of some fits; 0 for none."""
     return min((fit.excess for fit in fits), default=0.0)

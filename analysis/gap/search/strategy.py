@@ -32,6 +32,7 @@ from clie_blocks.analysis.gap.search.file_numbers import (
 )
 from clie_blocks.analysis.gap.search.joint_by_joint import fit_joint_by_joint
 from clie_blocks.analysis.gap.search.racing import (
+    cost,
     least_excess,
     pairs_worth_fitting,
     predicted_excess,
@@ -93,7 +94,7 @@ class _Search:
         method, members = self.method.search, self.steps.wrong_numbers(self.residuals.problem)
         if not members or self.residuals.is_out_of_time:
             return fits
-        of_causes = self.near_the_best(sorted(fits, key=_total)[:method.described_fits])
+        of_causes = self.near_the_best(sorted(fits, key=self.cost)[:method.described_fits])
         alone = sorted(self.fits_of_numbers([(member,) for member in members]), key=_total)
         swapped = [some for fit in of_causes
                    for some in with_swapped_number(fitted_members(fit.hypothesis), members)]
@@ -184,10 +185,8 @@ class _Search:
         return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
 
     def cost(self, fit: Fit) -> float:
-        """Odds against a fit by what it leaves and by its causes after the first [nats]."""
-        calibration, more = self.method.calibration, len(fit.hypothesis.members) - 1
-        return float(more * (calibration.cause_cost + calibration.parameter_cost)
-                     - calibration.score(fit.excess, self.nominal.excess))
+        """Odds against a fit, see `racing.cost`."""
+        return cost(fit, self.nominal, self.method)
 
     def has_paid(self, smaller: Fit, larger: Fit) -> bool:
         """Whether a set of causes explains so much more than a smaller one as it costs."""
