@@ -96,7 +96,7 @@ def _largest_gain(hypothesis: Hypothesis, frequency: np.ndarray) -> float:
 
 
 def _lacking_noise(hypothesis: Hypothesis, j: int, corner: float) -> np.ndarray:
-    """Noise that log j lacks: fed with it, too, the model leaves just the noise that it is fed with.
+    """Noise that log j lacks: fed with all of it, the model leaves just the noise it is fed with.
 
     S_0, of joints that push one another, is the model itself, so that GMRES solves for the noise
     with some of its motions.

@@ -72,13 +72,14 @@ def _farther(before: Hypothesis, after: Hypothesis) -> Hypothesis:
 
     Noise and numbers are found in turn, and each turn goes about half of the way that is left.
     """
-    return after.with_values(after.moved([
-        (one, float(np.clip(
-            before.get(one) + _FARTHER * (after.get(one) - before.get(one)), one.lower, one.upper)))
-        for one in after.free_parameters if not one.of_robot and one.log is None]))
+    moved = [(one, before.get(one) + _FARTHER * (after.get(one) - before.get(one)))
+             for one in after.free_parameters if not one.of_robot and one.log is None]
+    return after.with_values(after.moved(
+        [(one, float(np.clip(value, one.lower, one.upper))) for one, value in moved]))
 
 
 def _rings(leader: Fit, nominal: Fit, residuals: ResidualModel) -> bool:
+    """Whether a gear of the leader is soft or loose, and what the leader leaves may be its noise."""
     method = residuals.method
     least, most = method.calibration.healthy, method.search.hopeless_share * nominal.excess
     return (any(member.cause.moves_apart for member in leader.hypothesis.members)

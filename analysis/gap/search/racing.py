@@ -72,10 +72,10 @@ def least_excess(fits: Iterable[Fit]) -> float:
 
 
 def explains_fair_share(fit: Fit, base: Fit, method: Method) -> bool:
-    """Whether a fit explains so much more than one without its last cause, or than the nominal
-    model, that its onsets and phases are worth seeking anew.
+    """Whether a fit explains enough of what a base leaves to seek its onsets and phases anew.
 
-    Onsets that the screening missed cost a right fault less than what a wrong one leaves.
+    The base is a fit without its last cause, or the nominal model.  Onsets that the screening
+    missed cost a right fault less than what a wrong one leaves.
     """
     return training_excess(fit) < method.search.fair_share * training_excess(base)
 
