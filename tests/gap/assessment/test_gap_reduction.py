@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from factories import Missing, make_problem, make_residual_model
+from factories import Missing, make_fit, make_problem, make_residual_model
 
 from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.assessment.gap_reduction import (
+    bear_out_beyond_noise,
     blocks,
     folds,
     gap_reduction,
@@ -66,6 +67,15 @@ def test_a_model_that_predicts_unseen_logs_better_earns_its_name():
     assert better.earned == 1.0 and better.unseen
     assert alike.earned == worse.earned == 0.0
     assert slight.percent > 0.0 and slight.earned == 0.0  # nine tenths are something else
+
+
+@pytest.mark.parametrize(("before", "after", "held_out", "earned"), [
+    (4.0, 0.1, 1, True), (4.0, 3.9, 1, False), (0.1, -0.2, 1, False), (4.0, 0.1, 0, False)])
+def test_held_out_logs_bear_out_what_their_whitened_errors_show(before, after, held_out, earned):
+    """The gap also holds noise that rings: a payload of 1.6 g was not borne out beside it."""
+    problem = make_problem(held_out=held_out)
+    nominal, corrected = (make_fit(problem, excess=excess) for excess in (before, after))
+    assert bear_out_beyond_noise(nominal, corrected, METHOD) == earned
 
 
 def test_where_nothing_can_be_removed_nothing_need_be_earned():

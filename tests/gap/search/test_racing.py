@@ -7,7 +7,7 @@ import pytest
 
 from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
-from clie_blocks.analysis.gap.causes.load import SPRING
+from clie_blocks.analysis.gap.causes.load import PAYLOAD, SPRING
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
 from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.search import racing
@@ -126,6 +126,22 @@ def test_beside_a_cause_that_leaves_noise_of_a_large_gap_only_near_predictions_a
     alone = Candidate((SimpleNamespace(cause=COULOMB),), score * SAMPLES)
     assert racing.is_outclassed(alone, fitted(left, SPRING), 100.0 * SAMPLES, fitted(whole),
                                 METHOD) == outclassed
+
+
+def test_a_cause_that_all_joints_share_is_never_outclassed():
+    """The screening goes joint by joint: it lets each joint have link masses of its own."""
+    alone = Candidate(parts(PAYLOAD), 1.0 * SAMPLES)
+    assert not racing.is_outclassed(alone, fitted(0.0, SPRING), 100.0 * SAMPLES, fitted(300.0),
+                                    METHOD)
+
+
+@pytest.mark.parametrize(("left", "leads"), [(20.0, False), (2.0, True)])
+def test_a_set_leads_where_what_it_explains_pays_its_further_cause(left, leads):
+    whole = fitted(1000.0)
+    alone, both = (SimpleNamespace(hypothesis=fit.hypothesis, excess=excess) for fit, excess in (
+        (fitted(30.0, SPRING), 30.0), (fitted(left, SPRING, COULOMB), left)))
+    whole.excess = 1000.0
+    assert (racing.cost(both, whole, METHOD) < racing.cost(alone, whole, METHOD)) == leads
 
 
 def test_a_prediction_that_a_fit_does_not_keep_outclasses_nothing(monkeypatch):
