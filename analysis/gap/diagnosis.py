@@ -316,7 +316,8 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
 
     What the law that ran explains is no merit of a cause of the robot.  Where the nominal model
     needs only parameters beyond their datasheet, or the cause explains no more of the fitted logs
-    than these do, there is nothing to be borne out: a cause only keeps to the datasheet.
+    than these do, there is nothing to be borne out: a cause only keeps to the datasheet.  Where
+    the gap does not show it either way, the whitened errors of held-out logs decide.
     """
     table, method = first.evidence, first.residuals.method
     beyond_datasheet = table.nominal_excess - table.prior_violation
@@ -328,7 +329,10 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     if controller.misdescribed:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,
                                          first.residuals)
-    return 1.0 if bear_out_beyond_noise(first.nominal, model, method) else reduction.earned
+    is_unseen = abs(reduction.percent or 0.0) < method.assessment.earned_percent
+    if is_unseen and bear_out_beyond_noise(first.nominal, model, method):
+        return 1.0
+    return reduction.earned
 
 
 def _reason(decision: str, first: Explanation, controller: ControllerCheck, earned: float) -> str:

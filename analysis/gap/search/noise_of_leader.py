@@ -79,7 +79,7 @@ def _farther(before: Hypothesis, after: Hypothesis) -> Hypothesis:
 
 
 def _rings(leader: Fit, nominal: Fit, residuals: ResidualModel) -> bool:
-    """Whether a gear of the leader is soft or loose, and what the leader leaves may be its noise."""
+    """Whether a gear of the leader is soft or loose, and what it leaves may be its noise."""
     method = residuals.method
     least, most = method.calibration.healthy, method.search.hopeless_share * nominal.excess
     return (any(member.cause.moves_apart for member in leader.hypothesis.members)

@@ -184,6 +184,18 @@ class _Search:
                                    self.nominal, self.residuals)
         return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
 
+    def leader(self, fits: Sequence[Fit]) -> Fit:
+        """The fit around which others are worth trying.
+
+        It leads by its odds: what is near a set that does not pay its causes can hardly lead,
+        either.  But one that explains a fair share of what the best leaves may be near the right
+        one, which is still in a false minimum.
+        """
+        likeliest, least = min(fits, key=self.cost), min(fits, key=_excess)
+        is_fair = (likeliest.excess > self.method.calibration.healthy
+                   and least.excess < self.method.search.fair_share * likeliest.excess)
+        return least if is_fair else likeliest
+
     def cost(self, fit: Fit) -> float:
         """Odds against a fit, see `racing.cost`."""
         return cost(fit, self.nominal, self.method)
@@ -214,16 +226,12 @@ class _Search:
 
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:
-        """Fits, and those of some candidates, with good leaders pruned and their alternatives.
-
-        A leader is one by its odds: what is fitted around a set that does not pay its causes can
-        hardly lead, either.
-        """
+        """Fits, and those of some candidates, with good leaders pruned and their alternatives."""
         fits = self.with_pruned(
             fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
-            leader = min(fits, key=self.cost)
+            leader = self.leader(fits)
             if leader in self.leaders or self.residuals.is_out_of_time:
                 break
             self.leaders.append(leader)
@@ -274,3 +282,7 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def _total(fit: Fit) -> float:
     return fit.total
+
+
+def _excess(fit: Fit) -> float:
+    return fit.excess
