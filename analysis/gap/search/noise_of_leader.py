@@ -16,7 +16,7 @@ from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.fitting.nominal import with_measured_noise
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.racing import cost
+from clie_blocks.analysis.gap.search.racing import odds_against
 
 _FARTHER = 1.5  # times the way that a fit has moved a number
 
@@ -39,7 +39,7 @@ def with_noise_of_leader(residuals: ResidualModel, nominal: Fit, fits: Sequence[
 
     """
     method, problem = residuals.method, residuals.problem
-    likely = sorted(fits, key=lambda one: cost(one, nominal, method))
+    likely = sorted(fits, key=lambda one: odds_against(one, nominal, method))
     likely = likely[:method.search.alternative_finalists]
     if not likely or not _rings(likely[0], nominal, residuals):
         return residuals, list(fits)

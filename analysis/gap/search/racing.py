@@ -59,7 +59,7 @@ def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[
     return chosen
 
 
-def cost(fit: Fit, nominal: Fit, method: Method) -> float:
+def odds_against(fit: Fit, nominal: Fit, method: Method) -> float:
     """Odds against a fit by what it leaves and by its causes after the first [nats]."""
     calibration, more = method.calibration, len(fit.hypothesis.members) - 1
     return float(more * (calibration.cause_cost + calibration.parameter_cost)

@@ -32,8 +32,8 @@ from clie_blocks.analysis.gap.search.file_numbers import (
 )
 from clie_blocks.analysis.gap.search.joint_by_joint import fit_joint_by_joint
 from clie_blocks.analysis.gap.search.racing import (
-    cost,
     least_excess,
+    odds_against,
     pairs_worth_fitting,
     predicted_excess,
     pruning_limit,
@@ -94,7 +94,7 @@ class _Search:
         method, members = self.method.search, self.steps.wrong_numbers(self.residuals.problem)
         if not members or self.residuals.is_out_of_time:
             return fits
-        of_causes = self.near_the_best(sorted(fits, key=self.cost)[:method.described_fits])
+        of_causes = self.near_the_best(sorted(fits, key=self.odds_against)[:method.described_fits])
         alone = sorted(self.fits_of_numbers([(member,) for member in members]), key=_total)
         swapped = [some for fit in of_causes
                    for some in with_swapped_number(fitted_members(fit.hypothesis), members)]
@@ -137,7 +137,7 @@ class _Search:
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
         if self.has_paid(best, min(fits, key=_total)):
             return self.with_larger_sets(screen, fits, [])
-        extended = self.near_the_best(sorted(fits, key=self.cost)[:method.extended_fits])
+        extended = self.near_the_best(sorted(fits, key=self.odds_against)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
         return self.with_larger_sets(screen, fits, extended)
@@ -191,14 +191,14 @@ class _Search:
         either.  But one that explains a fair share of what the best leaves may be near the right
         one, which is still in a false minimum.
         """
-        likeliest, least = min(fits, key=self.cost), min(fits, key=_excess)
+        likeliest, least = min(fits, key=self.odds_against), min(fits, key=_excess)
         is_fair = (likeliest.excess > self.method.calibration.healthy
                    and least.excess < self.method.search.fair_share * likeliest.excess)
         return least if is_fair else likeliest
 
-    def cost(self, fit: Fit) -> float:
-        """Odds against a fit, see `racing.cost`."""
-        return cost(fit, self.nominal, self.method)
+    def odds_against(self, fit: Fit) -> float:
+        """Odds against a fit, see `racing.odds_against`."""
+        return odds_against(fit, self.nominal, self.method)
 
     def has_paid(self, smaller: Fit, larger: Fit) -> bool:
         """Whether a set of causes explains so much more than a smaller one as it costs."""
@@ -245,13 +245,14 @@ class _Search:
         """Fits of which good leaders have lost their idle joints."""
         good = [fit for fit in fits
                 if fit.excess < self.method.search.hopeless_share * self.nominal.excess]
-        leaders = self.likely(sorted(good, key=self.cost)[:self.method.search.pruned_leaders])
+        best = sorted(good, key=self.odds_against)[:self.method.search.pruned_leaders]
+        leaders = self.likely(best)
         pruned = [self.steps.prune(fit, self.residuals, self.nominal.excess) for fit in leaders]
         return [fit for fit in fits if fit not in leaders] + pruned
 
     def likely(self, fits: Sequence[Fit]) -> list[Fit]:
         """Those of some fits, best first, that the best of them does not make futile."""
-        return [fit for fit in fits if self.cost(fit) < self.cost(fits[0])
+        return [fit for fit in fits if self.odds_against(fit) < self.odds_against(fits[0])
                 + np.log(self.method.calibration.futile_odds)]
 
     def is_done(self, fits: Sequence[Fit]) -> bool:

@@ -141,7 +141,8 @@ def test_a_set_leads_where_what_it_explains_pays_its_further_cause(left, leads):
     alone, both = (SimpleNamespace(hypothesis=fit.hypothesis, excess=excess) for fit, excess in (
         (fitted(30.0, SPRING), 30.0), (fitted(left, SPRING, COULOMB), left)))
     whole.excess = 1000.0
-    assert (racing.cost(both, whole, METHOD) < racing.cost(alone, whole, METHOD)) == leads
+    against = [racing.odds_against(fit, whole, METHOD) for fit in (both, alone)]
+    assert (against[0] < against[1]) == leads
 
 
 def test_a_prediction_that_a_fit_does_not_keep_outclasses_nothing(monkeypatch):
