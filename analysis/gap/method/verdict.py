@@ -94,9 +94,8 @@ class VerdictMethod:
         5.0, "factor on the RMS speed", "range of a free torque over the speed")
 
     unfinished_search: float = threshold(
-        0.7, "probability",
-        "that the cause is among what was fitted, where the time was over before the search was: "
-        "it was for eight of eleven opened arms whose search had a leader by then")
+        0.5, "probability",
+        "that the cause is among what was fitted, where the time was over before the search was")
     delay_of_servo: float = threshold(
         0.75, "probability",
         "of a delay where a servo that goes to its set-points on a course of its own, of limited "
