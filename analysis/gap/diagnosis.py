@@ -329,8 +329,8 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     if controller.misdescribed:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,
                                          first.residuals)
-    is_unseen = abs(reduction.percent or 0.0) < method.assessment.earned_percent
-    if is_unseen and bear_out_beyond_noise(first.nominal, model, method):
+    shows_nothing = abs(reduction.percent or 0.0) < method.assessment.earned_percent
+    if shows_nothing and bear_out_beyond_noise(first.nominal, model, method):
         return 1.0
     return reduction.earned
 
