@@ -13,7 +13,12 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.noise_of_leader import with_noise_of_leader
-from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, SearchSteps, search_causes
+from clie_blocks.analysis.gap.search.strategy import (
+    SEARCH_STEPS,
+    SearchResult,
+    SearchSteps,
+    search_causes,
+)
 from clie_blocks.analysis.gap.verdict.evidence import Table, evidence
 from clie_blocks.analysis.gap.verdict.lack_of_fit import excess_with_free_torque
 
@@ -61,9 +66,9 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     has_gap = (nominal.excess > method.calibration.healthy
                or nominal.penalty > method.verdict.prior_violation)
     is_searched = bool(has_gap and causes and not nominal.has_diverged)
-    fits = search_causes(residuals, nominal, causes, steps.search) if is_searched else []
+    fits, is_complete = (search_causes(residuals, nominal, causes, steps.search)
+                         if is_searched else SearchResult([], True))
     residuals, fits = with_noise_of_leader(residuals, nominal, fits)
-    is_complete = not (is_searched and residuals.is_out_of_time)
     table = steps.evidence(nominal, fits, residuals)
     if not test_lack_of_fit:
         return Explanation(residuals, nominal, table, is_complete)

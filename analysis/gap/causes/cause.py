@@ -159,6 +159,12 @@ class Cause:
         """Whether one set of values holds for all joints."""
         return any(number.scope == "robot" for number in self.numbers)
 
+    @property
+    def changes_links(self) -> bool:
+        """Whether it changes what the stated links weigh, or how they lean, for all joints."""
+        return (self.shared and self.needs_links
+                and not any(number.fixed for number in self.numbers))
+
 
 def cause_of(effect: Effect, free: Collection[str], probes: Callable[["Scene"], list[Probe]],
              fixed: Collection[str] = (), per_log: Collection[str] = (),

@@ -4,7 +4,12 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    Hypothesis,
+    Member,
+    build_hypothesis,
+    costs,
+)
 from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import damped_step, lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -39,7 +44,7 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
     reference = (before if keeps_all else nominal).cost
     like = lender(before, method)
     if leader is not None:
-        hypothesis = with_joint_model(leader, hypothesis, reference, residuals, like)
+        hypothesis = with_joint_model(leader, hypothesis, reference, residuals)
     for _ in range(method.joint_model_steps):
         tangent = jacobian(hypothesis, residuals, like)
         if tangent.cost < reference:
@@ -52,14 +57,14 @@ def initial_guess(candidate: Startable, residuals: ResidualModel, nominal: Fit,
 
 
 def with_joint_model(leader: Fit, start: Hypothesis, limit: float, residuals: ResidualModel,
-                     like: Hypothesis | None) -> Hypothesis:
+                     ) -> Hypothesis:
     """Return a hypothesis with the joint model of a fit, if its cost is below a limit then.
 
     What a cause leaves to be fitted of the joint model, others like it leave as well.
     """
     values = build_hypothesis(start.problem, (), leader.hypothesis).values
     other = start.with_values({**start.values, **values})
-    return other if jacobian(other, residuals, like).cost < limit else start
+    return other if costs([other], residuals)[0] < limit else start
 
 
 def shrink_amplitudes(start: Hypothesis, residuals: ResidualModel, reference: float,

@@ -38,6 +38,8 @@ class SearchMethod:
         "that a set may leave, or one more cause may be predicted to leave, for larger sets to be "
         "fitted; a fit that leaves more of the whole excess is not pruned")
     pruned_leaders: int = threshold(2, "fits", "the best, that lose their idle joints")
+    neighbour_rounds: int = threshold(
+        4, "rounds", "of sets with one cause more, or exchanged, around the leading one")
     alternative_rounds: int = threshold(
         3, "rounds", "of alternatives of the best fit, which may be one of them")
 

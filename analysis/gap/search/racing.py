@@ -30,17 +30,31 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
     for one in sorted(to_finish, key=lambda one: one.total):
         start = one.hypothesis
         if finished and finished[0].cost < one.cost:
-            start = with_joint_model(finished[0], start, one.cost, residuals, like)
+            start = with_joint_model(finished[0], start, one.cost, residuals)
         finished.append(fit(start, residuals, method.search.finalist_steps, like))
         finished.sort(key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
-    extended = {_causes(candidate.members): candidate.extends for candidate in candidates
-                if alternative_to(candidate) is None}
+    base = {_causes(candidate.members): candidate for candidate in candidates}
     return [refit_orders(refit_event_times(one, residuals), residuals)
-            if explains_fair_share(one, extended.get(_causes(one.hypothesis.members)) or nominal,
-                                   method) and not residuals.is_out_of_time else one
+            if _seeks_anew(one, base[_causes(one.hypothesis.members)], one is finished[0],
+                           nominal, method) and not residuals.is_out_of_time else one
             for one in finished] + [one for one in order if one not in to_finish]
+
+
+def _seeks_anew(fit: Fit, candidate: Candidate, is_best: bool, nominal: Fit, method: Method,
+                ) -> bool:
+    """Whether onsets, phases and orders of a fit are worth seeking anew.
+
+    Those of causes that the fit which it started from has were sought there; only the best one
+    seeks them once more.
+    """
+    known = candidate.extends.hypothesis.members if candidate.extends else ()
+    is_new = any(number.fixed for member in fit.hypothesis.members
+                 if member.cause not in [one.cause for one in known]
+                 for number in member.cause.numbers)
+    without = nominal if alternative_to(candidate) is not None else candidate.extends or nominal
+    return (is_best or is_new) and explains_fair_share(fit, without, method)
 
 
 def _causes(members: Iterable[Member]) -> frozenset[str]:
@@ -146,8 +160,9 @@ def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:
 
     Predictions are linear: what they leave of a large excess is blurred.
     """
-    shared = candidate.members[-1].cause in [member.cause for member in best.hypothesis.members]
-    if shared or candidate.extends is None:
+    added = candidate.members[-1].cause
+    shared = added in [member.cause for member in best.hypothesis.members]
+    if shared or added.changes_links or candidate.extends is None:
         return True
     blur = method.search.unresolved_share * training_excess(candidate.extends)
     near = method.search.far_behind * max(training_excess(best), method.calibration.healthy)
@@ -184,13 +199,14 @@ def worth_extending(candidate: Candidate, nominal: Fit, method: Method) -> bool:
 
     A cause that is there explains half of it and more; many that are not there explain a little.
     Together the causes must explain most of what there is: something unknown leaves less.
-    Of a link that moves apart from its motor the screening knows too little to predict.
+    Of a link that moves apart from its motor, and of what changes the links of all joints, the
+    screening knows too little to predict.
     """
     left = training_excess(candidate.extends or nominal)
     added = candidate.members[-1].cause
     if left <= method.calibration.healthy:
         return False
-    if added.moves_apart:
+    if added.moves_apart or added.changes_links:
         return True
     return predicted_excess(candidate) < min(
         method.search.fair_share * left,

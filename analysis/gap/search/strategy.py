@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.load import COUPLING
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Member
+from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
+from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -60,13 +62,28 @@ class SearchSteps:
 SEARCH_STEPS = SearchSteps()
 
 
+class SearchResult(NamedTuple):
+    """All hypotheses that were fitted, and whether the time sufficed for all that had to be."""
+
+    fits: list[Fit]
+    is_complete: bool
+
+
 def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause] = CAUSES,
-                  steps: SearchSteps = SEARCH_STEPS) -> list[Fit]:
+                  steps: SearchSteps = SEARCH_STEPS) -> SearchResult:
     """Fit the leading single causes, then pairs, then sets of more while much is left.
 
-    Returns all hypotheses that were fitted.
+    Numbers of the robot file beside them, and then the neighbours of the leading set: without
+    these, which may find a better one, the search is complete as well.
     """
-    return _Search(residuals, nominal, causes, steps).all_fits()
+    search = _Search(residuals, nominal, causes, steps)
+    screen = steps.screen(residuals, nominal, causes)
+    fits = search.with_wrong_numbers(screen, search.fits_of_causes(screen))
+    is_complete = not residuals.is_out_of_time
+    improved = search.with_neighbours(screen, fits)
+    if improved and search.leader(improved) not in fits:
+        improved = search.with_wrong_numbers(screen, improved)
+    return SearchResult(improved, is_complete)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,16 +95,12 @@ class _Search:
     causes: Sequence[Cause]
     steps: SearchSteps
     leaders: list[Fit] = dataclasses.field(default_factory=list)  # whose alternatives were tried
+    settled: list[Fit] = dataclasses.field(default_factory=list)  # whose neighbours were tried
 
     @property
     def method(self) -> Method:
         """Thresholds."""
         return self.residuals.method
-
-    def all_fits(self) -> list[Fit]:
-        """Causes alone and in sets, and wrong numbers of the robot file beside them."""
-        screen = self.steps.screen(self.residuals, self.nominal, self.causes)
-        return self.with_wrong_numbers(screen, self.fits_of_causes(screen))
 
     def with_wrong_numbers(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and those of numbers of the robot file, alone and with one cause more."""
@@ -154,11 +167,17 @@ class _Search:
         while not (self.is_done(fits) or best in extended
                    or len(best.hypothesis.members) >= method.most_causes):
             extended.append(best)
-            before, fits = best, self.with_joint_by_joint(screen, best, fits)
+            before, more = best, self.one_more_cause(screen, best)
+            of_links = [one for one in more if one.members[-1].cause.changes_links]
+            fits = self.with_raced(fits, of_links, len(of_links))
             best = min(fits, key=_total)
             if self.has_paid(before, best):
                 continue
-            more = self.one_more_cause(screen, before)
+            fits = self.with_joint_by_joint(screen, before, fits)
+            best = min(fits, key=_total)
+            if self.has_paid(before, best):
+                continue
+            more = [one for one in more if one not in of_links]
             predicted = min(map(predicted_excess, more), default=before.excess)
             if (before.excess > method.hopeless_share * self.nominal.excess
                     and predicted > method.hopeless_share * before.excess):
@@ -183,6 +202,45 @@ class _Search:
         found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
                                    self.nominal, self.residuals)
         return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
+
+    def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
+        """Fits, and the neighbours of the leading set: one cause more, and one exchanged.
+
+        A set that grew by one cause after the other may hold one that stood for several when it
+        came, and the best set may not be the likeliest.
+        """
+        method = self.method.search
+        for _ in range(method.neighbour_rounds):
+            leader = None if self.is_done(fits) else self.leader(fits)
+            hopeless = method.hopeless_share * self.nominal.excess
+            if leader is None or leader in self.settled or leader.excess > hopeless:
+                break
+            self.settled.append(leader)
+            if len(leader.hypothesis.members) < method.most_causes:
+                fits = self.with_distinct(fits, self.one_more_cause(screen, leader))
+            if self.leader(fits) is leader:
+                fits = self.with_distinct(fits, self.exchanges(screen, leader))
+        return fits
+
+    def with_distinct(self, fits: list[Fit], candidates: Sequence[Candidate]) -> list[Fit]:
+        """Fits, and those of candidates with sets of causes that none of them has."""
+        known = {_keys(one.hypothesis.members) for one in fits}
+        new = [one for one in _distinct(candidates) if _keys(one.members) not in known]
+        return self.with_raced(fits, new, self.method.search.pair_finalists)
+
+    def exchanges(self, screen: Screen, leader: Fit) -> list[Candidate]:
+        """Candidates with one cause of a set exchanged for one that explains what it explained."""
+        members, found = fitted_members(leader.hypothesis), []
+        like = lender(self.nominal, self.method.fitting)
+        for k, member in enumerate(members if len(members) > 1 else ()):
+            if self.residuals.is_out_of_time:
+                break
+            without = fit(build_hypothesis(self.residuals.problem,
+                                           (*members[:k], *members[k + 1:]), leader.hypothesis),
+                          self.residuals, 0, like)
+            found += [one for one in self.one_more_cause(screen, without)
+                      if one.members[-1].cause.key != member.cause.key]
+        return found
 
     def leader(self, fits: Sequence[Fit]) -> Fit:
         """The fit around which others are worth trying.
@@ -212,17 +270,25 @@ class _Search:
         """Pairs that are worth a fit: from the screening, and as extensions of the best fits."""
         screened = self.steps.pairs(screen, self.method)[:self.method.search.leading_pairs]
         chosen = pairs_worth_fitting(screened, alone, fits, self.nominal, self.method)
-        for fit in extended:
-            chosen += [candidate for candidate in self.one_more_cause(screen, fit)
+        for one in extended:
+            chosen += [candidate for candidate in self.one_more_cause(screen, one)
                        if worth_extending(candidate, self.nominal, self.method)]
         return _distinct(chosen)
 
     def one_more_cause(self, screen: Screen, fit: Fit) -> list[Candidate]:
-        """Candidates that add to a fit one of the causes that explain most of what it leaves."""
+        """Candidates that add to a fit one of the causes that explain most of what it leaves.
+
+        And those that change the links, of which the screening, joint by joint, predicts too
+        little, beside a set that explains most of the excess.
+        """
+        method = self.method.search
         left = self.steps.screen_residual(screen, self.residuals, fit)
         leading = self.steps.singles(left, self.residuals, fit, self.causes)
-        leading = leading[:self.method.search.screened_extensions]
-        return list(extensions(fit, leading))[:self.method.search.extensions]
+        chosen = list(extensions(fit, leading[:method.screened_extensions]))[:method.extensions]
+        if fit.excess < method.hopeless_share * self.nominal.excess:
+            chosen += extensions(fit, [one for one in leading
+                                       if one.members[-1].cause.changes_links])
+        return _distinct(chosen)
 
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:
@@ -276,9 +342,12 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The first candidate of each set of causes."""
     by_causes: dict[frozenset[str], Candidate] = {}
     for candidate in candidates:
-        key = frozenset(member.cause.key for member in candidate.members)
-        by_causes.setdefault(key, candidate)
+        by_causes.setdefault(_keys(candidate.members), candidate)
     return list(by_causes.values())
+
+
+def _keys(members: Sequence[Member]) -> frozenset[str]:
+    return frozenset(member.cause.key for member in members)
 
 
 def _total(fit: Fit) -> float:

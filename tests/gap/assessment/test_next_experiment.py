@@ -40,7 +40,7 @@ def undecided():
     made = draw_cases(1, 3, ["coulomb"], ["single"], duration=12.0)[0]
     residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records[:1]), METHOD)
     fits = {name: one for name, cause in zip(ALTERNATIVES, (COULOMB, PRESLIDING))
-            for one in search_causes(residuals, nominal, (cause,))
+            for one in search_causes(residuals, nominal, (cause,)).fits
             if [member.cause for member in one.hypothesis.members] == [cause]}
     bent = fits["presliding"].hypothesis
     reach = {"presliding.reach": np.full(made.robot.n, REACH)}

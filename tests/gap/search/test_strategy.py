@@ -68,10 +68,11 @@ def searched():
             SEARCH_STEPS, screen=lambda *_: None, screen_residual=lambda *_: None,
             singles=singles, pairs=lambda screen, method: [], race=race,
             wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
-        method = METHOD.with_values(**{"search.alternative_rounds": 0})
+        method = METHOD.with_values(**{"search.alternative_rounds": 0,
+                                       "search.neighbour_rounds": 0})
         residuals = SimpleNamespace(method=method, problem=SimpleNamespace(n=1),
                                     is_out_of_time=False)
-        return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps)
+        return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits
     return run
 
 
@@ -100,5 +101,5 @@ def test_causes_are_added_one_by_one_while_they_pay(searched, more, largest):
 def test_where_no_cause_can_act_nothing_is_fitted():
     steps = dataclasses.replace(SEARCH_STEPS, screen=lambda *_: None, singles=lambda *_: [],
                                 wrong_numbers=lambda problem: [])
-    residuals = SimpleNamespace(method=METHOD, problem=None)
-    assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps) == []
+    residuals = SimpleNamespace(method=METHOD, problem=None, is_out_of_time=False)
+    assert search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits == []

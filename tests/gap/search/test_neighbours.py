@@ -1,0 +1,26 @@
+"""Robots in MuJoCo with three and four causes: a mass that all joints carry, and one exchanged."""
+
+import pytest
+
+pytest.importorskip("mujoco", reason="needs the extra clie-blocks[mujoco]")
+from clie_blocks import gap  # noqa: E402
+from clie_blocks.analysis.blind.many.robots import MANY_CAUSES  # noqa: E402
+from clie_blocks.analysis.blind.population.files import write_trial  # noqa: E402
+from clie_blocks.analysis.blind.population.maker import make_trial  # noqa: E402
+from clie_blocks.analysis.gap.verdict.posterior import marginals  # noqa: E402
+
+SEED = 4242  # of no study
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [0, 1, 11])
+def test_all_causes_of_a_robot_are_named_though_one_stands_for_several_at_first(tmp_path, index):
+    trial = make_trial(MANY_CAUSES, SEED, index)
+    write_trial(trial, tmp_path)
+    found = gap.diagnose(gap.read(tmp_path))
+    likely = {name for name, probability in marginals(found.ranking).items()
+              if probability > 0.5}
+    truth = {name for name, share in trial.label["shares"].items() if share > 0.0}
+    unseen = {"load_dependent_friction"} if index == 0 else set()  # within one that waves
+    assert likely >= truth - unseen
+    assert found.reduction.after < 1.1 * found.reduction.floor
