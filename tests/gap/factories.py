@@ -124,10 +124,10 @@ def make_check(n: int = 1, step: float = 0.0, wrong: Sequence[int] = (),
 
 def make_row(names: str, excess: float = 0.1, parameter_count: float = 1.0,
              prior_violations: int = 0, confounder: str = "", fit: Fit | None = None,
-             prior_violation: float = 0.0) -> Row:
+             prior_violation: float = 0.0, imitated: Sequence[str] = ()) -> Row:
     """Evidence on some causes, written ``coulomb+spring``."""
     return Row(tuple(names.split("+")), excess, parameter_count, prior_violations, confounder,
-               prior_violation, fit)
+               prior_violation, tuple(imitated), fit)
 
 
 def make_table(nominal_excess: float, *rows: Row, prior_violation: float = 0.0,

@@ -93,8 +93,10 @@ def _unexplained(answer: Answer) -> str:
         return f"{_not_borne_out(answer)}{law}."
     sure = [row for row in answer["effects"]
             if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
-    also = f" The model is also missing {listed_causes(sure, answer)}." if sure else ""
-    return f"No effect in the library explains the gap{law}.{also}"
+    if sure:
+        return (f"The model is missing {listed_causes(sure, answer)}, and something more that no "
+                f"effect in the library explains{law}.")
+    return f"No effect in the library explains the gap{law}."
 
 
 def _not_borne_out(answer: Answer) -> str:

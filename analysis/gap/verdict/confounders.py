@@ -5,7 +5,7 @@ known.  Where the logs do not show the mark, something outside the library would
 the same way, and the verdict asks more of the name.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import block_means
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.verdict.marks import acting, shows_marks
+from clie_blocks.analysis.gap.verdict.marks import acting, causes_without_marks
 
 POSE, CONTACT, UNMARKED = "torque of the pose", "contact", "unmarked"
 _ANY_TORQUE = frozenset({"spring", "gravity"})  # together they imitate any torque of the pose
@@ -46,16 +46,26 @@ def confounder(fit: Fit, residuals: ResidualModel) -> str:
         Otherwise empty.
 
     """
+    return next((kind for kind, names in _imitations(fit, residuals) if names), "")
+
+
+def imitated_causes(fit: Fit, residuals: ResidualModel) -> tuple[str, ...]:
+    """Names of the causes of a fitted hypothesis in whose place its confounder may be."""
+    return next((names for _, names in _imitations(fit, residuals) if names), ())
+
+
+def _imitations(fit: Fit, residuals: ResidualModel) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Each confounder, and the causes in whose place it may be; none where the logs tell."""
     hypothesis, method = fit.hypothesis, residuals.method.verdict
-    if any(member.cause in STEP_FAULT and _may_be_contact(hypothesis, member, method)
-           for member in hypothesis.members):
-        return CONTACT
+    yield CONTACT, tuple(member.cause.name for member in hypothesis.members
+                         if member.cause in STEP_FAULT
+                         and _may_be_contact(hypothesis, member, method))
     any_torque = {member.cause.name for member in hypothesis.members} >= _ANY_TORQUE
-    ripples = [member for member in hypothesis.members if member.cause in _RIPPLES]
-    single_bump = not all(_shows_waves(hypothesis, ripple, method) for ripple in ripples)
-    if any_torque or single_bump:
-        return POSE
-    return "" if shows_marks(fit, residuals) else UNMARKED
+    single_bumps = tuple(member.cause.name for member in hypothesis.members
+                         if member.cause in _RIPPLES
+                         and not _shows_waves(hypothesis, member, method))
+    yield POSE, (*(sorted(_ANY_TORQUE) if any_torque else ()), *single_bumps)
+    yield UNMARKED, causes_without_marks(fit, residuals)
 
 
 def _shows_waves(hypothesis: Hypothesis, ripple: Member, method: VerdictMethod) -> bool:

@@ -19,7 +19,7 @@ from clie_blocks.analysis.gap.fitting.prediction_error import gap
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.verdict.confounders import confounder
+from clie_blocks.analysis.gap.verdict.confounders import confounder, imitated_causes
 
 _ONSET = "onset"  # no fit moves it, but it was chosen among hundreds of moments
 
@@ -43,6 +43,8 @@ class Row:
         `confounder`.
     prior_violation : float
         Share of the excess that comes from parameters beyond the datasheet.
+    imitated : tuple of str
+        The causes among its own in whose place the confounder may be.
     fit : Fit or None
         The fit, if it is at hand.
 
@@ -54,6 +56,7 @@ class Row:
     prior_violations: int = 0
     confounder: str = ""
     prior_violation: float = 0.0
+    imitated: tuple[str, ...] = ()
     fit: Fit | None = None
 
 
@@ -97,12 +100,14 @@ def to_json(table: Table) -> dict[str, Any]:
     return {"nothing": table.nominal_excess, "stray": table.prior_violation,
             "strayed": table.prior_violations, "free": list(table.free),
             "rows": [[list(row.names), row.excess, row.parameter_count, row.prior_violations,
-                      row.confounder, row.prior_violation] for row in table.rows]}
+                      row.confounder, row.prior_violation, list(row.imitated)]
+                     for row in table.rows]}
 
 
 def from_json(stored: Mapping[str, Any]) -> Table:
     """Table from `to_json`."""
-    rows = [Row(tuple(names), *figures) for names, *figures in stored["rows"]]
+    rows = [Row(tuple(names), *figures[:5], *map(tuple, figures[5:]))
+            for names, *figures in stored["rows"]]
     return Table(stored["nothing"], stored["stray"], stored["strayed"], tuple(stored["free"]),
                  rows)
 
@@ -132,7 +137,8 @@ def evidence(nominal: Fit, fits: list[Fit], residuals: ResidualModel) -> Table:
         for confounded, fit in _variants(same, lambda one: left_by(one) < limit, residuals):
             best[names, confounded] = fit
     rows = [Row(names, left_by(fit), parameter_count(fit), prior_violations(fit, method),
-                confounded, from_violation(fit), fit)
+                confounded, from_violation(fit),
+                imitated_causes(fit, residuals) if confounded else (), fit)
             for (names, confounded), fit in best.items()
             if (simpler_names(fit, residuals.method), confounded) not in best
             and not repeats_simulator(fit, residuals.method)]

@@ -15,7 +15,8 @@ or with another number of the robot file, see `causes.description`, whatever doe
 same stands beside causes.
 ``unknown`` leaves a fixed share of all, or what a free torque of pose, speed and load leaves of
 the likeliest hypothesis, of the best or of the best single cause; or it is the confounder of a
-hypothesis.  With probability `contamination` all this is wrong, and the odds are less sharp.
+hypothesis.  Where many causes explain most of the gap, it stands beside those that it is not taken
+for.  With probability `contamination` all this is wrong, and the odds are less sharp.
 """
 
 import dataclasses
@@ -46,7 +47,7 @@ class RankedCause:
     Parameters
     ----------
     names : tuple of str
-        Its causes, or ('none',), ('unknown',) or ('parametric',).
+        Its causes, or ('none',), ('unknown',) or ('parametric',); the last two also beside causes.
     fit : Fit or None
         The fit, if it has one.
     excess : float
@@ -69,6 +70,10 @@ class _Scored(NamedTuple):
     score: float
 
 
+_Hypothesis = tuple[tuple[str, ...], Fit | None, _Scored]
+"""Names, fit, and score."""
+
+
 def posterior(table: Table, calibration: Calibration) -> list[RankedCause]:
     """Rank the hypotheses, the nominal model, `unknown` and `parametric`, most probable first.
 
@@ -77,7 +82,7 @@ def posterior(table: Table, calibration: Calibration) -> list[RankedCause]:
     joint_model = _parametric(table, calibration)
     table = _with_wrong_joint_models(table, calibration)
     without_cause = [((NONE,), table.nominal, _none(table, calibration)),
-                     ((UNKNOWN,), None, _unknown(table, calibration))]
+                     *_unknown(table, calibration)]
     causes = [(row.names, row.fit, _Scored(row.excess, score))
               for row, score in zip(table.rows, _cause_scores(table, calibration))]
     best_number = max((scored.score for names, _, scored in causes if names == (PARAMETRIC,)),
@@ -174,29 +179,41 @@ def _parameter_cost(row: Row, c: Calibration) -> float:
     return c.parameter_cost * row.parameter_count + violation
 
 
-def _unknown(table: Table, c: Calibration) -> _Scored:
-    """What something unknown leaves, and its score, by the strongest sign of it."""
+def _unknown(table: Table, c: Calibration) -> list[_Hypothesis]:
+    """Something unknown, alone or beside causes: what it leaves, by the strongest sign of it."""
     left = max(c.unexplained_share * table.nominal_excess, c.unexplained_least)
-    by_share = _Scored(left, c.score(left, table.nominal_excess))
-    signs = [by_share, *_confounded(table, c), *_free_torques(table, c)]
-    return max(signs, key=lambda sign: sign.score)
+    by_share = (UNKNOWN,), None, _Scored(left, c.score(left, table.nominal_excess))
+    strongest: dict[tuple[str, ...], _Hypothesis] = {}
+    for sign in (by_share, *_confounded(table, c), *_free_torques(table, c)):
+        names, _, scored = sign
+        if names not in strongest or scored.score > strongest[names][2].score:
+            strongest[names] = sign
+    return list(strongest.values())
 
 
-def _confounded(table: Table, c: Calibration) -> Iterator[_Scored]:
+def _confounded(table: Table, c: Calibration) -> Iterator[_Hypothesis]:
     """Confounders: one unknown effect each, which two causes may imitate.
 
-    Beside that there are the other causes of a larger set.
+    Beside that there are the other causes of a larger set.  They keep their names where they alone
+    leave less than an unknown effect would.
     """
+    most = c.unexplained_share * table.nominal_excess
+    known = {row.names: row for row in table.rows if not row.confounder and row.excess < most}
     for row in table.rows:
         if row.confounder:
             least = c.pose_torque_share * table.nominal_excess * (row.confounder == POSE)
             left = max(row.excess, least)
             beside = c.cause_cost * max(len(row.names) - _IMITATING, 0)
-            yield _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
-                          - _parameter_cost(row, c) - beside)
+            scored = _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
+                             - _parameter_cost(row, c) - beside)
+            others = tuple(name for name in row.names if name not in row.imitated)
+            if len(row.names) > _IMITATING and others in known:
+                yield tuple(sorted((*others, UNKNOWN))), known[others].fit, scored
+            else:
+                yield (UNKNOWN,), None, scored
 
 
-def _free_torques(table: Table, c: Calibration) -> Iterator[_Scored]:
+def _free_torques(table: Table, c: Calibration) -> Iterator[_Hypothesis]:
     """Free torques that explain much of what a hypothesis leaves.
 
     One is compared with the likeliest hypothesis, one with the best, one with the best single
@@ -214,7 +231,8 @@ def _free_torques(table: Table, c: Calibration) -> Iterator[_Scored]:
     for left, row, paid in zip(table.free, (likeliest, best, single), (0.0, cost[best], 0.0)):
         if left < c.free_torque_share * row.excess:
             gain = c.sharpness * np.log((row.excess + slack) / (max(left, 0.0) + slack))
-            yield _Scored(left, score[row] - c.free_torque_cost - paid + gain)
+            yield (UNKNOWN,), None, _Scored(
+                left, score[row] - c.free_torque_cost - paid + gain)
 
 
 def _less_sure(weights: np.ndarray, scores: np.ndarray, table: Table, c: Calibration,
@@ -269,7 +287,7 @@ def verdict(ranking: Sequence[RankedCause], established: bool = False,
     """
     if established:
         return "effect"
-    leading = min(ranking[0].names, key=lambda name: name == PARAMETRIC)
+    leading = min(ranking[0].names, key=lambda name: (name != UNKNOWN, name == PARAMETRIC))
     of_name = marginals(ranking)
     together = [probability_of_any(ranking, names) for names in alike]
     if leading != UNKNOWN and max([*of_name.values(), *together]) < LIKELY:

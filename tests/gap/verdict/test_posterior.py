@@ -8,7 +8,7 @@ from factories import make_row, make_table
 
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
-from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE
+from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 from clie_blocks.analysis.gap.verdict.evidence import Row
 from clie_blocks.analysis.gap.verdict.posterior import (
     credible_set,
@@ -97,6 +97,19 @@ def test_a_fault_where_something_stands_in_the_way_shares_the_set_with_the_unkno
     met = weigh(1000.0, (*fault, 0, CONTACT), ("coulomb", 800.0, 1))
     assert verdict(met) == "unexplained"
     assert set(credible_set(met)) == {"unknown", "step_fault"}
+
+
+@pytest.mark.parametrize("left, names", [
+    (50.0, ("coulomb", "payload", "unknown")),  # what the others explain no unknown effect would
+    (400.0, ("unknown",))])
+def test_something_unknown_in_the_place_of_one_cause_stands_beside_the_others(left, names):
+    ranking = posterior(make_table(
+        1000.0, make_row("coulomb+payload+torque_ripple", 0.05, 4, confounder=UNMARKED,
+                         imitated=("torque_ripple",)),
+        make_row("coulomb+payload", left, 2)), Calibration())
+    assert ranking[0].names == names and ranking[0].probability > 0.9
+    assert verdict(ranking) == "unexplained"
+    assert {*credible_set(ranking)} == {*names}
 
 
 def test_a_soft_stop_differs_from_a_spring_and_a_weight_by_as_much_as_from_a_sine_and_a_spring():
