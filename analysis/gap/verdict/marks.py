@@ -32,10 +32,10 @@ _REST_ROWS = 200  # into which a log is cut to see whether a joint rests
 WAVES = (TORQUE_RIPPLE, COMMUTATION_RIPPLE, GEAR_MESH_RIPPLE)
 
 
-def shows_marks(fit: Fit, residuals: ResidualModel) -> bool:
-    """Whether the logs show the marks of all causes of a fitted hypothesis."""
-    return all(_shows_mark(fit.hypothesis, member, residuals)
-               for member in fit.hypothesis.members)
+def causes_without_marks(fit: Fit, residuals: ResidualModel) -> tuple[str, ...]:
+    """Names of the causes of a fitted hypothesis whose marks the logs do not show."""
+    return tuple(member.cause.name for member in fit.hypothesis.members
+                 if not _shows_mark(fit.hypothesis, member, residuals))
 
 
 def _shows_mark(hypothesis: Hypothesis, member: Member, residuals: ResidualModel) -> bool:
@@ -80,21 +80,28 @@ def _turns_with_the_motor(hypothesis: Hypothesis, waves: Member, method: Verdict
 def _is_seen_in_motion(hypothesis: Hypothesis, waves: Member, residuals: ResidualModel) -> bool:
     """Whether waves over the pose explain the motion, and not the rests between motions alone.
 
-    Where a joint rests, short waves are a torque of their own for each pose, whatever it is.
+    Where a joint rests, short waves are a torque of their own for each pose, whatever it is.  Logs
+    without long rests decide, if there are any: waves that rests have suggested explain little of
+    them.
     """
-    method = residuals.method.verdict
-    if not any(_rests(log.q[:, k], method) for log in hypothesis.problem.logs
-               for k in waves.joints):
+    method, logs = residuals.method.verdict, range(len(hypothesis.problem.logs))
+    in_motion = [j for j in logs if not any(
+        _rests(hypothesis.problem.logs[j].q[:, k], method) for k in waves.joints)]
+    if len(in_motion) == len(logs):
         return True
     without = hypothesis.with_values(_neutral(hypothesis, waves))
     gained = np.zeros(2)  # while the joint rests, and while it moves
-    for j, log in enumerate(hypothesis.problem.logs):
+    beyond_noise = 0.0
+    for j in in_motion or logs:
         left = residuals.whitened(hypothesis.error(j), j)
         all_of_it = residuals.whitened(without.error(j), j)
         for k in waves.joints:
-            moving = _moving(log.q[:, k], len(left[k]), method)
+            moving = _moving(hypothesis.problem.logs[j].q[:, k], len(left[k]), method)
             gain = all_of_it[k] ** 2 - left[k] ** 2
             gained += gain[~moving].sum(), gain[moving].sum()
+            beyond_noise += float(np.sum(all_of_it[k] ** 2 - 1.0))
+    if in_motion:
+        return bool(gained.sum() >= method.seen_in_motion * beyond_noise)
     return bool(gained[1] >= method.seen_in_motion * gained.sum())
 
 

@@ -7,7 +7,7 @@ import pytest
 from factories import make_fit, make_member, make_problem, make_residual_model, moved
 
 from clie_blocks.analysis.gap.causes import drive, friction, load, timed
-from clie_blocks.analysis.gap.verdict.marks import shows_marks
+from clie_blocks.analysis.gap.verdict.marks import causes_without_marks
 
 PERIOD = 0.01  # s
 TIME = PERIOD * np.arange(2000)
@@ -19,7 +19,7 @@ FAULT = timed.STEP_FAULT[0]
 
 def marked(problem, *members, fit=None):
     found = make_fit(problem, *members) if fit is None else fit
-    return shows_marks(found, make_residual_model(found.hypothesis.problem, NOISE))
+    return not causes_without_marks(found, make_residual_model(found.hypothesis.problem, NOISE))
 
 
 def ran(problem, *members):
@@ -152,3 +152,13 @@ def test_waves_at_rest_are_a_ripple_if_they_turn_with_the_motor(per_turn, gear, 
     ripple = make_member(drive.TORQUE_RIPPLE, problem, order=per_turn * gear, sine=0.3,
                          cosine=0.1)
     assert marked(ran(problem, ripple), ripple) is known
+
+
+@pytest.mark.parametrize("waves_in_motion", [True, False])
+def test_a_log_in_motion_decides_what_short_waves_at_rest_are(waves_in_motion):
+    sway = 0.5 * np.sin(TIME)[:, None]
+    problem = make_problem([*STEPS, sway], period=PERIOD, gear_ratio=50.0)
+    ripple = make_member(drive.TORQUE_RIPPLE, problem, order=101.0, sine=0.3, cosine=0.1)
+    logs = [log if waves_in_motion or j < len(STEPS) else plain for j, (log, plain) in enumerate(
+        zip(ran(problem, ripple).logs, ran(problem).logs))]
+    assert marked(problem.with_log_list(logs), ripple) is waves_in_motion
