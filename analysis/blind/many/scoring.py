@@ -51,9 +51,10 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
     shares: dict[str, float] = {}
     for name, share in label["shares"].items():
         shares[class_of(name)] = shares.get(class_of(name), 0.0) + share
-    named = [name for name in answer.leading(len(answer.known))
-             if max(answer.probability[alike] for alike in answer.names(name)
-                    if alike in answer.probability) >= NAMED]
+    together = {row["effect"]: row.get("together", row["probability"])
+                for row in diagnosis.get("effects", ())}
+    likely = {class_of(name) for name in together if together[name] >= NAMED}
+    named = [name for name in answer.leading(len(answer.known)) if answer.names(name) & likely]
     found = {true: any(true in answer.names(name) for name in named) for true in shares}
     largest = sorted(shares, key=lambda name: -shares[name])
     by_share = sorted(named, key=lambda name: -_share(diagnosis, name, class_of))

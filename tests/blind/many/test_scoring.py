@@ -51,6 +51,14 @@ def test_a_name_that_the_logs_do_not_tell_from_the_truth_is_right():
     assert board["precision"]["rate"] == 1.0 and board["recall"]["hits"] == 1
 
 
+def test_names_that_are_alike_share_their_probability():
+    diagnosis = answer(("coulomb", 0.45, 0.6), ("stribeck", 0.45, 0.6))
+    for row, other in zip(diagnosis["effects"], ("stribeck", "coulomb")):
+        row.update(alike=[other], together=0.9)
+    board, row = row_of(diagnosis)
+    assert board["recall"]["hits"] == 1 and [one["effect"] for one in row["named"]] == ["coulomb"]
+
+
 def test_names_of_one_class_count_once():
     """Three effects of two classes: there is no third largest."""
     friction = {"coulomb": "friction", "backlash": "friction"}
