@@ -1,10 +1,10 @@
 """Causes with similar signatures: when one of them leads, its alternatives are fitted as well.
 
 Plain Coulomb friction is inside every other dry friction, and contacts that bend before they slide
-bend alike; a lag and a delay differ only at high frequency; ripples differ only in what they grow
-with; one of low order is a spring, and so are two stops that leave no play.  A ranking that holds
-one of them without the other says less than the log does.  And of several causes that lead
-together, each must show that it is needed.
+bend alike; a lag and a delay differ only at high frequency, and jitter is half a delay; ripples
+differ only in what they grow with; one of low order is a spring, and so are stops without play.
+A ranking that holds one of them without the other says less than the log does.  And of several
+causes that lead together, each must show that it is needed.
 """
 
 import dataclasses
@@ -166,6 +166,10 @@ def _other_names(member: Member, problem: Problem) -> list[Member]:
         (time,), (size,) = member.values.values(), member.sizes.values()
         return [Member(cause, member.joints, {cause.numbers[0].name: time},
                        {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
+    if name == "tick_jitter":  # of a second clock, which delays by half of its spread
+        mean = {"delay": member.values["spread"] / 2}
+        return [Member(cause, member.joints, mean, mean)
+                for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY)]
     if member.cause in _RIPPLES:
         spring = [_spring_like(member)] if name == "torque_ripple" else []
         return [*spring, *_ripples_like(member, problem)]

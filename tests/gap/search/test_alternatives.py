@@ -104,6 +104,15 @@ def test_ripples_of_the_same_height_are_tried_for_each_other(rubbing):
     assert back["sine"] == pytest.approx(0.3) and back["cosine"] == pytest.approx(0.4)
 
 
+def test_a_second_clock_is_tried_as_its_mean_delay(rubbing):
+    residuals, nominal = rubbing
+    problem = nominal.hypothesis.problem
+    clock = member(drive.TICK_JITTER, problem.n, spread=4e-3, beat=3.0)
+    clock.values["phase"] = np.zeros((problem.fit_runs, problem.n))
+    delay = swapped(leading(nominal, clock), residuals, "time_delay")
+    assert np.all(delay.values["delay"] == 2e-3)
+
+
 def test_contacts_of_the_same_stiffness_are_tried_for_each_other(rubbing):
     residuals, nominal = rubbing
     n = nominal.hypothesis.problem.n
