@@ -28,9 +28,10 @@ class Calibration:
         "kernel matches to the last digit")
     parameter_cost: float = threshold(1.0, "nats", "cost of one parameter of a hypothesis")
     cause_cost: float = threshold(
-        4.0, "nats",
-        "cost of each further cause: one pair of two dozen causes is a priori rarer than one "
-        "cause alone by about this; it is not learned from how often trials hold pairs")
+        3.0, "nats",
+        "cost of each further cause: a real joint holds some three of sixty names, so that the "
+        "odds of any one beside others are one to twenty; it is not learned from how often trials "
+        "hold several")
     fair_share: float = threshold(
         0.01, "share of the whole excess",
         "a further cause that removes less pays `shortfall_cost` for what it falls short")
