@@ -41,6 +41,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     MODEL_DIVERGED,
     NOT_BORNE_OUT,
     SET_PROBABILITY,
+    UNKNOWN,
     RankedCause,
     doubted,
     posterior,
@@ -250,7 +251,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
     decision = with_signal_findings(verdict(ranking, established, alike), findings)
-    mapped = first.nominal if decision == "unexplained" else model
+    is_nameless = decision == "unexplained" and ranking[0].names == (UNKNOWN,)
+    mapped = first.nominal if is_nameless else model
     seen = law_view(first.nominal, first.residuals)
     return Diagnosis(
         problem, method, controller, first.residuals, first.nominal, (second or first).evidence,

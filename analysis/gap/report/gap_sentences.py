@@ -18,6 +18,7 @@ from clie_blocks.analysis.gap.report.wording import (
     with_prefix,
 )
 from clie_blocks.analysis.gap.verdict.posterior import (
+    LIKELY,
     NONE,
     PARAMETRIC,
 )
@@ -46,10 +47,17 @@ def _correction(answer: Answer) -> str:
     """What is added to the model, as the subject of a sentence."""
     if answer["verdict"] == "not_identifiable":
         return "Adding the most likely cause"
-    if answer["verdict"] == "unexplained":
+    if answer["verdict"] == "unexplained" and not _names_its_model(answer):
         return ("Adding the closest effect" if answer.get("controller_as_stated", True)
                 else "Replacing the control law by the one that ran")
     return "Adding it" if len(leading_rows(answer)) == 1 else "Adding them"
+
+
+def _names_its_model(answer: Answer) -> bool:
+    """Whether the causes of the corrected model are named, though something more is there."""
+    closest = {row["effect"] for row in answer.get("closest", ())}
+    return bool(closest) and closest <= {row["effect"] for row in leading_rows(answer)
+                                         if row["probability"] >= LIKELY}
 
 
 def gap_places(answer: Answer) -> list[str]:

@@ -81,7 +81,9 @@ def or_the_file(answer: Answer) -> list[str]:
 
 
 def _unexplained(answer: Answer) -> str:
-    for row in confounded(answer)[:1]:
+    sure = [row for row in answer["effects"]
+            if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
+    for row in () if sure else confounded(answer)[:1]:
         return (f"These logs cannot distinguish {CONFOUNDERS[row['rival']]} from "
                 f"{listed_causes([row], answer)}.")
     law = "" if answer.get("controller_as_stated", True) or answer.get("controller") else (
@@ -91,8 +93,6 @@ def _unexplained(answer: Answer) -> str:
                 "units and control law in the robot file.")
     if answer.get("reason") == NOT_BORNE_OUT:
         return f"{_not_borne_out(answer)}{law}."
-    sure = [row for row in answer["effects"]
-            if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
     if sure:
         return (f"The model is missing {listed_causes(sure, answer)}, and something more that no "
                 f"effect in the library explains{law}.")

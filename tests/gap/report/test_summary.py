@@ -153,6 +153,17 @@ def test_an_unexplained_gap_names_the_closest_effect_and_what_is_certain():
     assert "coulomb" not in headline(found)
 
 
+def test_causes_that_are_named_beside_something_unknown_are_what_is_added():
+    found = answer_of("unexplained", row("unknown", 0.99, None), row("coulomb", 0.98, [1]),
+                      row("payload", 0.97, [1, 2]), value=70.0,
+                      closest=[{"effect": "coulomb", "joint": [1]},
+                               {"effect": "payload", "joint": [1, 2]}])
+    assert headline(found) == (
+        "The model is missing coulomb at joint 1 (98 %) and payload at joint 1 and joint 2 "
+        "(97 %), and something more that no effect in the library explains. Adding them removes "
+        "70 % of the reducible gap on unseen data.")
+
+
 def test_a_law_that_did_not_run_is_no_closest_effect():
     found = answer_of("unexplained", value=99.0, controller_as_stated=False)
     assert headline(found) == (
