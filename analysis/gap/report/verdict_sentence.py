@@ -83,7 +83,8 @@ def or_the_file(answer: Answer) -> list[str]:
 def _unexplained(answer: Answer) -> str:
     sure = [row for row in answer["effects"]
             if row["probability"] >= LIKELY and row["effect"] not in (NONE, UNKNOWN)]
-    for row in () if sure else confounded(answer)[:1]:
+    if confounded(answer) and not sure:
+        row = confounded(answer)[0]
         return (f"These logs cannot distinguish {CONFOUNDERS[row['rival']]} from "
                 f"{listed_causes([row], answer)}.")
     law = "" if answer.get("controller_as_stated", True) or answer.get("controller") else (

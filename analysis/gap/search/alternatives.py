@@ -24,13 +24,20 @@ from clie_blocks.analysis.gap.fitting.hypothesis import (
 )
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.candidates import Candidate, compatible, fitted_members
+from clie_blocks.analysis.gap.search.candidates import (
+    Candidate,
+    cause_keys,
+    compatible,
+    fitted_members,
+)
 from clie_blocks.analysis.gap.search.elastic_gears import ELASTIC, other_gears
 
 Keys = frozenset[str]
 
 _SIMILAR_TIMES = {"actuator_lag": (drive.TIME_DELAY, sensor.ENCODER_DELAY),
-                  "time_delay": (drive.ACTUATOR_LAG,)}
+                  "time_delay": (drive.ACTUATOR_LAG,),
+                  "tick_jitter": (drive.TIME_DELAY, sensor.ENCODER_DELAY)}
+_MEAN_OF_LARGEST = {"tick_jitter": 0.5}  # delay: it grows evenly and falls back
 _DRY = ("coulomb", "asymmetric_coulomb", "stribeck", "load_dependent_friction", "presliding",
         "dahl", "maxwell_slip", "position_dependent_friction", "friction_drift")
 _BENDING = {"presliding": 1.0, "dahl": 1.0, "maxwell_slip": 2.0}  # reach of equal stiffness
@@ -57,10 +64,10 @@ def alternatives(leader: Fit, fits: Sequence[Fit], causes: Sequence[Cause],
     much_left = leader.excess > method.calibration.healthy
     reached: dict[Keys, float] = {}
     for fit in fits:
-        keys = _keys(fit.hypothesis.members)
+        keys = cause_keys(fit.hypothesis.members)
         reached[keys] = min(fit.cost, reached.get(keys, np.inf))
-    known = {_keys(candidate.members) for candidate in tried}
-    by_keys = {_keys(candidate.members): candidate
+    known = {cause_keys(candidate.members) for candidate in tried}
+    by_keys = {cause_keys(candidate.members): candidate
                for candidate in (*_all_alternatives(leader, causes, much_left, residuals),
                                  *_alike_alone(leader, fits, much_left, residuals))}
     return [candidate for keys, candidate in by_keys.items() if keys not in known
@@ -81,11 +88,12 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
         candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
             if len({member.cause.name for member in candidate.members}) == len(candidate.members)
-            and _holds_its_coupling(candidate)]
+            and holds_its_coupling(candidate.members)]
 
 
-def _holds_its_coupling(candidate: Candidate) -> bool:
-    causes = [member.cause for member in candidate.members]
+def holds_its_coupling(members: Iterable[Member]) -> bool:
+    """Whether coupled links are among some causes, if one is a number of theirs."""
+    causes = [member.cause for member in members]
     return load.COUPLING in causes or not any(is_of_coupling(cause) for cause in causes)
 
 
@@ -148,10 +156,6 @@ def _start_cost(candidate: Candidate, residuals: ResidualModel) -> float:
         for chi2 in chi2_by_joint([start], residuals, j))
 
 
-def _keys(members: Iterable[Member]) -> Keys:
-    return frozenset(member.cause.key for member in members)
-
-
 def _other_forms(member: Member, causes: Sequence[Cause]) -> list[Member]:
     """The same effect in another form of the same parameters."""
     return [dataclasses.replace(member, cause=cause) for cause in causes
@@ -163,13 +167,10 @@ def _other_names(member: Member, problem: Problem) -> list[Member]:
     """Other effects that may explain the same, with parameters to start from."""
     name = member.cause.name
     if name in _SIMILAR_TIMES:
-        (time,), (size,) = member.values.values(), member.sizes.values()
+        number, mean = member.cause.numbers[0].name, _MEAN_OF_LARGEST.get(name, 1.0)
+        time, size = mean * member.values[number], mean * member.sizes[number]
         return [Member(cause, member.joints, {cause.numbers[0].name: time},
                        {cause.numbers[0].name: size}) for cause in _SIMILAR_TIMES[name]]
-    if name == "tick_jitter":  # of a second clock, which delays by half of its spread
-        mean = {"delay": member.values["spread"] / 2}
-        return [Member(cause, member.joints, mean, mean)
-                for cause in (drive.TIME_DELAY, sensor.ENCODER_DELAY)]
     if member.cause in _RIPPLES:
         spring = [_spring_like(member)] if name == "torque_ripple" else []
         return [*spring, *_ripples_like(member, problem)]

@@ -283,6 +283,11 @@ def _containing(member: Member, simpler: Member) -> Member:
                                values=values)
 
 
+def cause_keys(members: Iterable[Member]) -> frozenset[str]:
+    """Keys of the causes of some members: what makes two sets of causes the same."""
+    return frozenset(member.cause.key for member in members)
+
+
 def fitted_members(hypothesis: Hypothesis) -> tuple[Member, ...]:
     """Members of a fitted hypothesis with the fitted parameters."""
     return tuple(dataclasses.replace(member, values={

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.candidates import Candidate
+from clie_blocks.analysis.gap.search.candidates import Candidate, cause_keys
 from clie_blocks.analysis.gap.search.event_times import refit_event_times
 from clie_blocks.analysis.gap.search.wave_orders import refit_orders
 
@@ -35,9 +35,10 @@ def race(residuals: ResidualModel, nominal: Fit, candidates: Sequence[Candidate]
         finished.sort(key=lambda one: one.total)
     if finished and _is_still_moving(finished[0], method):
         finished[0] = fit(finished[0].hypothesis, residuals, method.search.leader_steps)
-    base = {_causes(candidate.members): candidate for candidate in candidates}
+    of_causes = {cause_keys(candidate.members): candidate for candidate in candidates}
     return [refit_orders(refit_event_times(one, residuals), residuals)
-            if _seeks_anew(one, base[_causes(one.hypothesis.members)], one is finished[0],
+            if _seeks_anew(one, of_causes[cause_keys(one.hypothesis.members)],
+                           one is finished[0],
                            nominal, method) and not residuals.is_out_of_time else one
             for one in finished] + [one for one in order if one not in to_finish]
 
@@ -55,10 +56,6 @@ def _seeks_anew(fit: Fit, candidate: Candidate, is_best: bool, nominal: Fit, met
                  for number in member.cause.numbers)
     without = nominal if alternative_to(candidate) is not None else candidate.extends or nominal
     return (is_best or is_new) and explains_fair_share(fit, without, method)
-
-
-def _causes(members: Iterable[Member]) -> frozenset[str]:
-    return frozenset(member.cause.key for member in members)
 
 
 def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[Candidate],

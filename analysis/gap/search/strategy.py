@@ -16,9 +16,10 @@ from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
-from clie_blocks.analysis.gap.search.alternatives import alternatives
+from clie_blocks.analysis.gap.search.alternatives import alternatives, holds_its_coupling
 from clie_blocks.analysis.gap.search.candidates import (
     Candidate,
+    cause_keys,
     extensions,
     fitted_members,
     of_each_joint,
@@ -131,7 +132,7 @@ class _Search:
 
         Those for which there is no time are not there.
         """
-        distinct = {frozenset(member.cause.key for member in members): members
+        distinct = {cause_keys(members): members
                     for members in hypotheses}
         return [self.steps.fit_numbers(members, self.residuals, self.nominal)
                 for members in distinct.values() if not self.residuals.is_out_of_time]
@@ -224,19 +225,21 @@ class _Search:
 
     def with_distinct(self, fits: list[Fit], candidates: Sequence[Candidate]) -> list[Fit]:
         """Fits, and those of candidates with sets of causes that none of them has."""
-        known = {_keys(one.hypothesis.members) for one in fits}
-        new = [one for one in _distinct(candidates) if _keys(one.members) not in known]
+        known = {cause_keys(one.hypothesis.members) for one in fits}
+        new = [one for one in _distinct(candidates) if cause_keys(one.members) not in known]
         return self.with_raced(fits, new, self.method.search.pair_finalists)
 
     def exchanges(self, screen: Screen, leader: Fit) -> list[Candidate]:
         """Candidates with one cause of a set exchanged for one that explains what it explained."""
         members, found = fitted_members(leader.hypothesis), []
         like = lender(self.nominal, self.method.fitting)
-        for k, member in enumerate(members if len(members) > 1 else ()):
+        for k, member in enumerate(members):
+            others = (*members[:k], *members[k + 1:])
             if self.residuals.is_out_of_time:
                 break
-            without = fit(build_hypothesis(self.residuals.problem,
-                                           (*members[:k], *members[k + 1:]), leader.hypothesis),
+            if not others or not holds_its_coupling(others):
+                continue
+            without = fit(build_hypothesis(self.residuals.problem, others, leader.hypothesis),
                           self.residuals, 0, like)
             found += [one for one in self.one_more_cause(screen, without)
                       if one.members[-1].cause.key != member.cause.key]
@@ -342,12 +345,8 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The first candidate of each set of causes."""
     by_causes: dict[frozenset[str], Candidate] = {}
     for candidate in candidates:
-        by_causes.setdefault(_keys(candidate.members), candidate)
+        by_causes.setdefault(cause_keys(candidate.members), candidate)
     return list(by_causes.values())
-
-
-def _keys(members: Sequence[Member]) -> frozenset[str]:
-    return frozenset(member.cause.key for member in members)
 
 
 def _total(fit: Fit) -> float:
