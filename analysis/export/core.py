@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import before
-from clie_blocks.analysis.export.events import event_parameters
+from clie_blocks.analysis.export.events import parameters_of_one_log
 from clie_blocks.analysis.export.joint_block import INPUTS, OUTPUTS, JointBlock
 
 if TYPE_CHECKING:
@@ -63,10 +63,10 @@ class Core:
         return found
 
     @property
-    def events(self) -> list[tuple[str, str, int]]:
-        """What sets in at a moment: parameter, its name in C, and its place among all."""
-        return [(key, f"{self.upper}_{identifier(key).upper()}", self.parameter_places[key])
-                for key in event_parameters(self.block.effects)]
+    def of_one_log(self) -> list[tuple[str, str, int, str]]:
+        """What no other run shares: parameter, its name in C, its place among all, what it says."""
+        return [(key, f"{self.upper}_{identifier(key).upper()}", self.parameter_places[key], says)
+                for key, says in parameters_of_one_log(self.block.effects)]
 
     @property
     def values(self) -> list[float]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from clie_blocks.analysis.export.arm import Arm, read_arm
-from clie_blocks.analysis.export.events import Event, from_the_start
+from clie_blocks.analysis.export.events import Event, from_the_start, phases_of
 from clie_blocks.analysis.gap.report.arm import IN_BODIES
 from clie_blocks.effects import LIBRARY
 from clie_blocks.effects.effect import Setting
@@ -153,7 +153,10 @@ class Correction:
     @property
     def common_notes(self) -> tuple[str, ...]:
         """What the user of any target must know: events, and what no simulator holds."""
+        n = len(self.joints)
         return (*(event.note(self.names[event.joint]) for event in self.events),
+                *(phase.note for k, name in enumerate(self.names)
+                  for phase in phases_of(self.at(k), name, k, n)),
                 *(f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
                   for row in self.without_block),
                 *(f"Your controller or your log needs it, not the model: {setting!r}."

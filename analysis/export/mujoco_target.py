@@ -9,7 +9,7 @@ from typing import Any
 
 from clie_blocks.analysis.export.core import core, fill
 from clie_blocks.analysis.export.correction import Correction
-from clie_blocks.analysis.export.events import event_parameters
+from clie_blocks.analysis.export.events import MOMENTS, phases_of
 from clie_blocks.analysis.export.exported import Exported, read_model, unified_diff
 from clie_blocks.analysis.export.joint_block import joint_block
 from clie_blocks.analysis.export.mujoco_model import CorrectedModel, corrected_model
@@ -84,5 +84,10 @@ def _plain(found: CorrectedModel, name: str) -> dict[str, Any]:
                         "extra_body": [one.effect.name for one in (*piece.bodies, *(
                             [piece.gear] if piece.gear else []))],
                         "module": [one.effect.name for one in piece.block],
-                        "events": event_parameters(piece.block)}
-                       for piece, driven in zip(found.splits, found.driven, strict=True)]}
+                        "events": [f"{one.name}.{MOMENTS[one.effect.name]}"
+                                   for one in piece.block if one.effect.name in MOMENTS],
+                        "phases": [{"name": one.name, "values": one.values, "active": one.active}
+                                   for one in phases_of(piece.block, piece.joint.name, k,
+                                                        len(found.splits))]}
+                       for k, (piece, driven) in enumerate(
+                           zip(found.splits, found.driven, strict=True))]}

@@ -36,7 +36,8 @@ def main(argv: list[str] | None = None) -> int:
                        "nominal": str(args.nominal) if args.nominal else "robot file",
                        "logs": [log.name for log in problem.law_logs],
                        "joints": [{**vars(one), "closed_percent": one.closed} for one in gaps],
-                       "set_in": [vars(one) for one in found.set_in]})
+                       "set_in": [vars(one) for one in found.set_in],
+                       "begins": [vars(one) for one in found.begins]})
     if args.output:
         write(Path(args.output) / "replay.json", content)
     if args.json:
@@ -47,7 +48,7 @@ def main(argv: list[str] | None = None) -> int:
         print_table(("joint", "nominal", "corrected", "noise floor", "unit", "closed"), [
             (one.joint, f"{one.nominal:.3g}", f"{one.corrected:.3g}", f"{one.floor:.3g}",
              one.unit, f"{one.closed:.0f} %") for one in gaps])
-        for one in found.set_in:
+        for one in (*found.set_in, *found.begins):
             print(wrapped(f"{one}."))
     return int(any(one.corrected > max(one.nominal, one.floor) for one in gaps))
 

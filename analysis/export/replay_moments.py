@@ -56,7 +56,8 @@ def seek_moments(model: SimulatedModel, log: Log) -> list[float]:
 
     """
     def squares(moments: Sequence[float]) -> np.ndarray:
-        error = log.bridged(log.law_q - model.run(log, moments=moments))
+        error = log.bridged(log.law_q - model.run(
+            log, own=dict(zip(events, moments, strict=True))))
         return np.asarray(error**2)
 
     events = model.events

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from clie_blocks.analysis.export.correction import check_joint_names
+from clie_blocks.analysis.export.events import Phase
 from clie_blocks.analysis.export.mujoco_engine import load
 from clie_blocks.analysis.export.mujoco_target import DRIVEN
 from clie_blocks.analysis.gap.problem.law import StatedLaw
@@ -108,19 +109,29 @@ class SimulatedModel:
             (name, parameter) for name in self.problem.joints
             for parameter in self.rows[name].get("events", [])]
 
+    @property
+    def phases(self) -> list[Phase]:
+        """Phases of what comes again and again, which a run may set."""
+        return [] if self.blocks is None else [
+            Phase(name, **row) for name in self.problem.joints
+            for row in self.rows[name].get("phases", [])]
+
     def run(self, log: Log, noise: np.ndarray | None = None,
-            moments: Sequence[float] = ()) -> np.ndarray:
+            own: Mapping[tuple[str, str], float] | None = None) -> np.ndarray:
         """Positions under the law of the problem in the experiment of a log, shape (N, n).
 
         The law sees them with some noise of the sensor (N, n) [rad], by default with none: what
-        it sees first is the first position of the log.  Each of `events` sets in at its moment
-        [s]; without moments, all are there from the start.
+        it sees first is the first position of the log.  `own` holds values of parameters that are
+        of this log alone, by joint and name: moments of `events`, which are there from the start
+        by default, and phases.
         """
         import mujoco
 
-        for (joint, parameter), moment in zip(self.events, moments or [0.0] * len(self.events),
-                                              strict=True):
-            self.blocks.set(joint, parameter, moment)  # type: ignore[union-attr]
+        as_exported = dict.fromkeys(self.events, 0.0)
+        for phase in self.phases:
+            as_exported |= phase.later(0.0)
+        for (joint, parameter), value in (as_exported | dict(own or {})).items():
+            self.blocks.set(joint, parameter, value)  # type: ignore[union-attr]
         data, shift = mujoco.MjData(self.model), turn(self.problem)
         seen = np.zeros_like(log.q) if noise is None else noise
         self._place(data, log.start - seen[0] + shift, np.broadcast_to(log.speed, log.start.shape))

@@ -128,6 +128,47 @@ def test_a_fault_sets_in_where_a_replayed_log_shows_it(tmp_path, capsys):
     assert joint["corrected"] < 1.2 * SIGMA < 20 * SIGMA < joint["nominal"]
 
 
+@pytest.mark.parametrize("name, values, further", [
+    ("periodic_disturbance", {"sine": 0.05, "cosine": 0.08, "frequency": 3.3}, "tone"),
+    ("tick_jitter", {"spread": 0.02, "beat": 1.7, "phase": 0.2}, "phase"),
+    ("packet_hold", {"hold": 0.06, "interval": 0.7, "phase": 0.45}, "phase")])
+def test_what_comes_again_has_the_phase_of_the_replayed_log(name, values, further, tmp_path,
+                                                            capsys):
+    """Logs of the package's own robot, as in the diagnosis and a third of a turn further."""
+    turns = 0.33
+
+    def later(values):
+        if further == "phase":
+            return {**values, "phase": values["phase"] + turns}
+        size, at = np.hypot(values["sine"], values["cosine"]), np.arctan2(values["cosine"],
+                                                                          values["sine"])
+        return {**values, "sine": size * np.cos(at + 2 * np.pi * turns),
+                "cosine": size * np.sin(at + 2 * np.pi * turns)}
+
+    corrected = robots.correction(robots.setting(name, **values))
+    own = tmp_path / "own.xml"
+    own.write_text(re.sub('timestep="[^"]*"', f'timestep="{robots.PERIOD}"', stub(corrected)))
+    exported = export_mujoco(corrected, own)
+    assert any(f"{name} at j1 has the phase" in note for note in exported.notes)
+    exported.save(tmp_path / "model")
+    q_d = robots.set_points(2.2)
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    for log, of_log in (("log-1", values), ("log-2", later(values))):
+        q = robots.reference([robots.setting(name, **of_log)], q_d)
+        u = robots.KP * (q_d - q) - robots.KD * np.diff(q, prepend=q[0]) / robots.PERIOD
+        save_log(tmp_path / f"{log}.csv", q, u, q_d)
+    code = cli.main(["replay", str(tmp_path), "--model", str(
+        tmp_path / "model" / "own.corrected.xml"), "--json"])
+    told = capsys.readouterr()
+    assert code in (0, 1), told.err  # without noise, its floor is next to nothing
+    found = json.loads(told.out)
+    first, second = (one["turns"] for one in found["begins"])
+    assert abs((first + 0.5) % 1.0 - 0.5) < 0.01
+    assert second == pytest.approx(turns, abs=0.01)
+    (joint,) = found["joints"]
+    assert joint["corrected"] < 0.05 * joint["nominal"]
+
+
 def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
     text = export_mujoco(robots.correction()).files["robot.corrected.xml"]
     (tmp_path / "other.xml").write_text(text.replace('"j1"', '"knee"'))
