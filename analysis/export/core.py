@@ -64,7 +64,7 @@ class Core:
 
     @property
     def of_one_log(self) -> list[tuple[str, str, int, str]]:
-        """What no other run shares: parameter, its name in C, its place among all, what it says."""
+        """Parameters of one log: name, name in C, place among all, and what it says."""
         return [(key, f"{self.upper}_{identifier(key).upper()}", self.parameter_places[key], says)
                 for key, says in parameters_of_one_log(self.block.effects)]
 

@@ -19,9 +19,10 @@ from clie_blocks.effects.effect import Setting
 from clie_blocks.effects.library import TERM, effect_of
 from clie_blocks.errors import ClieError, RecordError, nearest
 from clie_blocks.labels import DiagramError
-from clie_blocks.rigid_body.motor_coupling import Matrix
+from clie_blocks.rigid_body.motor_coupling import Matrix, coupling_of, inverse_of
 
 KEY = "correction"
+BELT, UNEVEN_GEAR = "coupled_joints", "kinematic_error"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -133,8 +134,33 @@ class Correction:
 
     @property
     def shares(self) -> Matrix | None:
-        """How each joint moves each motor, of motors that turn several joints."""
+        """How each joint moves each motor, of motors that were stated to turn several joints."""
         return None if self.arm is None else self.arm.shares
+
+    @property
+    def belt(self) -> Setting | None:
+        """A belt over the joint before that was found on stated links: its motor turns both."""
+        return None if self.arm is None else next(
+            (one for one in self.effects if one.effect.name == BELT), None)
+
+    @property
+    def coupling(self) -> Matrix | None:
+        """Matrix C of motors that turn several joints, q = C q_m, by a belt that was found, too.
+
+        None where each motor turns its own joint only.
+        """
+        if self.arm is None or self.belt is None:
+            return None if self.arm is None else self.arm.motor_coupling
+        n = len(self.joints)
+        ratio = self.belt.vectors(n)["ratio"]
+        dragged = np.eye(n) + np.diag(ratio[1:], -1)
+        stated = self.arm.motor_coupling
+        return coupling_of(dragged if stated is None else np.array(stated) @ dragged, n)
+
+    @property
+    def tendons(self) -> Matrix | None:
+        """Rows of C^-1: how each joint moves each motor, of motors that turn several joints."""
+        return None if self.coupling is None else inverse_of(self.coupling)
 
     @property
     def beside_arm(self) -> Correction:
@@ -157,6 +183,9 @@ class Correction:
         return (*(event.note(self.names[event.joint]) for event in self.events),
                 *(phase.note for k, name in enumerate(self.names)
                   for phase in phases_of(self.at(k), name, k, n)),
+                *(f"{one!r}: encoders see it, and the motor of the model does not feel what it "
+                  "costs to shake the link, which counts where the gear ratio is small."
+                  for one in self.effects if one.effect.name == UNEVEN_GEAR),
                 *(f"Left out: {row['effect']} at {', '.join(row['joints'])}: {row['why']}."
                   for row in self.without_block),
                 *(f"Your controller or your log needs it, not the model: {setting!r}."

@@ -116,7 +116,7 @@ def corrected_model(correction: Correction, text: str, source: str,
     names = {name: (renamed or {}).get(name, name) for name in correction.names}
     check_joint_names(tuple(names.values()), tuple(joints_of(document)),
                       in_words(document, source))
-    if correction.shares is not None:
+    if correction.tendons is not None:
         _check_motors(correction, document, names, source)
     compiled = load(text, source, folder)
     for joint in correction.joints:
@@ -133,13 +133,14 @@ def _check_motors(correction: Correction, document: XmlText, names: Mapping[str,
     """Refuse a model that lacks the motor, as a tendon, of joints that several motors turn."""
     known = tendons_of(document)
     missing = [fixed_tendon(names[name], zip(names.values(), shares))
-               for name, shares in zip(correction.names, correction.shares or ())
+               for name, shares in zip(correction.names, correction.tendons or ())
                if names[name] not in known]
     if missing:
         raise ClieError(
-            f"{source}: motors of this robot turn several joints (motor_coupling), and the model "
-            "lacks them. Add to its <tendon>\n" + "\n".join(missing) + "\nand drive each by an "
-            "actuator with its name as tendon=; or leave out --model for a model that has them")
+            f"{source}: motors of this robot turn several joints ("
+            f"{'motor_coupling' if correction.belt is None else correction.belt!r}), and the "
+            "model lacks them. Add to its <tendon>\n" + "\n".join(missing) + "\nand drive each by "
+            "an actuator with its name as tendon=; or leave out --model for a model that has them")
 
 
 class _Patch:
@@ -153,9 +154,9 @@ class _Patch:
         self.notes: list[str] = list(correction.common_notes)
         self.tail: list[str] = []  # sections behind all others
         self.actuators = Actuators(document, compiled, source, self.step, self.notes, self.tail,
-                                   "joint" if correction.shares is None else "tendon")
+                                   "joint" if correction.tendons is None else "tendon")
         self.added: list[Setting] = []  # masses that are in the model by now
-        self.elements = (joints_of if correction.shares is None else tendons_of)(document)
+        self.elements = (joints_of if correction.tendons is None else tendons_of)(document)
 
     def apply(self) -> CorrectedModel:
         """Edit every joint, and return the model."""

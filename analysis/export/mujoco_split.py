@@ -19,8 +19,6 @@ EXTRA_BODY = ("joint_elasticity",)
 IN_BODIES = ("payload",)
 # First version of MuJoCo with the words.
 NEEDS = {"time_delay": (3, 5), "quadratic_drag": (3, 7), "spring": (3, 7)}
-OF_COUPLED_MOTORS = ("a motor that turns several joints has no joint of its own, at which the "
-                     "module could act")
 FRICTION_STEPS = 2  # of the simulator, in which dry friction is held: the fewest it takes
 
 
@@ -188,11 +186,13 @@ def split(correction: Correction, k: int, *, damps_springs: bool = False) -> Spl
     found = correction.at(k)
     for one in found:
         why = why_no_block(one, 1)  # the module sees all joints
-        if one.effect.name in IN_BODIES:
+        if one is correction.belt:
+            native.append(one)
+        elif one.effect.name in IN_BODIES:
             bodies.append(one)
         elif why:
             left.append((one, why))
-        elif one.effect.name in EXTRA_BODY and not damps_springs:
+        elif one.effect.name in EXTRA_BODY and not (damps_springs or correction.tendons):
             gear = one
         else:
             block.append(one)
@@ -202,9 +202,6 @@ def split(correction: Correction, k: int, *, damps_springs: bool = False) -> Spl
         for group in (_native_friction(block), _native_loads(block), _native_drive(block)):
             native += group
         block = [one for one in block if one not in native]
-    if correction.shares is not None:
-        left += [(one, OF_COUPLED_MOTORS) for one in (*([gear] if gear else []), *block)]
-        gear, block, apart = None, [], False
     shown = [*native, *([gear] if gear else []), *(one for one in block if apart)]
     values = {f"{one.effect.name}.{key}": float(value[k if len(value) == n else 0])
               for one in shown for key, value in one.vectors(n).items()}

@@ -31,7 +31,7 @@ def stub(correction: Correction) -> str:
         tag("worldbody", {}, bodies),
         *_tendons(correction),
         tag("actuator", {}, [tag("general", {
-            "name": joint.name, "tendon" if correction.shares else "joint": joint.name,
+            "name": joint.name, "tendon" if correction.tendons else "joint": joint.name,
             "gear": before(joint, "gear"), "gainprm": before(joint, "gain")})
             for joint in correction.joints])]) + "\n"
 
@@ -87,10 +87,10 @@ def _quaternion(rotation: np.ndarray) -> str:
 
 def _tendons(correction: Correction) -> list[str]:
     """Motors that turn several joints: each a tendon, as long as the motor has turned."""
-    if correction.shares is None:
+    if correction.tendons is None:
         return []
     return [tag("tendon", {}, [fixed_tendon(name, zip(correction.names, row))
-                               for name, row in zip(correction.names, correction.shares)])]
+                               for name, row in zip(correction.names, correction.tendons)])]
 
 
 def fixed_tendon(name: str, shares: Iterable[tuple[str, float]]) -> str:

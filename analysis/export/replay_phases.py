@@ -39,8 +39,8 @@ class Begins:
     turns: float
 
     def __str__(self) -> str:
-        return (f"{self.effect} at {self.joint} begins {self.turns:.3f} turns further in {self.log} "
-                "than in the first log of the diagnosis, by the motion of that log")
+        return (f"{self.effect} at {self.joint} begins {self.turns:.3f} turns further in "
+                f"{self.log} than in the first log of the diagnosis, by the motion of that log")
 
 
 def seek_phases(model: SimulatedModel, log: Log, own: Mapping[tuple[str, str], float],

@@ -13,14 +13,14 @@ import numpy as np
 from clie_blocks.analysis.export.correction import check_joint_names
 from clie_blocks.analysis.export.events import Phase
 from clie_blocks.analysis.export.mujoco_engine import load
-from clie_blocks.analysis.export.mujoco_target import DRIVEN
+from clie_blocks.analysis.export.mujoco_target import DRIVEN, SCHEMA_VERSION
 from clie_blocks.analysis.gap.problem.law import StatedLaw
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.analysis.gap.problem.own_law import BlockLaw
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.joint_side import logged_command, turn
 from clie_blocks.errors import ClieError, DivergedError, RecordError
-from clie_blocks.rigid_body.motor_coupling import inverse_of, mapped
+from clie_blocks.rigid_body.motor_coupling import inverse_of
 from clie_blocks.robot_loop.block import ramp_memory
 from clie_blocks.robot_loop.dynamics import formed_velocity
 from clie_blocks.robot_loop.sampled_law import TORQUE, VELOCITY
@@ -62,6 +62,9 @@ class SimulatedModel:
         self.model = load(text, file.name, file.parent)
         beside = file.with_name(DRIVEN)
         told = json.loads(beside.read_text()) if beside.is_file() else {"joints": []}
+        if told.get("model") == file.name and told["schema_version"] != SCHEMA_VERSION:
+            raise ClieError(f"{beside} was written by another version of clie export, which "
+                            "meant something else by it: export the answer again")
         self.rows = {row["name"]: row for row in told["joints"]} or {
             name: {"joint": name, "motor": name, "control_per_command": 1.0}
             for name in problem.joints}
@@ -72,7 +75,7 @@ class SimulatedModel:
         self.blocks = (run_file(file.with_name(told["module"]), "module of the corrected joints")
                        ["CorrectedJoints"](self.model)
                        if is_corrected and told["module"] else None)
-        self.seen = [self._seen(name, is_corrected) for name in problem.joints]
+        self.seen = [self._seen(k, is_corrected) for k in range(problem.n)]
         self.actuators = [self._actuator(name) for name in self.joints]
         self.ticks = round(problem.period / self.model.opt.timestep)
         if abs(self.ticks * self.model.opt.timestep / problem.period - 1.0) > 1e-3:
@@ -80,20 +83,25 @@ class SimulatedModel:
                             f"controller of the logs runs every {problem.period:g} s: set option "
                             "timestep to that, or to a fraction of it")
 
-    def _seen(self, name: str, is_corrected: bool) -> str:
-        """Joint that the encoder sees: that of the motor where it sits there."""
-        row = self.rows.get(name, {"joint": name, "motor": name})
-        return str(row["motor" if is_corrected and self.problem.encoder_on_motor else "joint"])
+    def _seen(self, k: int, is_corrected: bool) -> dict[str, float]:
+        """Shares of the joints that an encoder sees."""
+        row = self.rows.get(self.problem.joints[k], {})
+        if is_corrected:
+            return dict(row["seen"])
+        if self.coupling is None:
+            return {self.joints[k]: 1.0}
+        return dict(zip(self.joints, inverse_of(self.coupling)[k]))
 
     def _actuator(self, joint: str) -> int:
-        """Number of the actuator of a joint, or of the motor in front of its gear."""
+        """Number of the actuator of a joint, of the motor in front of its gear, or of a tendon."""
         import mujoco
 
         own = {joint, f"{joint}_motor"}
-        kind, named = ((mujoco.mjtTrn.mjTRN_JOINT, self.model.joint) if self.coupling is None else
-                       (mujoco.mjtTrn.mjTRN_TENDON, self.model.tendon))
-        found = [k for k in range(self.model.nu) if self.model.actuator_trntype[k] == kind
-                 and named(int(self.model.actuator_trnid[k, 0])).name in own]
+        kinds = {int(mujoco.mjtTrn.mjTRN_JOINT): self.model.joint,
+                 int(mujoco.mjtTrn.mjTRN_TENDON): self.model.tendon}
+        found = [k for k in range(self.model.nu) if self.model.actuator_trntype[k] in kinds
+                 and kinds[int(self.model.actuator_trntype[k])](
+                     int(self.model.actuator_trnid[k, 0])).name in own]
         if len(found) != 1:
             of_motor = "" if self.coupling is None else (
                 ", and at a tendon that is the motor of several joints, as clie export writes it")
@@ -149,7 +157,9 @@ class SimulatedModel:
         return positions
 
     def _place(self, data: mujoco.MjData, q: np.ndarray, dq: np.ndarray) -> None:
-        q, dq = self.problem.links.at_joints(q, dq)
+        sees = np.array([[one.get(name, 0.0) + one.get(f"{name}_motor", 0.0)
+                          for name in self.joints] for one in self.seen])
+        q, dq = np.linalg.solve(sees, q), np.linalg.solve(sees, dq)
         for k, name in enumerate(self.joints):
             for one in (name, f"{name}_motor"):
                 if any(self.model.joint(j).name == one for j in range(self.model.njnt)):
@@ -158,10 +168,8 @@ class SimulatedModel:
     def _measured(self, data: mujoco.MjData) -> np.ndarray:
         if self.blocks is not None:
             return np.asarray(self.blocks.measured(data))
-        if self.coupling is not None:
-            return mapped(inverse_of(self.coupling), np.array(
-                [data.joint(name).qpos[0] for name in self.joints]))
-        return np.array([data.joint(name).qpos[0] for name in self.seen])
+        return np.array([sum(share * data.joint(name).qpos[0] for name, share in one.items())
+                         for one in self.seen])
 
     def _advance(self, data: mujoco.MjData, u: np.ndarray) -> None:
         import mujoco

@@ -179,3 +179,16 @@ def test_a_model_of_another_robot_is_refused(tmp_path, capsys):
     assert cli.main(["replay", str(tmp_path), "--model", str(tmp_path / "other.xml")]) in (2, 3)
     told = " ".join(capsys.readouterr().err.split())
     assert "other.xml has no joint 'j1', which the answer corrects" in told and "knee" in told
+
+
+def test_files_of_another_version_are_refused_with_what_to_do(tmp_path, capsys):
+    export_mujoco(robots.correction()).save(tmp_path)
+    beside = tmp_path / "corrected_joints.json"
+    beside.write_text(beside.read_text().replace('"schema_version": 2', '"schema_version": 1'))
+    (tmp_path / "robot.toml").write_text(ROBOT)
+    q_d = robots.set_points(1.0)
+    q, u = run((tmp_path / "robot.corrected.xml").read_text(), q_d, 0.0 * q_d)
+    save_log(tmp_path / "log-1.csv", q, u, q_d)
+    assert cli.main(["replay", str(tmp_path), "--model",
+                     str(tmp_path / "robot.corrected.xml")]) in (2, 3)
+    assert "export the answer again" in " ".join(capsys.readouterr().err.split())

@@ -7,6 +7,7 @@ from clie_blocks.analysis.blind.population import catalogue
 from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import Population, make_trial
 from clie_blocks.analysis.blind.population.standard import draw_trial
+from clie_blocks.analysis.export.replay import replay
 from clie_blocks.analysis.gap import diagnose
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.verdict.posterior import marginals
@@ -37,6 +38,9 @@ def test_a_belt_over_the_joint_before_pulls_at_its_motor(tmp_path, index):
     found = diagnosis.model.hypothesis.values["coupled_joints_felt.ratio"]
     np.testing.assert_allclose(found, true["travel_of_neighbour"], atol=1e-4)
     assert diagnosis.reduction.percent > 85.0
+    diagnosis.export("mujoco", tmp_path)
+    for gap in replay(diagnosis.problem, tmp_path / "robot.corrected.xml").gaps:
+        assert gap.corrected < 1.15 * gap.floor
 
 
 @pytest.mark.parametrize("index", [0, 3])  # of 0 the order is missed along the nominal motion
