@@ -70,6 +70,11 @@ FURTHER_STUDIES = (
         "drive trains, one in four an arm in space: causes named, their order, and what they "
         "close; goes with --seed and --jobs"),
     FurtherStudy(
+        "link-data",
+        "instead, N arms in space whose links are all beyond the tolerance of their file, or "
+        "not stated, half of them sound: whether an effect is named that is not there; goes with "
+        "--seed and --jobs"),
+    FurtherStudy(
         "poor-logs",
         "instead, N robots whose logs hold little or are poor: torque commanded, measured, both "
         "or neither, no reference, slow, short, noisy, coarse, filtered or uneven logs; a third "

@@ -23,7 +23,8 @@ SIZES = {  # number of joints
     "pendulum": (1,), "arm": (2,) * 10 + (3,) * 4 + (4, 5, 6),
     "axes": (1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 5, 6), "spatial": (3,)}
 ARTICULATED = "articulated"
-LINKS_UNSTATED = ("axes", "spatial")  # links not stated: the datasheet of the drive includes them
+DRIVES_ALONE = "drives"
+LINKS_UNSTATED = ("axes", "spatial", DRIVES_ALONE)  # but for drives alone, as a part of the rotors
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,8 @@ class DrawnRobot:
     kind : str
         ``arm`` (two to six links), ``pendulum`` (one link), ``axes`` (joints side by side),
         ``spatial`` (a vertical axis that carries two links, balanced against their weight) or
-        ``articulated`` (four to seven joints in space, stated by a model file).
+        ``articulated`` (four to seven joints in space, stated by a model file), or ``drives``,
+        of which only these are stated.
     period : float
         Of the controller and the logs [s].
     gravity : bool

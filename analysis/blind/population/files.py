@@ -16,7 +16,7 @@ from clie_blocks.output import write
 
 _NAMES = {"arm": "planar arm", "pendulum": "servo with pendulum load",
           "axes": "axes side by side", "spatial": "balanced arm on a turntable",
-          "articulated": "arm in space"}
+          "articulated": "arm in space", "drives": "arm in space, drives alone"}
 
 LEVEL = 6  # of packing: 9 takes five times as long and saves 2 %
 

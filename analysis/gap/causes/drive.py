@@ -88,7 +88,7 @@ def counts_motor_turns(gear_ratio: float) -> bool:
     return gear_ratio != 1.0
 
 
-_ORDERS = {"order": (2.0, 5000.0)}
+_ORDERS = {"order": (2.0, 1e4)}
 PRELOAD = 0.5  # of the RMS torque, from which a search for the teeth of a gear starts
 TORQUE_RIPPLE = cause_of(
     LIBRARY["torque_ripple"], ("sine", "cosine", "order"),

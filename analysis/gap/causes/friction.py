@@ -98,7 +98,7 @@ def _position_probes(scene: Scene) -> list[Probe]:
 
 POSITION_DEPENDENT_FRICTION = cause_of(
     LIBRARY["position_dependent_friction"], ("level", "sine", "cosine", "order"),
-    _position_probes, phase=("order",), within={"order": (2.0, 5000.0)},
+    _position_probes, phase=("order",), within={"order": (2.0, 1e4)},
     without=("coulomb", "sine", "cosine"))
 
 

@@ -33,8 +33,9 @@ class Calibration:
         "odds of any one beside others are one to twenty; it is not learned from how often trials "
         "hold several")
     fair_share: float = threshold(
-        0.01, "share of the whole excess",
-        "a further cause that removes less pays `shortfall_cost` for what it falls short")
+        0.0025, "share of the whole excess",
+        "a further cause that removes less pays `shortfall_cost` for what it falls short: the "
+        "excess is a square, and a twentieth of the gap is worth a name")
     shortfall_cost: float = threshold(
         4.0, "nats",
         "cost per factor e that a further cause falls short of `fair_share`")

@@ -107,7 +107,9 @@ class SearchMethod:
 
     ripple_least_waves: float = threshold(
         1.0, "waves over the travel", "of a ripple: less of a wave is a spring")
-    ripple_most_per_motor_turn: float = threshold(10.0, "waves per motor turn", "of a ripple")
+    ripple_most_per_motor_turn: float = threshold(
+        24.0, "waves per motor turn",
+        "of a ripple: two per electrical turn of twelve pairs of poles")
     ripple_most_per_turn: float = threshold(
         48.0, "waves per joint turn", "of a ripple, for joints with little gear")
     ripple_most_teeth: float = threshold(

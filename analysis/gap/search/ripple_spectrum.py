@@ -29,6 +29,7 @@ from clie_blocks.analysis.gap.search.events import Found, torque_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
 
 _SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
+_POWERS = 1024  # orders at which the power of a response is computed; it is smooth between them
 
 
 class _Ripple(NamedTuple):
@@ -162,7 +163,10 @@ def sent_back(residuals: ResidualModel, fit: Fit, error: np.ndarray, j: int, k: 
 
 def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: np.ndarray,
                     torque: np.ndarray) -> np.ndarray:
-    """Squared size of the whitened response in log j to torque exp(i N q) for each order N."""
+    """Squared size of the whitened response in log j to torque exp(i N q) for each order N.
+
+    The orders are sorted.
+    """
     problem, values = residuals.problem, fit.hypothesis.values
     log, rows = problem.logs[j], residuals.rows(j)
     speeds = np.abs(np.gradient(log.q[:, k] - log.dither[:, k], problem.period))
@@ -175,8 +179,9 @@ def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: 
     noise = frequency_response(residuals.noise(j, k).whitener, [1.0], np.minimum(slow, np.pi))
     averaged = np.sinc(slow / (2 * np.pi)) if rows.width > 1 else 1.0
     gain = np.abs(torque * noise * averaged) ** 2 * (slow < np.pi)
-    power = np.interp(np.outer(orders, speed), frequency, gain, right=0.0)
-    return power @ count / rows.ticks
+    some = np.linspace(orders[0], orders[-1], min(len(orders), _POWERS))
+    power = np.interp(np.outer(some, speed), frequency, gain, right=0.0) @ count / rows.ticks
+    return np.interp(orders, some, power)
 
 
 def _fitted_ripple(residuals: ResidualModel, fit: Fit, errors: list[list[np.ndarray]], k: int,

@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
+from clie_blocks.analysis.gap.search.acting_order import in_best_order
 from clie_blocks.analysis.gap.search.alternatives import alternatives, holds_its_coupling
 from clie_blocks.analysis.gap.search.candidates import (
     Candidate,
@@ -97,6 +98,7 @@ class _Search:
     steps: SearchSteps
     leaders: list[Fit] = dataclasses.field(default_factory=list)  # whose alternatives were tried
     settled: list[Fit] = dataclasses.field(default_factory=list)  # whose neighbours were tried
+    ordered: list[Fit] = dataclasses.field(default_factory=list)  # whose causes act in good order
 
     @property
     def method(self) -> Method:
@@ -300,6 +302,7 @@ class _Search:
             fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
+            fits = self.with_leader_in_order(fits)
             leader = self.leader(fits)
             if leader in self.leaders or self.residuals.is_out_of_time:
                 break
@@ -309,6 +312,15 @@ class _Search:
                                           self.method.search.alternative_finalists)
             tried += alike
         return fits
+
+    def with_leader_in_order(self, fits: list[Fit]) -> list[Fit]:
+        """Fits of which the leader's causes act in the order that explains most."""
+        leader = self.leader(fits)
+        if leader in self.ordered or leader.excess < self.method.calibration.healthy:
+            return fits
+        best = in_best_order(leader, self.nominal, self.residuals)
+        self.ordered.append(best)
+        return [fit for fit in fits if fit is not leader] + [best]
 
     def with_pruned(self, fits: list[Fit]) -> list[Fit]:
         """Fits of which good leaders have lost their idle joints."""

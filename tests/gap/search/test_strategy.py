@@ -81,7 +81,6 @@ def searched():
     (310.0, 80.0, True),  # it does not, but a third is predicted to explain most of the rest
     (310.0, 100.0, False),  # neither
     (2.0, 0.0, True),  # the same, of little
-    (0.6, 0.0, False),  # a third cause would cost more than it could gain
     (0.2, 0.0, False)])  # nothing is left
 def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_is_predicted_to(
         searched, pair, third, sought):
