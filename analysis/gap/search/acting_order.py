@@ -2,7 +2,8 @@
 
 A limit behind a lag is not one before it, and a ripple of the current that a lag follows is
 smoothed.  A further cause is added behind the others, so the order in which they were found is not
-that of the machine; of a strong one a wrong order leaves more than weak causes do altogether.
+that of the machine; of a strong one a wrong order leaves more than weak causes do altogether.  Of two causes that only
+shift a signal in time either may come first.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,6 +13,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import fitted_members
+from clie_blocks.effects import LIBRARY
 
 _IN_SERIES = ("drive", "sensor")  # ports whose pieces read what those before them made
 
@@ -40,7 +42,13 @@ def _exchanged(members: Sequence[Member]) -> Iterator[tuple[Member, ...]]:
         chain = [k for k, member in enumerate(members)
                  if any(piece.port == port for piece in member.cause.pieces)]
         for first, second in zip(chain, chain[1:]):
-            if set(members[first].joints) & set(members[second].joints):
+            if (set(members[first].joints) & set(members[second].joints)
+                    and not (_only_shifts(members[first]) and _only_shifts(members[second]))):
                 changed = list(members)
                 changed[first], changed[second] = members[second], members[first]
                 yield tuple(changed)
+
+
+def _only_shifts(member: Member) -> bool:
+    """Whether a cause makes a signal late, and does nothing else to it."""
+    return LIBRARY[member.cause.name].family == "timing"

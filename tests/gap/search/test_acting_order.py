@@ -14,9 +14,10 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.acting_order import _exchanged
 from clie_blocks.analysis.records import read_trial
 
-RIPPLE, LAG, ECCENTRICITY, RUBBING = (
+RIPPLE, LAG, ECCENTRICITY, RUBBING, DELAY, JITTER = (
     next(one for one in CAUSES if one.key == name) for name in (
-        "commutation_ripple", "actuator_lag", "encoder_eccentricity", "coulomb"))
+        "commutation_ripple", "actuator_lag", "encoder_eccentricity", "coulomb", "time_delay",
+        "tick_jitter"))
 
 
 def members(*causes_at):
@@ -27,13 +28,14 @@ def members(*causes_at):
     ([(LAG, (0,)), (RUBBING, (0,)), (RIPPLE, (0,))], [[RIPPLE, RUBBING, LAG]]),
     ([(LAG, (0,)), (RIPPLE, (1,))], []),  # each at a joint of its own
     ([(LAG, (0,)), (ECCENTRICITY, (0,))], []),  # a drive and a sensor are apart anyway
+    ([(DELAY, (0,)), (JITTER, (0,))], []),  # both only shift the command
     ([(LAG, (0, 1)), (RIPPLE, (0,)), (LAG, (1,))], [[RIPPLE, LAG, LAG]])])
 def test_what_follows_another_cause_of_the_same_signal_is_exchanged_with_it(some, orders):
     assert [[one.cause for one in order] for order in _exchanged(members(*some))] == orders
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", [0, 1])
+@pytest.mark.parametrize("index", [0, 4])
 def test_a_ripple_in_front_of_a_lag_is_found_there(tmp_path, index):
     """In that engine the lag is behind everything else, and the larger one is found first."""
     pytest.importorskip("mujoco")
