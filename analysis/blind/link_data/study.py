@@ -68,6 +68,7 @@ def terminal_lines(board: dict[str, Any]) -> list[str]:
     """Figures for a terminal, and each arm."""
     lines = [f"{board['command']}: an effect that is not there named with half the probability"]
     lines += [f"  {hidden}: {percent(shares[FALSELY])}; an effect that is there named first "
-              f"{percent(shares['effect_named'])}" for hidden, shares in board["by_hidden"].items()]
+              f"{percent(shares['effect_named'])}"
+              for hidden, shares in board["by_hidden"].items()]
     return [*lines, *(f"  {row['trial']}: {row['how']}; {', '.join(row['effects']) or 'sound'}: "
                       f"{row['said']} ({row['stated']:.2f})" for row in board["rows"])]

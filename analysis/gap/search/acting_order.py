@@ -1,9 +1,9 @@
 """The order in which the causes of a drive act on a command, and those of a sensor on a position.
 
 A limit behind a lag is not one before it, and a ripple of the current that a lag follows is
-smoothed.  A further cause is added behind the others, so the order in which they were found is not
-that of the machine; of a strong one a wrong order leaves more than weak causes do altogether.  Of two causes that only
-shift a signal in time either may come first.
+smoothed.  A further cause is added behind the others, so the order in which they were found is
+not that of the machine; of a strong one a wrong order leaves more than weak causes do altogether.
+Of two causes that only shift a signal in time either may come first.
 """
 
 from collections.abc import Iterator, Sequence
