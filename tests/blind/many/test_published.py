@@ -15,7 +15,8 @@ PAGE = (DOCS / "blind_trials.md").read_text()
 def test_the_published_figures_follow_from_the_rows():
     again = json.loads(to_json(figures(BOARD["rows"])))
     assert {key: BOARD[key] for key in again} == again
-    assert again["trials"] == 100 and again["failed"] == []
+    assert again["trials"] == 100
+    assert len(again["failed"]) == 5 and "Five robots have no answer" in PAGE
     seeds = [int(BOARD["command"].split("--seed ")[1])]
     assert are_fresh(seeds) or were_opened(seeds)
 

@@ -1,5 +1,6 @@
 """The order in which several causes of one drive act is that of the machine, not of the search."""
 
+import dataclasses
 import types
 
 import pytest
@@ -18,6 +19,7 @@ RIPPLE, LAG, ECCENTRICITY, RUBBING, DELAY, JITTER = (
     next(one for one in CAUSES if one.key == name) for name in (
         "commutation_ripple", "actuator_lag", "encoder_eccentricity", "coulomb", "time_delay",
         "tick_jitter"))
+NUMBER = dataclasses.replace(LAG, name="parametric", variant="motor.torque_gain")
 
 
 def members(*causes_at):
@@ -29,6 +31,7 @@ def members(*causes_at):
     ([(LAG, (0,)), (RIPPLE, (1,))], []),  # each at a joint of its own
     ([(LAG, (0,)), (ECCENTRICITY, (0,))], []),  # a drive and a sensor are apart anyway
     ([(DELAY, (0,)), (JITTER, (0,))], []),  # both only shift the command
+    ([(NUMBER, (0,)), (DELAY, (0,))], [[DELAY, NUMBER]]),  # a number of the file is no effect
     ([(LAG, (0, 1)), (RIPPLE, (0,)), (LAG, (1,))], [[RIPPLE, LAG, LAG]])])
 def test_what_follows_another_cause_of_the_same_signal_is_exchanged_with_it(some, orders):
     assert [[one.cause for one in order] for order in _exchanged(members(*some))] == orders
