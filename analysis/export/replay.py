@@ -81,7 +81,7 @@ class OfOneLog(NamedTuple):
         return found
 
 
-def seek_what_is_of(log: Log, model: SimulatedModel) -> OfOneLog:
+def seek_own_numbers(model: SimulatedModel, log: Log) -> OfOneLog:
     """Return the moments and phases at which a model is closest to a log."""
     moments = seek_moments(model, log)
     return OfOneLog(moments, seek_phases(
@@ -110,7 +110,7 @@ def replay(problem: Problem, corrected: str | PathLike[str],
 
     """
     model = SimulatedModel(corrected, problem)
-    sought = [seek_what_is_of(log, model) for log in problem.law_logs]
+    sought = [seek_own_numbers(model, log) for log in problem.law_logs]
     own = [one.values(model) for one in sought]
     quiet = [model.run(log, own=of_log)
              for log, of_log in zip(problem.law_logs, own, strict=True)]

@@ -228,3 +228,8 @@ def test_what_differs_from_a_simulator_of_the_users_is_not_patched():
     compared = Correction((robots.joint(),), robots.PERIOD, (), basis="simulator")
     with pytest.raises(ClieError, match="compared with the logs of your own simulator"):
         export_mujoco(compared)
+
+
+def test_what_an_uneven_gear_costs_its_motor_is_said_to_be_left_out():
+    (note,) = export_mujoco(robots.correction(robots.setting("kinematic_error"))).notes
+    assert "kinematic_error" in note and "does not feel" in note

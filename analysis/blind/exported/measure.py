@@ -13,7 +13,7 @@ from scipy.stats import norm
 from clie_blocks.analysis.export.correction import Correction, correction_of
 from clie_blocks.analysis.export.exported import Exported
 from clie_blocks.analysis.export.mujoco_target import export_mujoco
-from clie_blocks.analysis.export.replay import seek_what_is_of
+from clie_blocks.analysis.export.replay import seek_own_numbers
 from clie_blocks.analysis.export.samples import BAND, draw
 from clie_blocks.analysis.export.simulated_model import SimulatedModel
 from clie_blocks.analysis.gap.batch import read
@@ -115,5 +115,5 @@ def _errors(found: Exported, folder: Path, problem: Problem, noise: np.ndarray |
     model = next(path for path in paths if path.name.endswith(".corrected.xml"))
     log = problem.held_out[-1]
     simulated = SimulatedModel(model, problem)
-    own = seek_what_is_of(log, simulated).values(simulated)
+    own = seek_own_numbers(simulated, log).values(simulated)
     return (log.law_q - simulated.run(log, noise, own))[:, 0]

@@ -29,7 +29,7 @@ from clie_blocks.analysis.gap.search.events import Found, torque_columns
 from clie_blocks.linear_filters import frequency_response, lfilter
 
 _SPEEDS = 60  # classes of speed in which the filters of the loop are taken as constant
-_POWERS = 1024  # orders at which the power of a response is computed; it is smooth between them
+_POWERS = 1024  # orders, in equal ratios, at which the power of a response is computed
 
 
 class _Ripple(NamedTuple):
@@ -165,7 +165,7 @@ def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: 
                     torque: np.ndarray) -> np.ndarray:
     """Squared size of the whitened response in log j to torque exp(i N q) for each order N.
 
-    The orders are sorted.
+    The orders are sorted and begin at zero.
     """
     problem, values = residuals.problem, fit.hypothesis.values
     log, rows = problem.logs[j], residuals.rows(j)
@@ -179,7 +179,7 @@ def _response_power(residuals: ResidualModel, fit: Fit, j: int, k: int, orders: 
     noise = frequency_response(residuals.noise(j, k).whitener, [1.0], np.minimum(slow, np.pi))
     averaged = np.sinc(slow / (2 * np.pi)) if rows.width > 1 else 1.0
     gain = np.abs(torque * noise * averaged) ** 2 * (slow < np.pi)
-    some = np.linspace(orders[0], orders[-1], min(len(orders), _POWERS))
+    some = np.append(0.0, np.geomspace(orders[1], orders[-1], min(len(orders), _POWERS)))
     power = np.interp(np.outer(some, speed), frequency, gain, right=0.0) @ count / rows.ticks
     return np.interp(orders, some, power)
 

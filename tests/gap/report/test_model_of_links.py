@@ -120,7 +120,8 @@ def short(problem, samples=2000):
     *(("arm", name) for name in ("coulomb", *WEIGHTS)),
     ("axes", "coulomb")])
 def test_the_model_moves_as_the_corrected_model(request, tmp_path, robot, name):
-    moves_as_the_package(tmp_path, request.getfixturevalue(robot), name, **CASES[name])
+    exported = moves_as_the_package(tmp_path, request.getfixturevalue(robot), name, **CASES[name])
+    assert not exported.notes
 
 
 def moves_as_the_package(folder, problem, name, variant="", small=SMALL, **values):
@@ -136,7 +137,7 @@ def moves_as_the_package(folder, problem, name, variant="", small=SMALL, **value
     moved = SimulatedModel(folder / "robot.corrected.xml", problem).run(log)
     apart = np.std(moved - expected, axis=0)
     assert (apart < 0.02 * np.std(nominal - expected, axis=0) + small).all()
-    return exported.files["robot.corrected.xml"]
+    return exported
 
 
 @pytest.mark.slow
@@ -149,8 +150,10 @@ def test_motors_that_turn_several_joints_move_as_the_corrected_model(wrist, tmp_
 @pytest.mark.slow
 def test_a_belt_over_the_joint_before_pulls_at_its_motor(arm, tmp_path):
     """The motor of the second link turns it by a belt over the first, whose motor feels that."""
-    model = moves_as_the_package(tmp_path, arm, "coupled_joints", "felt",
-                                 ratio=np.array([0.0, 0.05]))
+    exported = moves_as_the_package(tmp_path, arm, "coupled_joints", "felt",
+                                    ratio=np.array([0.0, 0.05]))
+    assert not exported.notes
+    model = exported.files["robot.corrected.xml"]
     assert 'tendon="joint2"' in model and 'coef="-0.05"' in model
 
 

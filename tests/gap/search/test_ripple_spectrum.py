@@ -11,7 +11,11 @@ from clie_blocks.analysis.gap.fitting.nominal import fit_nominal
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.search.events import whitened_errors
-from clie_blocks.analysis.gap.search.ripple_spectrum import ripple_candidates, strongest_lines
+from clie_blocks.analysis.gap.search.ripple_spectrum import (
+    _response_power,
+    ripple_candidates,
+    strongest_lines,
+)
 from clie_blocks.analysis.gap.verdict.confounders import POSE
 
 
@@ -28,6 +32,21 @@ def test_an_order_between_the_harmonics_of_the_motor_is_found(order, monkeypatch
     assert drop[k] > 0.5 * (nominal.chi2[:2, k].sum() - nominal.samples[:2, k].sum())
     assert member.values["order"][k] == pytest.approx(order, abs=3.0 / travel)  # half a line
     assert ripple_candidates(residuals, nominal, errors, ()) == []
+
+
+def test_the_power_between_the_orders_that_are_computed_is_that_of_each(case):
+    made = case("none", 3)
+    residuals, nominal = fit_nominal(Problem.from_logs(made.robot, made.records), METHOD)
+    torque = np.ones(len(residuals.problem.fit[0]))
+
+    def power(orders):
+        return _response_power(residuals, nominal, 0, 0, orders, torque)
+
+    orders = np.arange(0.0, 8000.0, 0.5)
+    all_at_once = power(orders)
+    for place in (4, 7, 33, 211, 1500, 7777):
+        alone = power(np.array([0.0, orders[place]]))[1]
+        assert all_at_once[place] == pytest.approx(alone, rel=0.02, abs=1e-4 * all_at_once.max())
 
 
 @pytest.mark.parametrize("waves, said", [
