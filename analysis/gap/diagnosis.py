@@ -43,6 +43,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     SET_PROBABILITY,
     UNKNOWN,
     RankedCause,
+    certainty_of_unfinished,
     doubted,
     posterior,
     unknown_for_none,
@@ -247,7 +248,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     reduction = stages.gap_reduction(nominal.hypothesis, model.hypothesis, first.residuals)
     earned = _earned(reduction, controller, first, ranking, model, stages)
     is_complete = first.is_complete and (second is None or second.is_complete)
-    searched = 1.0 if is_complete else method.verdict.unfinished_search
+    searched = 1.0 if is_complete else certainty_of_unfinished(
+        ranking, (second or first).evidence.nominal_excess, method)
     ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
     decision = with_signal_findings(verdict(ranking, established, alike), findings)

@@ -16,6 +16,8 @@ from clie_blocks.errors import RecordError
 
 OTHER = "q of the other encoder"
 ALIKE = 1.1  # factor between two motions that are the same, but for a soft gear
+PLAY = 1.5  # factor between two motions, of which play and a soft gear make one larger
+NOT_OF_PLAY = 0.5  # of what a factor changes, that is left beside it: less, it is one of units
 LEAST_KNOWN = 0.9  # share of the samples of the motors, below which they are left out
 LEAST_MOTION = 1e-9  # rad, of a joint that moves
 
@@ -71,7 +73,7 @@ def _one_first(record: Record, robot: Robot, of_joint: np.ndarray, sentence: str
 
 def _joint_per_motor(records: Sequence[Record], robot: Robot) -> tuple[np.ndarray, str]:
     """Factor from q_motor to the joint's side, shape (n,), and the sentence that says so."""
-    slope = _motor_per_joint(records)
+    slope, beside = _motor_per_joint(records)
     sides = {"joint side": np.ones(robot.n)}
     if robot.motor.gear_ratio is not None:
         sides["motor side"] = robot.motor.gear_ratio
@@ -79,8 +81,11 @@ def _joint_per_motor(records: Sequence[Record], robot: Robot) -> tuple[np.ndarra
     off = {side: np.abs(np.log(np.abs(slope[moved]) / factor[moved]))
            for side, factor in sides.items()}
     side = min(off, key=lambda one: off[one].sum())
-    if (off[side] > np.log(ALIKE)).any():
-        k = int(np.flatnonzero(moved)[np.argmax(off[side])])
+    changed = np.abs(np.abs(slope[moved]) - sides[side][moved])
+    is_play = beside[moved] > NOT_OF_PLAY * changed
+    wrong = off[side] > np.where(is_play, np.log(PLAY), np.log(ALIKE))
+    if wrong.any():
+        k = int(np.flatnonzero(moved)[np.argmax(np.where(wrong, off[side], 0.0))])
         _refuse(records[0], robot, k, float(slope[k]))
     turned = np.where(moved, np.sign(slope), 1.0)
     sentence = f"q_motor is in angles of the {side.removesuffix(' side')}"
@@ -90,17 +95,23 @@ def _joint_per_motor(records: Sequence[Record], robot: Robot) -> tuple[np.ndarra
     return turned / sides[side], f"{sentence}, by how far it moves."
 
 
-def _motor_per_joint(records: Sequence[Record]) -> np.ndarray:
-    """Slope of q_motor over q of each joint, over all records; NaN of one that does not move."""
-    product, square = np.zeros(records[0].n), np.zeros(records[0].n)
+def _motor_per_joint(records: Sequence[Record]) -> tuple[np.ndarray, np.ndarray]:
+    """Slope of q_motor over q of each joint, over all records, and what it leaves per motion of q.
+
+    Both are NaN of a joint that does not move.
+    """
+    product, square, of_motor = (np.zeros(records[0].n) for _ in range(3))
     for record in records:
         motor = record.signal("q_motor")
         rows = record.valid & np.isfinite(motor).all(axis=1)
         if rows.any():
-            q = record.q[rows] - record.q[rows].mean(axis=0)
-            product, square = product + (q * motor[rows]).sum(axis=0), square + (q**2).sum(axis=0)
+            q, motor = (one[rows] - one[rows].mean(axis=0) for one in (record.q, motor))
+            product, square = product + (q * motor).sum(axis=0), square + (q**2).sum(axis=0)
+            of_motor = of_motor + (motor**2).sum(axis=0)
     moves = square > LEAST_MOTION**2
-    return np.where(moves, product, np.nan) / np.where(moves, square, 1.0)
+    square = np.where(moves, square, 1.0)
+    slope = np.where(moves, product, np.nan) / square
+    return slope, np.sqrt(np.maximum(of_motor / square - slope**2, 0.0))
 
 
 def _refuse(record: Record, robot: Robot, k: int, slope: float) -> NoReturn:

@@ -50,7 +50,7 @@ def test_a_diagnosis_without_time_says_so_and_is_sure_of_nothing(case):
     diagnosis = diagnose(Problem.from_logs(robot.robot, robot.records), seconds=1e-3)
     assert not diagnosis.is_complete and "allow more with --seconds" in str(diagnosis)
     assert len(diagnosis.evidence.rows) == 1  # the likeliest, without a step of its fit
-    assert marginals(diagnosis.ranking)["quadratic_drag"] <= 0.5
+    assert marginals(diagnosis.ranking)["quadratic_drag"] <= 0.7
 
 
 def test_a_healthy_robot_needs_no_time_for_a_search(case):

@@ -93,3 +93,12 @@ def test_both_are_written_and_read_again(tmp_path):
     again = read_record(path)
     np.testing.assert_array_equal(again.q_motor, RATIO * LINK)
     assert again.units["q_motor"] == ("m", "m")
+
+
+def test_a_link_that_rattles_in_its_play_moves_less_far_or_farther_than_its_motor():
+    """Play is no wrong unit: what it changes is not in proportion to the motion."""
+    rattled = RATIO * (0.85 * LINK + 0.3 * np.sin(9 * TIME)[:, None])
+    one, = with_law_encoder([record(rattled)], robot())
+    np.testing.assert_allclose(other_encoder(one), rattled / RATIO)
+    with pytest.raises(RecordError, match="moves 6[89].* times as far as q, and gear_ratio is 80"):
+        with_law_encoder([record(0.85 * RATIO * (LINK + TWIST))], robot())

@@ -96,6 +96,9 @@ class VerdictMethod:
     unfinished_search: float = threshold(
         0.5, "probability",
         "that the cause is among what was fitted, where the time was over before the search was")
+    unfinished_but_explained: float = threshold(
+        0.7, "probability",
+        "the same, where what was fitted leaves next to nothing: another cause may do so as well")
     delay_of_servo: float = threshold(
         0.75, "probability",
         "of a delay where a servo that goes to its set-points on a course of its own, of limited "

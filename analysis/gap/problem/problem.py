@@ -354,12 +354,14 @@ def _noted(problem: Problem, sentence: str) -> Problem:
 
 def is_stable(problem: Problem) -> bool:
     """Whether the stated loop is stable with the stated joint model, sampled as it is."""
-    law, nominal = problem.law, problem.nominal
-    if not law.holds_joints:
-        return True
-    loops = [law.torque_sensitivity(k, nominal.inertia[k], nominal.damping[k])[1]
-             for k in range(problem.n)]
-    return all(np.abs(np.roots(denominator)).max() < STABLE for denominator in loops)
+    return holds_stably(problem.law, problem.nominal.inertia, problem.nominal.damping)
+
+
+def holds_stably(law: Law, inertia: np.ndarray, damping: np.ndarray) -> bool:
+    """Whether the linearised loop of each joint is stable, if there is one."""
+    return not law.holds_joints or all(
+        np.abs(np.roots(law.torque_sensitivity(k, *joint)[1])).max() < STABLE
+        for k, joint in enumerate(zip(inertia, damping)))
 
 
 def _problem_at(robot: Robot, records: Sequence[Record], held_out: Sequence[int] | None,

@@ -261,16 +261,22 @@ def compatible(one: Member, two: Member) -> bool:
 
 
 def extensions(fit: Fit, candidates: Iterable[Candidate]) -> Iterator[Candidate]:
-    """Candidates that add a cause to the members of a fit."""
-    fitted = fitted_members(fit.hypothesis)
+    """Candidates that add one cause or more to the members of a fit."""
     for candidate in candidates:
-        (added,) = candidate.members
-        kept = [member for member in fitted if member.cause.name not in added.cause.without]
-        for member in fitted:
-            if member not in kept:
-                added = _containing(added, member)
-        if all(compatible(member, added) for member in kept):
-            yield Candidate((*kept, added), candidate.score, fit)
+        members: tuple[Member, ...] | None = fitted_members(fit.hypothesis)
+        for added in candidate.members:
+            members = _with_member(members, added) if members is not None else None
+        if members is not None:
+            yield Candidate(members, candidate.score, fit)
+
+
+def _with_member(members: tuple[Member, ...], added: Member) -> tuple[Member, ...] | None:
+    """Members and one more, in the place of those that it contains; None if they clash."""
+    kept = tuple(member for member in members if member.cause.name not in added.cause.without)
+    for member in members:
+        if member not in kept:
+            added = _containing(added, member)
+    return (*kept, added) if all(compatible(member, added) for member in kept) else None
 
 
 def _containing(member: Member, simpler: Member) -> Member:

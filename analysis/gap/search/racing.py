@@ -8,6 +8,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
+from clie_blocks.analysis.gap.fitting.parameter_count import parameter_count
 from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.candidates import Candidate, cause_keys
@@ -73,7 +74,7 @@ def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[
 def odds_against(fit: Fit, nominal: Fit, method: Method) -> float:
     """Odds against a fit by what it leaves and by its causes after the first [nats]."""
     calibration, more = method.calibration, len(fit.hypothesis.members) - 1
-    return float(more * (calibration.cause_cost + calibration.parameter_cost)
+    return float(more * calibration.cause_cost + calibration.parameter_cost * parameter_count(fit)
                  - calibration.score(fit.excess, nominal.excess))
 
 

@@ -14,7 +14,7 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints
 from clie_blocks.analysis.gap.method.method import Method
-from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.problem import Problem, holds_stably
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.acting_order import in_best_order
 from clie_blocks.analysis.gap.search.alternatives import alternatives, holds_its_coupling
@@ -42,6 +42,7 @@ from clie_blocks.analysis.gap.search.racing import (
     predicted_excess,
     pruning_limit,
     race,
+    training_excess,
     worth_extending,
 )
 from clie_blocks.analysis.gap.search.screening import Screen, screen_causes, screen_residual
@@ -156,7 +157,18 @@ class _Search:
         extended = self.near_the_best(sorted(fits, key=self.odds_against)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
+        if not self.is_done(fits) and not self.has_paid(best, min(fits, key=_total)):
+            fits = self.with_two_more(screen, extended, fits)
         return self.with_larger_sets(screen, fits, extended)
+
+    def with_two_more(self, screen: Screen, bases: Sequence[Fit], fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of some of them with two causes more, where one more has not paid.
+
+        Causes that make up for one another, such as friction and drag beside a damping that was
+        refitted, show together alone.
+        """
+        more = [candidate for base in bases for candidate in self.two_more_causes(screen, base)]
+        return self.with_distinct(fits, sorted(more, key=lambda one: -one.score))
 
     def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
                          ) -> list[Fit]:
@@ -166,27 +178,29 @@ class _Search:
         superfluous is dropped with the smaller set, or swapped by the alternatives.
         """
         method, extended = self.method.search, list(extended)
-        best = min(fits, key=_total)
+        best = self.leader(fits)
         while not (self.is_done(fits) or best in extended
                    or len(best.hypothesis.members) >= method.most_causes):
             extended.append(best)
             before, more = best, self.one_more_cause(screen, best)
             of_links = [one for one in more if one.members[-1].cause.changes_links]
             fits = self.with_raced(fits, of_links, len(of_links))
-            best = min(fits, key=_total)
+            best = self.leader(fits)
             if self.has_paid(before, best):
                 continue
             fits = self.with_joint_by_joint(screen, before, fits)
-            best = min(fits, key=_total)
+            best = self.leader(fits)
             if self.has_paid(before, best):
                 continue
             more = [one for one in more if one not in of_links]
             predicted = min(map(predicted_excess, more), default=before.excess)
-            if (before.excess > method.hopeless_share * self.nominal.excess
-                    and predicted > method.hopeless_share * before.excess):
-                return fits
-            fits = self.with_raced(fits, more, method.larger_finalists)
-            best = min(fits, key=_total)
+            if (before.excess <= method.hopeless_share * self.nominal.excess
+                    or predicted <= method.hopeless_share * before.excess):
+                fits = self.with_raced(fits, more, method.larger_finalists)
+                best = self.leader(fits)
+            if not self.has_paid(before, best):
+                fits = self.with_two_more(screen, [before], fits)
+                best = self.leader(fits)
             if not self.has_paid(before, best):
                 return fits
         return fits
@@ -284,9 +298,12 @@ class _Search:
         """Candidates that add to a fit one of the causes that explain most of what it leaves.
 
         And those that change the links, of which the screening, joint by joint, predicts too
-        little, beside a set that explains most of the excess.
+        little, beside a set that explains most of the excess.  A fit whose loop is not stable
+        says nothing of what a torque would do.
         """
-        method = self.method.search
+        method, values = self.method.search, fit.hypothesis.values
+        if not holds_stably(self.residuals.problem.law, values["inertia"], values["damping"]):
+            return []
         left = self.steps.screen_residual(screen, self.residuals, fit)
         leading = self.steps.singles(left, self.residuals, fit, self.causes)
         chosen = list(extensions(fit, leading[:method.screened_extensions]))[:method.extensions]
@@ -294,6 +311,17 @@ class _Search:
             chosen += extensions(fit, [one for one in leading
                                        if one.members[-1].cause.changes_links])
         return _distinct(chosen)
+
+    def two_more_causes(self, screen: Screen, fit: Fit) -> list[Candidate]:
+        """Candidates that add to a fit a pair of causes that explains most of what it leaves."""
+        method, known = self.method.search, len(fit.hypothesis.members)
+        if known + 2 > method.most_causes or self.residuals.is_out_of_time:
+            return []
+        left = self.steps.screen_residual(screen, self.residuals, fit)
+        return [one for one in extensions(fit, self.steps.pairs(left, self.method))
+                if len(one.members) > known
+                and predicted_excess(one) < method.hopeless_share * training_excess(fit)][
+                    :method.leading_pairs]
 
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:

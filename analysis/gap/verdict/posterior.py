@@ -28,6 +28,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.method.calibration import Calibration
+from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.verdict.confounders import POSE
 from clie_blocks.analysis.gap.verdict.evidence import Row, Table
 
@@ -324,3 +325,17 @@ def doubted(ranking: Sequence[RankedCause], sure: float) -> list[RankedCause]:
                                    if one.names == (UNKNOWN,) else sure * one.probability)
                for one in ranking]
     return sorted(changed, key=lambda one: -one.probability)
+
+
+def certainty_of_unfinished(ranking: Sequence[RankedCause], nominal_excess: float, method: Method,
+                            ) -> float:
+    """Probability that the leading causes are the right ones, where the search had to stop.
+
+    The less they leave beside what is worth a name, the less likely are others that were not
+    fitted; some that explain as much may still be among them.
+    """
+    excess = next((one.excess for one in ranking if one.fit is not None), nominal_excess)
+    worth = method.calibration.fair_share * nominal_excess
+    explained = worth / (worth + max(excess, 0.0))
+    least, most = method.verdict.unfinished_search, method.verdict.unfinished_but_explained
+    return least + (most - least) * explained
