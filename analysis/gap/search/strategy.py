@@ -1,7 +1,7 @@
 """The search for causes: one alone, then two, then one more at a time while much is left."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from clie_blocks.analysis.gap.causes import CAUSES
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.load import COUPLING
+from clie_blocks.analysis.gap.causes.transmission import JOINT_ELASTICITY
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Member, build_hypothesis
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
@@ -172,38 +173,49 @@ class _Search:
 
     def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
                          ) -> list[Fit]:
+        """Fits, and those of larger sets around the likeliest one, and around that of least cost.
+
+        Where much is left the odds of few causes may lead, though each more would pay.
+        """
+        extended = list(extended)
+        for best_of in (self.leader, _least):
+            fits = self.with_growing_set(screen, fits, extended, best_of)
+        return fits
+
+    def with_growing_set(self, screen: Screen, fits: list[Fit], extended: list[Fit],
+                         best_of: Callable[[Sequence[Fit]], Fit]) -> list[Fit]:
         """Fits, and those of the best one with more causes, as long as the last one has paid.
 
         Each step starts from the best fit of all, so that a cause that another has made
         superfluous is dropped with the smaller set, or swapped by the alternatives.
         """
-        method, extended = self.method.search, list(extended)
-        best = self.leader(fits)
-        while not (self.is_done(fits) or best in extended
-                   or len(best.hypothesis.members) >= method.most_causes):
+        best, has_paid = best_of(fits), True
+        while not (self.is_done(fits) or best in extended or not has_paid
+                   or len(best.hypothesis.members) >= self.method.search.most_causes):
             extended.append(best)
-            before, more = best, self.one_more_cause(screen, best)
-            of_links = [one for one in more if one.members[-1].cause.changes_links]
-            fits = self.with_raced(fits, of_links, len(of_links))
-            best = self.leader(fits)
-            if self.has_paid(before, best):
-                continue
-            fits = self.with_joint_by_joint(screen, before, fits)
-            best = self.leader(fits)
-            if self.has_paid(before, best):
-                continue
-            more = [one for one in more if one not in of_links]
-            predicted = min(map(predicted_excess, more), default=before.excess)
-            if (before.excess <= method.hopeless_share * self.nominal.excess
-                    or predicted <= method.hopeless_share * before.excess):
-                fits = self.with_raced(fits, more, method.larger_finalists)
-                best = self.leader(fits)
-            if not self.has_paid(before, best):
-                fits = self.with_two_more(screen, [before], fits)
-                best = self.leader(fits)
-            if not self.has_paid(before, best):
-                return fits
+            before = best
+            for larger in self.grown(screen, before, fits):
+                fits, best = larger, best_of(larger)
+                has_paid = self.has_paid(before, best)
+                if has_paid:
+                    break
         return fits
+
+    def grown(self, screen: Screen, base: Fit, fits: list[Fit]) -> Iterator[list[Fit]]:
+        """Fits, and with each step more sets that are larger than a base, the likeliest first."""
+        method, more = self.method.search, self.one_more_cause(screen, base)
+        of_links = [one for one in more if one.members[-1].cause.changes_links]
+        fits = self.with_raced(fits, of_links, len(of_links))
+        yield fits
+        fits = self.with_joint_by_joint(screen, base, fits)
+        yield fits
+        more = [one for one in more if one not in of_links]
+        predicted = min(map(predicted_excess, more), default=base.excess)
+        if (base.excess <= method.hopeless_share * self.nominal.excess
+                or predicted <= method.hopeless_share * base.excess):
+            fits = self.with_raced(fits, more, method.larger_finalists)
+            yield fits
+        yield self.with_two_more(screen, [base], fits)
 
     def with_joint_by_joint(self, screen: Screen, base: Fit, fits: list[Fit]) -> list[Fit]:
         """Fits, and those of a base with the best further cause of each joint.
@@ -297,9 +309,9 @@ class _Search:
     def one_more_cause(self, screen: Screen, fit: Fit) -> list[Candidate]:
         """Candidates that add to a fit one of the causes that explain most of what it leaves.
 
-        And those that change the links, of which the screening, joint by joint, predicts too
-        little, beside a set that explains most of the excess.  A fit whose loop is not stable
-        says nothing of what a torque would do.
+        And a soft gear, of which the screening predicts far too little; and what changes the
+        links, where it, joint by joint, does so too, beside a set that explains most of the
+        excess.  A fit whose loop is not stable says nothing of what a torque would do.
         """
         method, values = self.method.search, fit.hypothesis.values
         if not holds_stably(self.residuals.problem.law, values["inertia"], values["damping"]):
@@ -307,6 +319,8 @@ class _Search:
         left = self.steps.screen_residual(screen, self.residuals, fit)
         leading = self.steps.singles(left, self.residuals, fit, self.causes)
         chosen = list(extensions(fit, leading[:method.screened_extensions]))[:method.extensions]
+        chosen += extensions(fit, [one for one in leading
+                                   if one.members[-1].cause is JOINT_ELASTICITY])
         if fit.excess < method.hopeless_share * self.nominal.excess:
             chosen += extensions(fit, [one for one in leading
                                        if one.members[-1].cause.changes_links])
@@ -391,6 +405,10 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def _total(fit: Fit) -> float:
     return fit.total
+
+
+def _least(fits: Sequence[Fit]) -> Fit:
+    return min(fits, key=_total)
 
 
 def _excess(fit: Fit) -> float:

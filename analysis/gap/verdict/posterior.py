@@ -334,7 +334,7 @@ def certainty_of_unfinished(ranking: Sequence[RankedCause], nominal_excess: floa
     The less they leave beside what is worth a name, the less likely are others that were not
     fitted; some that explain as much may still be among them.
     """
-    excess = next((one.excess for one in ranking if one.fit is not None), nominal_excess)
+    excess = next(one.excess for one in ranking if UNKNOWN not in one.names)
     worth = method.calibration.fair_share * nominal_excess
     explained = worth / (worth + max(excess, 0.0))
     least, most = method.verdict.unfinished_search, method.verdict.unfinished_but_explained

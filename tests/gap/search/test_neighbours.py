@@ -10,6 +10,21 @@ from clie_blocks.analysis.blind.population.maker import make_trial  # noqa: E402
 from clie_blocks.analysis.gap.verdict.posterior import marginals  # noqa: E402
 
 SEED = 4242  # of no study
+OPENED = 38207  # of a published one, since opened
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [43, 67])
+def test_causes_that_show_together_alone_and_behind_one_with_many_numbers(tmp_path, index):
+    """Friction and drag, of which damping takes over either; heating behind a periodic torque."""
+    trial = make_trial(MANY_CAUSES, OPENED, index)
+    write_trial(trial, tmp_path)
+    found = gap.diagnose(gap.read(tmp_path))
+    likely = {name for name, probability in marginals(found.ranking).items()
+              if probability > 0.5}
+    alike = {"asymmetric_coulomb": "coulomb"} if index == 67 else {}
+    assert likely == {alike.get(name, name) for name in trial.label["labels"]}
+    assert found.reduction.percent > 95.0
 
 
 @pytest.mark.slow

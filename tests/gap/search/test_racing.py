@@ -19,10 +19,11 @@ STEP = STEP_FAULT[0]
 
 def fitted(left, *causes):
     """A fit of one joint and one log that leaves an excess per sample."""
-    members = [SimpleNamespace(cause=cause) for cause in causes]
-    problem = SimpleNamespace(fit=(None,))
-    return SimpleNamespace(hypothesis=SimpleNamespace(members=members, problem=problem),
-                           samples=np.array([[SAMPLES]]), cost=(1.0 + left) * SAMPLES)
+    members = [SimpleNamespace(cause=cause, name=cause.key) for cause in causes]
+    hypothesis = SimpleNamespace(members=members, free_parameters=(),
+                                 problem=SimpleNamespace(fit=(None,), fit_runs=1))
+    return SimpleNamespace(hypothesis=hypothesis, samples=np.array([[SAMPLES]]),
+                           cost=(1.0 + left) * SAMPLES)
 
 
 def parts(*causes):
@@ -143,6 +144,17 @@ def test_a_set_leads_where_what_it_explains_pays_its_further_cause(left, leads):
     whole.excess = 1000.0
     against = [racing.odds_against(fit, whole, METHOD) for fit in (both, alone)]
     assert (against[0] < against[1]) == leads
+
+
+def test_of_two_that_leave_the_same_the_one_with_fewer_parameters_leads(monkeypatch):
+    """A disturbance with a phase in each log explains much that it has no part in."""
+    spent = {"spring": 1.0, "coulomb": 9.0}
+    monkeypatch.setattr(racing, "parameter_count", lambda fit: sum(
+        spent[member.cause.name] for member in fit.hypothesis.members))
+    whole, few, many = (SimpleNamespace(hypothesis=fitted(0.0, *causes).hypothesis, excess=left)
+                        for left, causes in ((1e3, ()), (70.0, [SPRING]), (60.0, [COULOMB])))
+    against = [racing.odds_against(fit, whole, METHOD) for fit in (few, many)]
+    assert against[0] < against[1]
 
 
 def test_a_prediction_that_a_fit_does_not_keep_outclasses_nothing(monkeypatch):

@@ -17,8 +17,9 @@ from clie_blocks.analysis.gap.causes.friction import COULOMB, QUADRATIC_DRAG
 from clie_blocks.analysis.gap.causes.load import SPRING
 from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.method import METHOD
+from clie_blocks.analysis.gap.problem.problem import holds_stably
 from clie_blocks.analysis.gap.search.candidates import Candidate
-from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, search_causes
+from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, _Search, search_causes
 
 WHOLE = 1000.0  # excess of the refitted nominal model
 SAMPLES = 1000.0
@@ -38,8 +39,9 @@ class StubFit:
 
     @property
     def hypothesis(self):
-        return SimpleNamespace(members=self.members, problem=SimpleNamespace(fit=(None,)),
-                               values={})
+        return SimpleNamespace(members=self.members, free_parameters=(),
+                               problem=SimpleNamespace(fit=(None,), fit_runs=1),
+                               values={"inertia": np.ones(1), "damping": np.ones(1)})
 
     @property
     def total(self):
@@ -52,7 +54,7 @@ class StubFit:
 @pytest.fixture
 def searched():
     """Function from what sets leave, and what the next cause predicts, to the fits made."""
-    def run(pair, third, more=(1.0,)):
+    def run(pair, third, more=(1.0,), together=None):
         left = dict(enumerate((900.0, pair, *more), 1))  # by the number of causes
 
         def singles(screen, residuals, fit, causes):
@@ -64,13 +66,22 @@ def searched():
             return [StubFit(left.get(len(candidate.members), more[-1]), candidate.members)
                     for candidate in candidates]
 
+        def pairs(screen, method):
+            """Two causes more of what a fit leaves, where they are predicted to leave a share."""
+            if together is None or screen is None:
+                return []
+            count = len(screen.members)
+            return [Candidate((MEMBERS[count], MEMBERS[count + 1]),
+                              (1.0 - together) * screen.excess * SAMPLES)]
+
         steps = dataclasses.replace(
-            SEARCH_STEPS, screen=lambda *_: None, screen_residual=lambda *_: None,
-            singles=singles, pairs=lambda screen, method: [], race=race,
+            SEARCH_STEPS, screen=lambda *_: None, singles=singles, pairs=pairs, race=race,
+            screen_residual=lambda screen, residuals, fit: fit,
             wrong_numbers=lambda problem: [], prune=lambda fit, residuals, excess_of_nominal: fit)
         method = METHOD.with_values(**{"search.alternative_rounds": 0,
                                        "search.neighbour_rounds": 0})
-        residuals = SimpleNamespace(method=method, problem=SimpleNamespace(n=1),
+        loopless = SimpleNamespace(holds_joints=False)
+        residuals = SimpleNamespace(method=method, problem=SimpleNamespace(n=1, law=loopless),
                                     is_out_of_time=False)
         return search_causes(residuals, StubFit(WHOLE, ()), CAUSES, steps).fits
     return run
@@ -95,6 +106,25 @@ def test_a_third_cause_is_sought_where_a_pair_does_well_or_a_third_is_predicted_
     ((80.0, 80.0, 0.1), 4)])  # a fourth that gains nothing ends it
 def test_causes_are_added_one_by_one_while_they_pay(searched, more, largest):
     assert max(len(fit.members) for fit in searched(290.0, 280.0, more)) == largest
+
+
+@pytest.mark.parametrize("together, largest", [(0.01, 3), (0.5, 2), (None, 2)])
+def test_two_causes_are_added_where_one_does_not_pay_and_both_are_predicted_to(
+        searched, together, largest):
+    fits = searched(890.0, 880.0, (0.1,), together)
+    assert max(len(fit.members) for fit in fits) == largest
+
+
+def test_a_fit_whose_loop_is_not_stable_is_not_extended():
+    """Its sensitivity grows without bound, and so would what it sees in the error."""
+    damped = SimpleNamespace(holds_joints=True, torque_sensitivity=lambda k, inertia, damping: (
+        [1.0], [1.0, -damping]))
+    assert holds_stably(damped, np.ones(2), np.array([0.5, 0.9]))
+    assert not holds_stably(damped, np.ones(2), np.array([0.5, 1.2]))
+    undamped = SimpleNamespace(method=METHOD, problem=SimpleNamespace(law=SimpleNamespace(
+        holds_joints=True, torque_sensitivity=lambda k, inertia, damping: ([1.0], [1.0, -1.2]))))
+    search = _Search(undamped, StubFit(WHOLE, ()), CAUSES, SEARCH_STEPS)
+    assert search.one_more_cause(None, StubFit(90.0, MEMBERS[:1])) == []
 
 
 def test_where_no_cause_can_act_nothing_is_fitted():

@@ -8,9 +8,11 @@ from factories import make_row, make_table
 
 from clie_blocks.analysis.gap.calibration.learn import LEARNED
 from clie_blocks.analysis.gap.method.calibration import STORED, Calibration, load_calibration
+from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.verdict.confounders import CONTACT, POSE, UNMARKED
 from clie_blocks.analysis.gap.verdict.evidence import Row
 from clie_blocks.analysis.gap.verdict.posterior import (
+    certainty_of_unfinished,
     credible_set,
     doubted,
     marginals,
@@ -74,6 +76,13 @@ def test_what_unseen_data_do_not_bear_out_goes_to_the_unknown():
     assert sum(one.probability for one in halved) == pytest.approx(1.0)
     assert none[0].names == ("unknown",) and none[0].probability == pytest.approx(1.0)
     assert verdict(none) == "unexplained" and credible_set(none) == ["unknown"]
+
+
+@pytest.mark.parametrize("left, sure", [(0.0, 0.7), (0.25, 0.6), (25.0, 0.502)])
+def test_a_search_that_had_to_stop_is_surer_of_causes_that_leave_less_than_a_name_is_worth(
+        left, sure):
+    ranking = weigh(100.0, ("coulomb", left, 1), ("spring", 60.0, 1))
+    assert certainty_of_unfinished(ranking, 100.0, METHOD) == pytest.approx(sure, abs=1e-3)
 
 
 BUMP = ("torque_ripple", 0.02, 3, 0, POSE)
