@@ -169,7 +169,8 @@ class _Search:
         refitted, show together alone.
         """
         more = [candidate for base in bases for candidate in self.two_more_causes(screen, base)]
-        return self.with_distinct(fits, sorted(more, key=lambda one: -one.score))
+        return self.with_fitted(fits, _new(fits, sorted(more, key=lambda one: -one.score)),
+                                self.method.search.pair_finalists)
 
     def with_larger_sets(self, screen: Screen, fits: list[Fit], extended: Sequence[Fit],
                          ) -> list[Fit]:
@@ -180,6 +181,7 @@ class _Search:
         extended = list(extended)
         for best_of in (self.leader, _least):
             fits = self.with_growing_set(screen, fits, extended, best_of)
+            fits = self.with_raced(fits, [], self.method.search.larger_finalists)
         return fits
 
     def with_growing_set(self, screen: Screen, fits: list[Fit], extended: list[Fit],
@@ -205,7 +207,7 @@ class _Search:
         """Fits, and with each step more sets that are larger than a base, the likeliest first."""
         method, more = self.method.search, self.one_more_cause(screen, base)
         of_links = [one for one in more if one.members[-1].cause.changes_links]
-        fits = self.with_raced(fits, of_links, len(of_links))
+        fits = self.with_fitted(fits, of_links, len(of_links))
         yield fits
         fits = self.with_joint_by_joint(screen, base, fits)
         yield fits
@@ -213,7 +215,7 @@ class _Search:
         predicted = min(map(predicted_excess, more), default=base.excess)
         if (base.excess <= method.hopeless_share * self.nominal.excess
                 or predicted <= method.hopeless_share * base.excess):
-            fits = self.with_raced(fits, more, method.larger_finalists)
+            fits = self.with_fitted(fits, more, method.larger_finalists)
             yield fits
         yield self.with_two_more(screen, [base], fits)
 
@@ -230,7 +232,7 @@ class _Search:
             screen, self.residuals, base)
         found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
                                    self.nominal, self.residuals)
-        return self.with_raced([*fits, *found], [], self.method.search.larger_finalists)
+        return self.with_pruned([*fits, *found])
 
     def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and the neighbours of the leading set: one cause more, and one exchanged.
@@ -253,9 +255,7 @@ class _Search:
 
     def with_distinct(self, fits: list[Fit], candidates: Sequence[Candidate]) -> list[Fit]:
         """Fits, and those of candidates with sets of causes that none of them has."""
-        known = {cause_keys(one.hypothesis.members) for one in fits}
-        new = [one for one in _distinct(candidates) if cause_keys(one.members) not in known]
-        return self.with_raced(fits, new, self.method.search.pair_finalists)
+        return self.with_raced(fits, _new(fits, candidates), self.method.search.pair_finalists)
 
     def exchanges(self, screen: Screen, leader: Fit) -> list[Candidate]:
         """Candidates with one cause of a set exchanged for one that explains what it explained."""
@@ -340,8 +340,7 @@ class _Search:
     def with_raced(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
                    ) -> list[Fit]:
         """Fits, and those of some candidates, with good leaders pruned and their alternatives."""
-        fits = self.with_pruned(
-            fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
+        fits = self.with_fitted(fits, candidates, finalists)
         tried: list[Candidate] = []
         for _ in range(self.method.search.alternative_rounds):
             fits = self.with_leader_in_order(fits)
@@ -354,6 +353,12 @@ class _Search:
                                           self.method.search.alternative_finalists)
             tried += alike
         return fits
+
+    def with_fitted(self, fits: list[Fit], candidates: Sequence[Candidate], finalists: int,
+                    ) -> list[Fit]:
+        """Fits, and those of some candidates, with good leaders pruned."""
+        return self.with_pruned(
+            fits + self.steps.race(self.residuals, self.nominal, candidates, finalists))
 
     def with_leader_in_order(self, fits: list[Fit]) -> list[Fit]:
         """Fits of which the leader's causes act in the order that explains most."""
@@ -401,6 +406,12 @@ def _distinct(candidates: Sequence[Candidate]) -> list[Candidate]:
     for candidate in candidates:
         by_causes.setdefault(cause_keys(candidate.members), candidate)
     return list(by_causes.values())
+
+
+def _new(fits: Sequence[Fit], candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The first candidate of each set of causes that no fit has."""
+    known = {cause_keys(one.hypothesis.members) for one in fits}
+    return [one for one in _distinct(candidates) if cause_keys(one.members) not in known]
 
 
 def _total(fit: Fit) -> float:
