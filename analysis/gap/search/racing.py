@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
 from clie_blocks.analysis.gap.fitting.initial_guess import initial_guess, with_joint_model
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit, lender
 from clie_blocks.analysis.gap.fitting.parameter_count import parameter_count
@@ -142,7 +142,9 @@ def _first_steps(start: Hypothesis, candidate: Candidate, residuals: ResidualMod
     like = lender(candidate.extends or nominal, residuals.method.fitting)
     if leader is not None:
         unfitted = fit(start, residuals, 0, like)
-        if starts_far_behind(unfitted, leader, nominal, residuals.method):
+        method = residuals.method
+        if (starts_far_behind(unfitted, leader, nominal, method)
+                and is_needed(leader, start.members, nominal, method)):
             return unfitted
     return fit(start, residuals, residuals.method.search.first_steps, like)
 
@@ -151,6 +153,27 @@ def starts_far_behind(start: Fit, leader: Fit, nominal: Fit, method: Method) -> 
     """Whether the part of a leader leaves so much that the rest of the leader is needed."""
     limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
     return training_excess(start) > limit
+
+
+def is_needed(leader: Fit, part: Sequence[Member], nominal: Fit, method: Method) -> bool:
+    """Whether a leader is predicted to be far worse without some causes than with them.
+
+    That is linear: the other parameters follow as the Jacobian of the leader says.
+    """
+    kept = {member.cause for member in part}
+    neutral = {f"{member.name}.{number.name}": number.neutral
+               for member in leader.hypothesis.members if member.cause not in kept
+               for number in member.cause.numbers if number.neutral is not None}
+    lost = [(i, leader.hypothesis.get(parameter) - neutral[parameter.key])
+            for i, parameter in enumerate(leader.hypothesis.free_parameters)
+            if parameter.key in neutral]
+    if not lost:
+        return True
+    indices, change = [i for i, _ in lost], np.array([value for _, value in lost])
+    covariance = leader.covariance[np.ix_(indices, indices)]
+    cost = change @ np.linalg.pinv(covariance, hermitian=True) @ change
+    limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
+    return training_excess(leader, -float(cost)) > limit
 
 
 def can_compete(candidate: Candidate, best: Fit, method: Method) -> bool:

@@ -9,6 +9,7 @@ from clie_blocks.analysis.gap.causes.drive import ACTUATOR_LAG, TIME_DELAY
 from clie_blocks.analysis.gap.causes.friction import COULOMB
 from clie_blocks.analysis.gap.causes.load import PAYLOAD, SPRING
 from clie_blocks.analysis.gap.causes.timed import STEP_FAULT
+from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method import METHOD
 from clie_blocks.analysis.gap.search import racing
 from clie_blocks.analysis.gap.search.candidates import Candidate
@@ -101,6 +102,21 @@ def test_where_a_fit_does_far_better_than_predicted_no_prediction_counts():
 def test_a_part_of_a_leader_is_left_where_it_starts_far_behind(left, far):
     leader = fitted(1.0, SPRING, COULOMB)
     assert racing.starts_far_behind(fitted(left, COULOMB), leader, fitted(100.0), METHOD) == far
+
+
+@pytest.mark.parametrize(("deviations", "needed"), [(5.0, False), (400.0, True)])
+def test_a_cause_is_needed_where_it_is_far_from_nothing_with_all_others_free(deviations, needed):
+    """However far off a model starts that merely lacks it."""
+    sigma = 0.02
+    members = [Member(cause, (0,), {}, {}) for cause in (COULOMB, SPRING)]
+    leader = fitted(1.0)
+    leader.hypothesis.members = members
+    leader.hypothesis.free_parameters = [
+        SimpleNamespace(key=f"{member.name}.{member.cause.numbers[0].name}")
+        for member in members]
+    leader.hypothesis.get = lambda parameter: deviations * sigma
+    leader.covariance = np.diag([1e-9, sigma**2])
+    assert racing.is_needed(leader, members[:1], fitted(50.0), METHOD) == needed
 
 
 def test_only_a_fit_without_one_of_its_causes_is_a_part_of_it():
