@@ -72,10 +72,10 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
 
 
 def _share(diagnosis: dict[str, Any], name: str, class_of: ClassOf) -> float:
-    """What an answer says that a cause takes of the gap; its probability where it is alone."""
+    """What the gap loses without a cause, by an answer; its probability where it is alone."""
     rows = [row for row in diagnosis["effects"]
             if row["effect"] not in NO_EFFECTS and class_of(row["effect"]) == name]
-    return float(max((row["share"]["mean"] if "share" in row else row["probability"]
+    return float(max((row["share"]["last"] if "share" in row else row["probability"]
                       for row in rows), default=0.0))
 
 

@@ -1,4 +1,9 @@
-"""What each of several causes takes of the gap: alone, last, and on average over all orders."""
+"""What each of several causes takes of the gap: alone, last, and on average over all orders.
+
+The robot is simulated with each part of its causes, and what these do beyond what inertia, damping
+and load could follow is what the gap would be if it had no others.  So shares do not depend on
+which sets of causes were fitted.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +12,30 @@ import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
 
-from clie_blocks.analysis.gap.assessment.result import Result
+import numpy as np
+
+from clie_blocks.analysis.gap.fitting.fit import Fit
+from clie_blocks.analysis.gap.fitting.hypothesis import Values
+from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
+from clie_blocks.analysis.gap.residual.noise import whiten
+from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
+from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 
 
 @dataclasses.dataclass(frozen=True)
 class Share:
-    """Shares of the excess of the refitted nominal model, from 0 to 1.
+    """Shares of the gap of the refitted nominal model, in squares.
+
+    They are negative where a cause hides what others do.
 
     Parameters
     ----------
     alone : float
-        What the cause takes as the only one.
+        What the gap would be if the robot had this cause alone.
     last : float
-        What it takes where all others are in the model: what is lost without it.
+        What the gap would lose without it.
     mean : float
-        What it takes on average over the orders in which the causes can be added (Shapley's
+        What it adds on average over the orders in which the causes can be added (Shapley's
         value); these add up to what all of them take together.
 
     """
@@ -31,46 +45,90 @@ class Share:
     mean: float
 
 
-def shares_of(result: Result, names: Sequence[str]) -> dict[str, Share]:
-    """Share of each of some causes, from the hypotheses that were fitted."""
-    left = {frozenset[str](): result.evidence.nominal_excess}
-    for row in result.evidence.rows:
-        own = frozenset(row.names)
-        left[own] = min(row.excess, left.get(own, math.inf))
-    return cause_shares(names, left)
+def shares_of(fit: Fit, nominal: Fit, residuals: ResidualModel) -> dict[str, Share]:
+    """Share of each cause of a fitted hypothesis, by name.
+
+    Parameters
+    ----------
+    fit : Fit
+        The hypothesis.
+    nominal : Fit
+        The refitted nominal model.
+    residuals : ResidualModel
+        Of the logs.
+
+    """
+    names = sorted({member.cause.name for member in fit.hypothesis.members})
+    sets = [frozenset(some) for count in range(len(names) + 1)
+            for some in itertools.combinations(names, count)]
+    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal, residuals)
+    together = min(max(1.0 - max(fit.excess, 0.0) / max(nominal.excess, 1e-9), 0.0), 1.0)
+    share = together * gap / gap[-1] if gap[-1] > 0.0 else 0.0 * gap
+    return cause_shares(names, dict(zip(sets, share)))
 
 
-def cause_shares(names: Sequence[str], left: Mapping[frozenset[str], float],
+def _without(fit: Fit, names: Collection[str]) -> Values:
+    """Values of a hypothesis with which some of its causes do nothing."""
+    values = dict(fit.hypothesis.values)
+    for member in fit.hypothesis.members:
+        for number in member.cause.numbers:
+            if member.cause.name in names and number.neutral is not None:
+                key = f"{member.name}.{number.name}"
+                values[key] = np.full_like(np.asarray(values[key], float), number.neutral)
+    return values
+
+
+def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualModel) -> np.ndarray:
+    """Whitened squares of what each set of values does beyond the first, shape (sets,).
+
+    What the parameters of the nominal model can follow, as far as the datasheet allows it, is
+    left out.
+    """
+    problem = residuals.problem
+    changes = [_changes(fit, j, sets) for j in range(len(problem.fit))]
+    columns, _ = joint_columns(nominal, residuals)
+    total = np.zeros(len(sets))
+    for k in range(problem.n):
+        whitened = np.concatenate([
+            residuals.without_initial_response(
+                whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
+            for j, change in enumerate(changes)])
+        padded = np.zeros((len(columns[k]), len(sets)))  # with what the datasheet allows
+        padded[:len(whitened)] = whitened
+        basis = np.linalg.qr(columns[k])[0]
+        total += np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
+    return total
+
+
+def _changes(fit: Fit, j: int, sets: Sequence[Values]) -> np.ndarray:
+    """Positions in log j with each set of values less those with the first, (sets, n, N)."""
+    runs = np.concatenate([fit.hypothesis.means(j, sets[first:first + WIDE])
+                           for first in range(0, len(sets), WIDE)])
+    return np.nan_to_num(np.clip(runs - runs[0], -DIVERGED, DIVERGED), nan=DIVERGED)
+
+
+def cause_shares(names: Sequence[str], taken: Mapping[frozenset[str], float],
                  ) -> dict[str, Share]:
-    """Share of each of some causes.
+    """Share of each of some causes, from what every set of them takes.
 
     Parameters
     ----------
     names : sequence of str
         The causes.
-    left : mapping
-        Excess by the set of causes in the model, with the empty set for the nominal one.  A set
-        that was not fitted takes as much as the best of its parts.
+    taken : mapping
+        Share of the gap by the set of causes, nothing by the empty one.
 
     """
-    causes, whole = sorted(set(names)), max(left[frozenset()], 1e-9)
-    taken = {frozenset(some): _taken(frozenset(some), left, whole)
-             for count in range(len(causes) + 1)
-             for some in itertools.combinations(causes, count)}
-    return {name: _share(name, causes, taken) for name in causes}
+    return {name: _share(name, names, taken) for name in names}
 
 
-def _taken(some: frozenset[str], left: Mapping[frozenset[str], float], whole: float) -> float:
-    least = min(excess for own, excess in left.items() if own <= some)
-    return min(max(1.0 - max(least, 0.0) / whole, 0.0), 1.0)
-
-
-def _share(name: str, causes: Collection[str], taken: Mapping[frozenset[str], float]) -> Share:
+def _share(name: str, causes: Sequence[str], taken: Mapping[frozenset[str], float]) -> Share:
     everything, n = frozenset(causes), len(causes)
     mean = 0.0
-    for before in taken:
+    for before, of_others in taken.items():
         if name not in before:
             orders = math.factorial(len(before)) * math.factorial(n - len(before) - 1)
-            mean += orders * (taken[before | {name}] - taken[before])
-    return Share(taken[frozenset({name})], taken[everything] - taken[everything - {name}],
-                 mean / math.factorial(n))
+            mean += orders * (taken[before | {name}] - of_others)
+    return Share(float(taken[frozenset({name})]),
+                 float(taken[everything] - taken[everything - {name}]),
+                 float(mean / math.factorial(n)))

@@ -172,13 +172,15 @@ def _of_hypotheses(result: Result) -> dict[str, float]:
     shares = dict.fromkeys(BLOCKS, 0.0)
     for ranked in result.ranking:
         members = _members(ranked)
-        of_cause = shares_of(result, ranked.names) if members else {}
+        of_cause = (shares_of(ranked.fit, result.nominal, result.residuals)
+                    if ranked.fit is not None and members else {})
         count = Counter(member.cause.name for member in members)
         for member in members:
             name = member.cause.name
             block = ("joint" if is_number(member.cause)
                      else OF_PORT[member.cause.pieces[0].port])
-            shares[block] += ranked.probability * of_cause[name].mean / count[name]
+            taken = max(of_cause[name].mean, 0.0)
+            shares[block] += ranked.probability * taken / count[name]
     return shares
 
 

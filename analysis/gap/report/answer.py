@@ -241,9 +241,9 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
 def _shares_of_leading(result: Result) -> dict[str, Share]:
     """Share of each cause of the leading hypothesis, where it has several."""
     leading = next((ranked for ranked in result.ranking if ranked.fit is not None), None)
-    if leading is None or len(leading.names) < 2:
+    if leading is None or leading.fit is None or len(leading.names) < 2:
         return {}
-    return shares_of(result, leading.names)
+    return shares_of(leading.fit, result.nominal, result.residuals)
 
 
 def _alike(name: str, result: Result) -> list[str]:

@@ -55,8 +55,13 @@ def together(row: Row) -> float:
 
 
 def listed_causes(rows: Iterable[Row], answer: Answer) -> str:
-    """Causes with joints and probabilities, as a list of a sentence."""
-    return join_words(_listed(row, answer) for row in rows)
+    """Causes with joints and probabilities, largest share first, as a list of a sentence."""
+    return join_words(_listed(row, answer) for row in sorted(rows, key=_largest_first))
+
+
+def _largest_first(row: Row) -> float:
+    """What a cause takes of the gap, largest first; nothing where it stands alone."""
+    return -float(row["share"]["mean"]) if row.get("share") else 0.0
 
 
 def _listed(row: Row, answer: Answer) -> str:

@@ -151,14 +151,14 @@ class _Search:
         fits = self.with_raced([], alone, method.single_finalists)
         if self.is_done(fits) or len(self.causes) == 1:
             return fits
-        best = min(fits, key=_total)
+        best = _least(fits)
         fits = self.with_joint_by_joint(screen, self.nominal, fits)
-        if self.has_paid(best, min(fits, key=_total)):
+        if self.has_paid(best, _least(fits)):
             return self.with_larger_sets(screen, fits, [])
         extended = self.near_the_best(sorted(fits, key=self.odds_against)[:method.extended_fits])
         fits = self.with_raced(fits, self.pairs(screen, alone, fits, extended),
                                method.pair_finalists)
-        if not self.is_done(fits) and not self.has_paid(best, min(fits, key=_total)):
+        if not self.is_done(fits) and not self.has_paid(best, _least(fits)):
             fits = self.with_two_more(screen, extended, fits)
         return self.with_larger_sets(screen, fits, extended)
 
