@@ -14,12 +14,15 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Values
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.residual.noise import whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
+
+_BASES: FitCache[Fit, list[np.ndarray]] = FitCache()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -86,18 +89,25 @@ def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualMod
     """
     problem = residuals.problem
     changes = [_changes(fit, j, sets) for j in range(len(problem.fit))]
-    columns, _ = joint_columns(nominal, residuals)
     total = np.zeros(len(sets))
-    for k in range(problem.n):
+    for k, basis in enumerate(_bases(nominal, residuals)):
         whitened = np.concatenate([
             residuals.without_initial_response(
                 whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
             for j, change in enumerate(changes)])
-        padded = np.zeros((len(columns[k]), len(sets)))  # with what the datasheet allows
+        padded = np.zeros((len(basis), len(sets)))  # with what the datasheet allows
         padded[:len(whitened)] = whitened
-        basis = np.linalg.qr(columns[k])[0]
         total += np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
     return total
+
+
+def _bases(nominal: Fit, residuals: ResidualModel) -> list[np.ndarray]:
+    """Orthonormal columns of what the nominal model can follow, joint by joint."""
+    known = _BASES.of(residuals)
+    if nominal not in known:
+        columns, _ = joint_columns(nominal, residuals)
+        known[nominal] = [np.linalg.qr(of_joint)[0] for of_joint in columns]
+    return known[nominal]
 
 
 def _changes(fit: Fit, j: int, sets: Sequence[Values]) -> np.ndarray:

@@ -130,6 +130,7 @@ def _quarters(x: np.ndarray, e: np.ndarray, floor: float) -> dict[str, list[floa
 
 OF_PORT = {"drive": "drive", "load": "joint", "friction": "joint", "body": "links",
            "transmission": "gear", "sensor": "encoder"}
+NEGLIGIBLE = 1e-4  # probability of a hypothesis whose causes count for no block
 BLOCKS = ("controller", "drive", "gear", "joint", "links", "encoder")
 
 
@@ -173,9 +174,9 @@ def _of_hypotheses(result: Result) -> dict[str, float]:
     for ranked in result.ranking:
         members = _members(ranked)
         of_cause = (shares_of(ranked.fit, result.nominal, result.residuals)
-                    if ranked.fit is not None and members else {})
+                    if ranked.fit is not None and ranked.probability > NEGLIGIBLE else {})
         count = Counter(member.cause.name for member in members)
-        for member in members:
+        for member in members if of_cause else ():
             name = member.cause.name
             block = ("joint" if is_number(member.cause)
                      else OF_PORT[member.cause.pieces[0].port])

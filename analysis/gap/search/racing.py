@@ -171,7 +171,10 @@ def is_needed(leader: Fit, part: Sequence[Member], nominal: Fit, method: Method)
         return True
     indices, change = [i for i, _ in lost], np.array([value for _, value in lost])
     covariance = leader.covariance[np.ix_(indices, indices)]
-    cost = change @ np.linalg.pinv(covariance, hermitian=True) @ change
+    deviations = np.sqrt(np.diag(covariance)).clip(min=1e-150)
+    correlation = covariance / np.outer(deviations, deviations)
+    change = change / deviations
+    cost = change @ np.linalg.pinv(correlation, hermitian=True) @ change
     limit = pruning_limit(training_excess(leader), training_excess(nominal), method)
     return training_excess(leader, -float(cost)) > limit
 
