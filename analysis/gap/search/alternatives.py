@@ -46,7 +46,7 @@ _RIPPLES = (drive.TORQUE_RIPPLE, drive.COMMUTATION_RIPPLE, drive.GEAR_MESH_RIPPL
 _STRIBECK_SPEED = 0.03  # rad/s, below which Stribeck friction rises, to start from
 _STRIBECK_EXCESS = 0.3  # of the level, to start from
 _LOAD_SLOPE = 0.1  # N m of friction per N m of load, to start from
-_FEW = 2  # causes: of more, leaving one out and replacing another is a search of its own
+FEW = 2  # causes: of more, leaving one out and replacing another is a search of its own
 _SPRING_SHARE = 0.1  # of the steepest slope of a ripple, to start from
 
 
@@ -84,7 +84,7 @@ def _all_alternatives(leader: Fit, causes: Sequence[Cause], much_left: bool,
                 if leader.hypothesis.problem.links.known or not cause.needs_links]
     fewer = [(*members[:k], *members[k + 1:]) for k in range(len(members))]
     candidates = [Candidate(some, 0.0, leader) for some in fewer if some]
-    for some in (members, *(fewer if much_left and len(members) <= _FEW else ())):
+    for some in (members, *(fewer if much_left and len(members) <= FEW else ())):
         candidates += _with_swapped_cause(some, leader, possible, residuals)
     return [candidate for candidate in candidates
             if len({member.cause.name for member in candidate.members}) == len(candidate.members)

@@ -18,7 +18,11 @@ from clie_blocks.analysis.gap.method.method import Method
 from clie_blocks.analysis.gap.problem.problem import Problem, holds_stably
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.acting_order import in_best_order
-from clie_blocks.analysis.gap.search.alternatives import alternatives, holds_its_coupling
+from clie_blocks.analysis.gap.search.alternatives import (
+    FEW,
+    alternatives,
+    holds_its_coupling,
+)
 from clie_blocks.analysis.gap.search.candidates import (
     Candidate,
     cause_keys,
@@ -191,6 +195,8 @@ class _Search:
         Each step starts from the best fit of all, so that a cause that another has made
         superfluous is dropped with the smaller set, or swapped by the alternatives.
         """
+        if len(best_of(fits).hypothesis.members) <= FEW:  # soon done, and they may leave nothing
+            fits = self.with_raced(fits, [], self.method.search.larger_finalists)
         best, has_paid = best_of(fits), True
         while not (self.is_done(fits) or best in extended or not has_paid
                    or len(best.hypothesis.members) >= self.method.search.most_causes):
