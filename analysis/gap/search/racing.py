@@ -72,9 +72,13 @@ def _finalists(begun: Sequence[Fit], order: Sequence[Fit], candidates: Sequence[
 
 
 def odds_against(fit: Fit, nominal: Fit, method: Method) -> float:
-    """Odds against a fit by what it leaves and by its causes after the first [nats]."""
+    """Odds against a fit by what it leaves and, of several causes, by what these cost [nats].
+
+    Causes alone compete by what they leave: which of them has more numbers says little there.
+    """
     calibration, more = method.calibration, len(fit.hypothesis.members) - 1
-    return float(more * calibration.cause_cost + calibration.parameter_cost * parameter_count(fit)
+    spent = max(parameter_count(fit) - 1.0, more) if more else 0.0
+    return float(more * calibration.cause_cost + calibration.parameter_cost * spent
                  - calibration.score(fit.excess, nominal.excess))
 
 

@@ -164,11 +164,12 @@ def test_a_set_leads_where_what_it_explains_pays_its_further_cause(left, leads):
 
 def test_of_two_that_leave_the_same_the_one_with_fewer_parameters_leads(monkeypatch):
     """A disturbance with a phase in each log explains much that it has no part in."""
-    spent = {"spring": 1.0, "coulomb": 9.0}
+    spent = {"payload": 1.0, "spring": 1.0, "coulomb": 9.0}
     monkeypatch.setattr(racing, "parameter_count", lambda fit: sum(
         spent[member.cause.name] for member in fit.hypothesis.members))
     whole, few, many = (SimpleNamespace(hypothesis=fitted(0.0, *causes).hypothesis, excess=left)
-                        for left, causes in ((1e3, ()), (70.0, [SPRING]), (60.0, [COULOMB])))
+                        for left, causes in ((1e3, ()), (70.0, [PAYLOAD, SPRING]),
+                                             (60.0, [PAYLOAD, COULOMB])))
     against = [racing.odds_against(fit, whole, METHOD) for fit in (few, many)]
     assert against[0] < against[1]
 
