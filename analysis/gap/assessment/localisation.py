@@ -173,10 +173,11 @@ def _of_hypotheses(result: Result) -> dict[str, float]:
     shares = dict.fromkeys(BLOCKS, 0.0)
     for ranked in result.ranking:
         members = _members(ranked)
-        of_cause = (shares_of(ranked.fit, result.nominal, result.residuals)
-                    if ranked.fit is not None and ranked.probability > NEGLIGIBLE else {})
+        if ranked.fit is None or not members or ranked.probability < NEGLIGIBLE:
+            continue
+        of_cause = shares_of(ranked.fit, result.nominal, result.residuals)
         count = Counter(member.cause.name for member in members)
-        for member in members if of_cause else ():
+        for member in members:
             name = member.cause.name
             block = ("joint" if is_number(member.cause)
                      else OF_PORT[member.cause.pieces[0].port])

@@ -335,7 +335,7 @@ def certainty_of_unfinished(ranking: Sequence[RankedCause], nominal_excess: floa
     fitted; some that explain as much may still be among them.
     """
     excess = next(one.excess for one in ranking if UNKNOWN not in one.names)
-    worth = method.calibration.fair_share * nominal_excess
+    worth = method.calibration.fair_share * max(nominal_excess, method.calibration.healthy)
     explained = worth / (worth + max(excess, 0.0))
     least, most = method.verdict.unfinished_search, method.verdict.unfinished_but_explained
     return least + (most - least) * explained

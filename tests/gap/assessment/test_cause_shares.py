@@ -89,7 +89,7 @@ def drag(size, *joints):
 
 
 def test_causes_of_two_joints_take_of_the_gap_what_they_do_to_the_motion(healthy):
-    """Shares are squares of what moves: twice the friction, about four times the share of it."""
+    """They hardly meet, so that all three shares of each are nearly the same."""
     shares = shares_of_members(*healthy, friction(0.02, 0), drag(1e-4, 1))
     total = sum(one.mean for one in shares.values())
     assert total == pytest.approx(1.0, abs=1e-6)
