@@ -134,8 +134,7 @@ def _drawn(rng: np.random.Generator, content: str, condition: str, sound: bool) 
 def _draw_robot(rng: np.random.Generator, content: str, condition: Condition
                 ) -> tuple[Robot, np.ndarray]:
     """A robot, and the largest commands of its first motion."""
-    # Without a torque the diagnosis refuses a stated weight, so servos turn in a plane.
-    arm = draw_arm(rng, int(rng.integers(1, 3)), bool(rng.random() < 0.5) and content != SERVO)
+    arm = draw_arm(rng, int(rng.integers(1, 3)), bool(rng.random() < 0.5))
     speed = _TWO_PI * rng.uniform(2.5, 4.0)
     damping = rng.uniform(1.2, 1.7) * arm.inertia * speed
     if content == SERVO:  # damped by its back-EMF

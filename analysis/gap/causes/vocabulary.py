@@ -24,6 +24,9 @@ STATED_NUMBERS: Mapping[str, str] = {
 
 No log tells the two apart, so the answer is the number, under the name ``parametric``.
 """
+TORQUE_CONSTANT = "motor.torque_constant_nm_a"
+WITH_TOLERANCE: Mapping[str, str] = {"torque_gain_error": TORQUE_CONSTANT}
+"""Effects that are another number of the file where that states its tolerance, and that number."""
 SAME_PHYSICS: Mapping[str, str] = {"torque_gain": "torque_gain_error"}
 """Effects of the catalogue that are one effect under two names, and the name that is searched."""
 
@@ -46,7 +49,8 @@ def class_of(name: str) -> str:
 
 def effects_of_number(key: str) -> tuple[str, ...]:
     """Effects that move a robot as a wrong number of its file does, by the number's key."""
-    return tuple(sorted(name for name, number in STATED_NUMBERS.items() if number == key))
+    return tuple(sorted(name for name, number in {**STATED_NUMBERS, **WITH_TOLERANCE}.items()
+                        if number == key))
 
 
 def describe_answer(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from clie_blocks.analysis.gap.causes.cause import Cause
-from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY, TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.problem.other_encoder import views_of_law
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import rows_of
@@ -24,6 +24,7 @@ DELAY_TOLERANCE = 0.02  # of a delay of one period: how well its length is known
 _JOINT_MODEL = "inertia", "damping", "load"
 _MATRICES = frozenset(("a", "b", *(f"links.{name}" for name in Links.parameters)))
 _WEAK_COUPLING = 0.5  # of the mass of joints
+TORQUE_SCALE = f"{TORQUE_GAIN_ERROR.block}.error"  # of a torque that is known with a tolerance
 LINK_MASS, LINK_COM, _LINK_INERTIA = "links.mass", "links.com", "links.inertia"
 _LEAST_MASS = 0.05  # of the stated one
 _LEAST_INERTIA = 0.2  # of the stated one
@@ -58,13 +59,20 @@ class Member:
 
 
 def held_members(problem: Problem) -> tuple[Member, ...]:
-    """Effects that the nominal model holds, with the delay of the command that was found."""
-    inside = cast(tuple[Member, ...], problem.inside)
-    if not problem.command_delay:
-        return inside
-    delay = np.full(problem.n, problem.command_delay)
-    return (Member(TIME_DELAY, tuple(range(problem.n)), {"delay": delay},
-                   {"delay": DELAY_TOLERANCE * delay}), *inside)
+    """Effects that the nominal model holds.
+
+    With the delay of the command that was found, and the error of a torque per command that is
+    known with a tolerance.
+    """
+    held, joints = cast(tuple[Member, ...], problem.inside), tuple(range(problem.n))
+    if problem.nominal.torque_tolerance:
+        error = np.full(problem.n, problem.nominal.torque_tolerance)
+        held = Member(TORQUE_GAIN_ERROR, joints, {"error": 0.0 * error}, {"error": error}), *held
+    if problem.command_delay:
+        delay = np.full(problem.n, problem.command_delay)
+        held = Member(TIME_DELAY, joints, {"delay": delay},
+                      {"delay": DELAY_TOLERANCE * delay}), *held
+    return held
 
 
 @dataclasses.dataclass(frozen=True)

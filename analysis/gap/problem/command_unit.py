@@ -1,7 +1,8 @@
 """Commands that are no torque, beside a datasheet in kg m^2 and N m.
 
 A current, a voltage or a percentage becomes the torque that it is worth by the robot file.  Where
-that says nothing of it, torques stay per unit of command, and the datasheet is not used.
+that says nothing of it, its links may: then the torque is known with a tolerance.  Else torques
+stay per unit of command, and the datasheet is not used.
 """
 
 import dataclasses
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from clie_blocks.analysis.gap.problem.torque_by_links import CERTAIN, torque_by_links
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
 from clie_blocks.analysis.records.robot_sections import Links, Motor
@@ -32,9 +34,14 @@ def in_one_unit(robot: Robot, records: Sequence[Record]) -> Stated:
     if all(unit in FORCES for unit in first.units["u"]) or not _has_datasheet(robot):
         return robot, list(records)
     force = force_per_command(first)
+    if force is not None:
+        return _as_torque(robot, records, force, "by the robot file")
+    force = torque_by_links(robot, records)
     if force is None:
         return _without_datasheet(robot, records, missing_force(first) or "")
-    return _as_torque(robot, records, force)
+    within = dataclasses.replace(robot.motor, torque_constant_tolerance=CERTAIN)
+    return _as_torque(dataclasses.replace(robot, motor=within), records, force,
+                      f"by the links of the robot file, within {100 * CERTAIN:.0f} %")
 
 
 def _has_datasheet(robot: Robot) -> bool:
@@ -43,7 +50,7 @@ def _has_datasheet(robot: Robot) -> bool:
             or robot.tree is not None)
 
 
-def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> Stated:
+def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray, by: str) -> Stated:
     """Commands, gains and limits as torques [N m] or forces [N]."""
     law = robot.controller
     factors: dict[str, Any] = {
@@ -62,10 +69,10 @@ def _as_torque(robot: Robot, records: Sequence[Record], force: np.ndarray) -> St
         limits=dataclasses.replace(robot.limits,
                                    command=None if largest is None else largest * force),
         motor=dataclasses.replace(robot.motor, torque_gain=None))
-    return stated, [_record_as_torque(record, stated, force) for record in records]
+    return stated, [_record_as_torque(record, stated, force, by) for record in records]
 
 
-def _record_as_torque(record: Record, robot: Robot, force: np.ndarray) -> Record:
+def _record_as_torque(record: Record, robot: Robot, force: np.ndarray, by: str) -> Record:
     unit = tuple("N" if q == "m" else "N m" for q in record.units["q"])
     worth = ", ".join(f"{x:.4g} {new} per {old} at {name}" for x, new, old, name in zip(
         force, unit, record.units["u"], record.joints, strict=True))
@@ -73,7 +80,7 @@ def _record_as_torque(record: Record, robot: Robot, force: np.ndarray) -> Record
         u=None if record.u is None else record.u * force,
         pe=None if record.pe is None else record.pe * force, robot=robot,
         units={**record.units, "u": unit, "pe": unit}).noted(
-            f"u is no torque: it is taken as one by the robot file, {worth}.")
+            f"u is no torque: it is taken as one {by}, {worth}.")
 
 
 def _without_datasheet(robot: Robot, records: Sequence[Record], why: str) -> Stated:

@@ -29,6 +29,9 @@ class Nominal:
         Largest relative deviation of the mass of a link; 0 where none is stated.
     com_tolerance : float
         Largest deviation of each coordinate of a centre of mass [m]; 0 where none is stated.
+    torque_tolerance : float
+        Largest relative deviation of the torque per command; 0 where that is known, or where only
+        masses could tell it, which then move as far.
 
     """
 
@@ -40,6 +43,7 @@ class Nominal:
     load_tolerance: np.ndarray
     mass_tolerance: float = 0.0
     com_tolerance: float = 0.0
+    torque_tolerance: float = 0.0
 
 
 def stated_or(value: np.ndarray | None, n: int, default: float) -> np.ndarray:
@@ -51,26 +55,29 @@ def nominal_model(robot: Robot, links: Links, ratio: np.ndarray, logs: Sequence[
                   period: float) -> Nominal:
     """Return the stated joint model; without a datasheet, the one that fits the logs."""
     motor, n = robot.motor, robot.n
+    of_torque = motor.torque_constant_tolerance or 0.0
+    has_scale = links.has_coupling or links.has_gravity
+    torque_tolerance, of_masses = (of_torque, 0.0) if has_scale else (0.0, of_torque)
+    of_links = {"mass_tolerance": float(np.hypot(robot.links.mass_tolerance or 0.0, of_masses)),
+                "com_tolerance": robot.links.com_tolerance or 0.0,
+                "torque_tolerance": torque_tolerance}
     if motor.inertia is None:
-        inertia, damping, load = inverse_dynamics_model(logs, period)
+        inertia, damping, load = inverse_dynamics_model(logs, period, links, ratio)
         return Nominal(inertia, damping, load, UNKNOWN_TOLERANCE * inertia,
                        UNKNOWN_TOLERANCE * (damping + inertia),
-                       UNKNOWN_TOLERANCE * (np.abs(load) + inertia))
+                       UNKNOWN_TOLERANCE * (np.abs(load) + inertia), **of_links)
     rotor = ratio * stated_or(motor.inertia, n, 0.0)
     inertia = rotor + links.diagonal / ratio
     drag = ratio * stated_or(motor.viscous_friction, n, 0.0)
     damping = drag + links.bearing_damping / ratio
     tolerance = _stated_tolerance(motor.inertia_tolerance)
     drag_tolerance = _stated_tolerance(motor.viscous_friction_tolerance)
-    of_torque = motor.torque_constant_tolerance or 0.0  # a torque off by a factor moves as a mass
     return Nominal(
         inertia=inertia, damping=damping, load=np.zeros(n),
         inertia_tolerance=np.hypot(np.maximum(tolerance * rotor, 0.002 * inertia),
-                                   of_torque * inertia),
-        damping_tolerance=np.hypot(drag_tolerance * drag, np.hypot(0.02, of_torque) * damping),
-        load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs),
-        mass_tolerance=float(np.hypot(robot.links.mass_tolerance or 0.0, of_torque)),
-        com_tolerance=robot.links.com_tolerance or 0.0)
+                                   of_masses * inertia),
+        damping_tolerance=np.hypot(drag_tolerance * drag, np.hypot(0.02, of_masses) * damping),
+        load_tolerance=_load_tolerance(motor.torque_offset_tolerance, logs), **of_links)
 
 
 def _load_tolerance(stated: np.ndarray | None, logs: Sequence[Log]) -> np.ndarray:

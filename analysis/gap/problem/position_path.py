@@ -25,8 +25,6 @@ from clie_blocks.errors import NotIdentifiableError
 from clie_blocks.linear_filters import zero_order_hold
 
 if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
-
     from clie_blocks.compiled import Program
 
 STEP_SHARE = 0.05  # of a step of the set-point: a servo that has moved so far has answered it
@@ -186,22 +184,22 @@ def fit_position_path(record: Record, k: int, causes: Sequence[str] = ("delay",)
                           x_scale=[_SCALE[name] for name in free], bounds=(low, high),
                           max_nfev=60) for one in starts]
     best = min(fits, key=lambda fit: fit.cost)
-    influence = block_influence(best, round(CORRELATION_TIME / period))
+    influence = block_influence(best.jac, best.fun, round(CORRELATION_TIME / period))
     half_widths = NORMAL_95 * np.linalg.norm(influence, axis=0)
     return PositionPath(**parameters(best.x), rms_error=float(np.sqrt(np.mean(best.fun**2))),
                         half_widths=dict(zip(free, half_widths.tolist())))
 
 
-def block_influence(fit: OptimizeResult, width: int) -> np.ndarray:
+def block_influence(jacobian: np.ndarray, error: np.ndarray, width: int) -> np.ndarray:
     """Influence of each block of samples on a least-squares fit, shape (blocks, parameters).
 
     Errors are correlated within a block and independent between blocks: the root of the sum of
     squares of a column is the standard deviation of its parameter.
     """
-    blocks = range(width, len(fit.fun), width)
-    gradients = np.array([rows.T @ error for rows, error in zip(
-        np.split(fit.jac, blocks), np.split(fit.fun, blocks))])
-    return gradients @ np.linalg.pinv(fit.jac.T @ fit.jac)
+    blocks = range(width, len(error), width)
+    gradients = np.array([rows.T @ part for rows, part in zip(
+        np.split(jacobian, blocks), np.split(error, blocks))])
+    return gradients @ np.linalg.pinv(jacobian.T @ jacobian)
 
 
 def describe(record: Record, k: int) -> str:

@@ -261,10 +261,12 @@ def position_error_as_command(robot: Robot, records: Sequence[Record],
         robot.controller, law="pd", kp=np.ones(robot.n), kd=np.zeros(robot.n),
         velocity_filter="difference",
         sample_time=robot.controller.sample_time or SERVO_PERIOD)
-    stated = dataclasses.replace(robot, controller=controller)
-    note = ("The command is not logged: the position error stands for it, so that torques are in "
-            "rad of error and the damping includes that of the servo. Friction, weight and "
-            "inertia are known over the gain of the servo, and not apart from it.")
+    motor = dataclasses.replace(robot.motor, viscous_friction=None,
+                                viscous_friction_tolerance=None)
+    stated = dataclasses.replace(robot, controller=controller, motor=motor)
+    note = ("The command is not logged: the position error stands for it, and the damping "
+            "includes that of the servo. Unless links show its gain, friction, weight and inertia "
+            "are known over that, in rad of error.")
     note = " ".join([note, *([UNSIGNED] if records[0].tau is not None else []),
                      *_position_paths(records)])
     return stated, [record.replace(u=_reference(record) - record.q, robot=stated,

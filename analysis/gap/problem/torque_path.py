@@ -154,7 +154,8 @@ def _fit_path(records: Sequence[Record], k: int, elements: Collection[str]) -> T
 
     measured = np.concatenate(torques)
     best = _best_fit(error, free, measured)
-    influence = dict(zip(free, block_influence(best, round(CORRELATION_TIME / periods[0])).T))
+    influence = dict(zip(free, block_influence(
+        best.jac, best.fun, round(CORRELATION_TIME / periods[0])).T))
     if TIMING in elements:
         influence["total_delay"] = influence.pop("lag") + influence.pop("delay")
     size = np.std(measured)

@@ -15,10 +15,16 @@ from clie_blocks.analysis.gap.assessment.not_shown import not_shown
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
 from clie_blocks.analysis.gap.causes.cause import Number
+from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, Member, held_members
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    LINK_MASS,
+    TORQUE_SCALE,
+    Member,
+    held_members,
+)
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.correction import correction
@@ -266,6 +272,8 @@ def _simulator(result: Result) -> list[dict[str, Any]]:
     """Effects that the user's own simulator holds: the robot's parameters, and the simulator's."""
     rows = []
     for member in held_members(result.residuals.problem):
+        if member.cause is TORQUE_GAIN_ERROR:  # of the joint model
+            continue
         row = {"effect": member.cause.name, **_of_member(member, result.model)}
         for name, entry in row["parameters"].items():
             entry["simulated"] = member.values[name][..., list(member.joints)]
@@ -313,14 +321,20 @@ def intervals(fit: Fit) -> dict[str, np.ndarray]:
 
 
 def _joint_model(result: Result) -> dict[str, Any]:
-    """Refitted inertia, damping and offset, and masses with a tolerance, beside what is stated."""
+    """Refitted inertia, damping and offset, and what has a tolerance, beside what is stated."""
     nominal, fit, mass = result.problem.nominal, result.model, result.problem.links.mass
     rows = [(name, name, unit, getattr(nominal, name), getattr(nominal, f"{name}_tolerance"))
             for name, unit in (("inertia", "kg m^2"), ("damping", "N m s/rad"), ("load", "N m"))]
     spread = intervals(fit)
     if LINK_MASS in spread:
         rows.append(("mass", LINK_MASS, "kg", mass, nominal.mass_tolerance * mass))
-    return {name: {"value": fit.hypothesis.values[key], "stated": stated, "tolerance": tolerance,
-                   "interval": [fit.hypothesis.values[key] - spread[key],
-                                fit.hypothesis.values[key] + spread[key]], "unit": unit}
-            for name, key, unit, stated, tolerance in rows}
+    table = {name: {"value": fit.hypothesis.values[key], "stated": stated, "tolerance": tolerance,
+                    "interval": [fit.hypothesis.values[key] - spread[key],
+                                 fit.hypothesis.values[key] + spread[key]], "unit": unit}
+             for name, key, unit, stated, tolerance in rows}
+    if nominal.torque_tolerance and TORQUE_SCALE in spread:
+        one, scale = np.ones(fit.hypothesis.problem.n), 1.0 + fit.hypothesis.values[TORQUE_SCALE]
+        table["torque"] = {
+            "value": scale, "stated": one, "tolerance": nominal.torque_tolerance * one,
+            "interval": [scale - spread[TORQUE_SCALE], scale + spread[TORQUE_SCALE]], "unit": "1"}
+    return table

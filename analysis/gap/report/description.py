@@ -16,9 +16,9 @@ from clie_blocks.analysis.gap.causes.description import (
     is_number,
     stated_and_identified,
 )
-from clie_blocks.analysis.gap.causes.vocabulary import effects_of_number
+from clie_blocks.analysis.gap.causes.vocabulary import TORQUE_CONSTANT, effects_of_number
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, Member
+from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, TORQUE_SCALE, Member
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.verdict.evidence import prior_violations
 from clie_blocks.analysis.gap.verdict.posterior import NONE, RankedCause
@@ -65,6 +65,7 @@ def _of_hypothesis(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
     if not numbers or prior_violations(fit, result.method.verdict):
         yield from _of_joint_model(fit, result)
         yield from _of_masses(fit, result)
+        yield from _of_torque_constants(fit, result)
 
 
 def _entry(member: Member, k: int, fit: Fit, result: Result) -> dict[str, Any]:
@@ -115,6 +116,21 @@ def _of_masses(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
                 yield {"key": MASS, "joint": k + 1, "stated": float(stated[k]),
                        "identified": mass, "interval": [mass - half, mass + half], "unit": "kg",
                        "note": ""}
+
+
+def _of_torque_constants(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
+    """Torque constants whose refitted value is beyond the tolerance that the file states."""
+    problem, robot = result.problem, result.problem.robot
+    stated = robot and robot.motor.torque_constant
+    if stated is None or not problem.nominal.torque_tolerance:
+        return
+    for k, error in enumerate(fit.hypothesis.values[TORQUE_SCALE]):
+        half = NORMAL_95 * _spread(fit, TORQUE_SCALE, k)
+        if abs(error) > problem.nominal.torque_tolerance + half:
+            value, wide = float(stated[k] * (1.0 + error)), float(stated[k] * half)
+            yield {"key": TORQUE_CONSTANT, "joint": k + 1, "stated": float(stated[k]),
+                   "identified": value, "interval": [value - wide, value + wide],
+                   "unit": "N m/A", "note": ""}
 
 
 def _spread(fit: Fit, key: str, k: int) -> float:

@@ -39,7 +39,8 @@ DIFFERENCES = (
 JOINT_NAMES = {"inertia": ("joint armature", "<inertial>", "armature"),
                "damping": ("joint damping", "<dynamics damping>", "viscousFriction"),
                "load": ("motor biasprm, sign reversed", "none", "effort offset, sign reversed"),
-               "mass": ("body inertial mass", "<inertial><mass>", "mass")}
+               "mass": ("body inertial mass", "<inertial><mass>", "mass"),
+               "torque": ("actuator gear or gainprm", "none", "scale of the effort")}
 
 
 def parameters_section(answer: Answer) -> Section:

@@ -19,7 +19,8 @@ Units = Mapping[str, str]  # of positions ``q`` and commands ``u``
 MIXED = " or "  # between the units of joints that turn and of joints that slide
 TITLES = {"none": "no effect", "unknown": "an effect outside the library",
           "parametric": "parameters outside their tolerance"}
-JOINT_PARAMETERS = {"load": "offset"}  # a parameter of the joint model, for a reader
+JOINT_PARAMETERS = {"load": "offset",  # parameters of the joint model, for a reader
+                    "torque": "torque over that of the robot file"}
 CONFOUNDERS = {CONTACT: "an obstacle", POSE: "another torque of the pose",
                UNMARKED: "an effect outside the library"}
 
