@@ -13,9 +13,9 @@ LAYERS = {"clie_blocks": 0, "diagrams": 1, "analysis": 2}
 FILES = [path for folder in LAYERS for path in sorted((ROOT / folder).rglob("*.py"))]
 GAP = "clie_blocks.analysis.gap"
 # What stands on the stages, in the order in which it may be imported.
-ABOVE = ("explain", "command_reading", "torque_timing", "backlash", "simulator_comparison",
-         "stages", "diagnosis", "tasks", "batch", "interface", "load_comparison",
-         "simulator_faults", "fleet", "calibration", "command")
+ABOVE = ("explain", "set_point_reading", "command_reading", "torque_timing", "backlash",
+         "simulator_comparison", "stages", "diagnosis", "tasks", "batch", "interface",
+         "load_comparison", "simulator_faults", "fleet", "calibration", "command")
 
 
 def load_structure():

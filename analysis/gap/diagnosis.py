@@ -217,6 +217,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     start = time.monotonic()
     deadline = start + method.search.budget_share * seconds
     causes, excluded = select_causes(effects, exclude), excluded_names(effects, exclude)
+    problem = stages.read_set_points(problem, method, stages.steps)
     controller, causes = _within_reach(problem.law, stages.check_controller(problem), causes)
     simulator_of(problem, ()).check(problem.logs[0])
     controller = stages.read_commands(controller, problem, method, stages.steps)

@@ -13,12 +13,8 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.noise import Noise, sensor_noise_model
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.search.noise_of_leader import with_noise_of_leader
-from clie_blocks.analysis.gap.search.strategy import (
-    SEARCH_STEPS,
-    SearchResult,
-    SearchSteps,
-    search_causes,
-)
+from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS, SearchSteps
+from clie_blocks.analysis.gap.search.strategy import SearchResult, search_causes
 from clie_blocks.analysis.gap.verdict.evidence import Table, evidence
 from clie_blocks.analysis.gap.verdict.lack_of_fit import excess_with_free_torque
 

@@ -17,6 +17,7 @@ from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explan
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.refinement import prune_joints, refine_to_prior
 from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.set_point_reading import read_set_points
 from clie_blocks.analysis.gap.simulator_comparison.difference import against_simulator
 from clie_blocks.analysis.gap.torque_timing import time_torque, time_torque_again
 from clie_blocks.output import report_stage
@@ -29,6 +30,7 @@ class Stages:
     An ablation is ``dataclasses.replace(STAGES, next_experiment=lambda *_: None)``.
     """
 
+    read_set_points: Callable[..., Problem] = read_set_points
     check_controller: Callable[[Problem], ControllerCheck] = check_controller
     read_commands: Callable[..., ControllerCheck] = read_commands
     time_torque: Callable[..., ControllerCheck] = time_torque
@@ -47,7 +49,8 @@ class Stages:
 
 
 STAGES = Stages()
-TITLES = {"check_controller": "replaying the control law", "read_commands": "reading the commands",
+TITLES = {"read_set_points": "reading the set-points",
+          "check_controller": "replaying the control law", "read_commands": "reading the commands",
           "time_torque": "timing the measured torque",
           "against_simulator": "comparing with the simulator", "explain": "searching for causes",
           "explain_backlash": "checking for backlash", "prune_joints": "refining the model",

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from clie_blocks.analysis.gap.problem.torque_by_links import CERTAIN, torque_by_links
+from clie_blocks.analysis.gap.problem.torque_by_links import TOLERANCE, torque_by_links
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.command_unit import force_per_command, missing_force
 from clie_blocks.analysis.records.robot_sections import Links, Motor
@@ -39,9 +39,9 @@ def in_one_unit(robot: Robot, records: Sequence[Record]) -> Stated:
     force = torque_by_links(robot, records)
     if force is None:
         return _without_datasheet(robot, records, missing_force(first) or "")
-    within = dataclasses.replace(robot.motor, torque_constant_tolerance=CERTAIN)
+    within = dataclasses.replace(robot.motor, torque_constant_tolerance=TOLERANCE)
     return _as_torque(dataclasses.replace(robot, motor=within), records, force,
-                      f"by the links of the robot file, within {100 * CERTAIN:.0f} %")
+                      f"by the links of the robot file, within {100 * TOLERANCE:.0f} %")
 
 
 def _has_datasheet(robot: Robot) -> bool:

@@ -9,6 +9,7 @@ from clie_blocks.linear_filters import low_pass
 from clie_blocks.robot_loop.links import Links, coupling_torque, gravity_torque
 
 SMOOTHING_CORNER = 20.0  # Hz of the zero-phase low-pass before differentiation
+_WITH_ROTOR = 1.05  # of the inertia of links: the least with a rotor
 # Of the largest velocity of a log, below which a velocity is rounding: its sign is arbitrary.
 ROUNDED_VELOCITY = 1e-9
 
@@ -17,12 +18,14 @@ def inverse_dynamics_model(logs: Sequence[Log], period: float, links: Links, rat
                            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inertia, damping and load of each joint from smoothed motion and commands, (n,) each.
 
-    What stated links take of the commands beyond a constant inertia is left out.
+    What stated links take of the commands beyond a constant inertia is left out, and an inertia is
+    at least that of the links: without rotors of their own they would run away.
     """
     motions = [_smooth(log, period, links, ratio) for log in logs]
     coefficients = [_joint_coefficients(motions, k) for k in range(links.n)]
     inertia, damping, load, _ = np.array(coefficients).T
-    return np.maximum(np.abs(inertia), 1e-9), np.maximum(damping, 0.0), load
+    least = np.maximum(1e-9, _WITH_ROTOR * links.diagonal / ratio)
+    return np.maximum(np.abs(inertia), least), np.maximum(damping, 0.0), load
 
 
 def _smooth(log: Log, period: float, links: Links, ratio: np.ndarray,

@@ -23,14 +23,18 @@ from clie_blocks.analysis.records.checks.measures import (
 from clie_blocks.robot_loop.links import Links, bias_torque, inertial_torque
 
 CERTAIN = 0.2  # relative standard deviation, above which the logs do not show it
+# Relative, of the torque that links show: a load that they carry beyond their model has its part.
+TOLERANCE = 0.5
+_ALIKE = 1e-6  # share of the torque of the links beyond the joint's own that is rounding
 _OWN = 4  # parameters of a joint beside its torque per command
 
 
 def torque_by_links(robot: Robot, records: Sequence[Record]) -> np.ndarray | None:
     """Torque at the motors per command [N m over the unit of u], shape (n,).
 
-    None where the file states no links that couple or weigh, or the logs do not show the torque of
-    each joint.
+    None where the file states no links that couple or weigh, or the logs show it of no joint.
+    Where links take next to nothing, as at the end of an arm, a joint is taken to be driven as the
+    others are: there it hardly matters.
 
     Parameters
     ----------
@@ -49,7 +53,8 @@ def torque_by_links(robot: Robot, records: Sequence[Record]) -> np.ndarray | Non
     width = round(CORRELATION_TIME / records[0].sample_time)
     torque = np.array([_of_joint([(own[k], u[:, k]) for own, u in parts], width)
                        for k in range(robot.n)])
-    return None if np.isnan(torque).any() else torque
+    shown = np.isfinite(torque)
+    return np.where(shown, torque, np.median(torque[shown])) if shown.any() else None
 
 
 def _motion(record: Record, links: Links, ratio: np.ndarray,
@@ -74,8 +79,12 @@ def _of_joint(parts: Sequence[tuple[np.ndarray, np.ndarray]], width: int) -> flo
     regressors, u = map(np.concatenate, zip(*parts))
     if len(u) <= 10 * (1 + _OWN):
         return np.nan
+    of_links, own = regressors[:, 0], np.linalg.qr(regressors[:, 1:])[0]
+    beyond = of_links - own @ (own.T @ of_links)
+    if np.linalg.norm(beyond) <= _ALIKE * np.linalg.norm(of_links):
+        return np.nan
     least = np.array([0.0] * _OWN + [-np.inf])  # no torque, inertia or friction is negative
     fit = lsq_linear(regressors, u, (least, np.full(1 + _OWN, np.inf)))
     share = fit.x[0]
-    deviation = np.linalg.norm(block_influence(regressors, fit.fun, width)[:, 0])
+    deviation = np.linalg.norm(block_influence(beyond[:, None], fit.fun, width))
     return np.nan if deviation >= CERTAIN * share else float(1.0 / share)

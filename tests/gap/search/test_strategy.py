@@ -19,7 +19,10 @@ from clie_blocks.analysis.gap.fitting.hypothesis import Member
 from clie_blocks.analysis.gap.method.method import METHOD
 from clie_blocks.analysis.gap.problem.problem import holds_stably
 from clie_blocks.analysis.gap.search.candidates import Candidate
-from clie_blocks.analysis.gap.search.strategy import SEARCH_STEPS, _Search, search_causes
+from clie_blocks.analysis.gap.search.contest import Contest
+from clie_blocks.analysis.gap.search.further_causes import one_more_cause
+from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS
+from clie_blocks.analysis.gap.search.strategy import search_causes
 
 WHOLE = 1000.0  # excess of the refitted nominal model
 SAMPLES = 1000.0
@@ -123,8 +126,8 @@ def test_a_fit_whose_loop_is_not_stable_is_not_extended():
     assert not holds_stably(damped, np.ones(2), np.array([0.5, 1.2]))
     undamped = SimpleNamespace(method=METHOD, problem=SimpleNamespace(law=SimpleNamespace(
         holds_joints=True, torque_sensitivity=lambda k, inertia, damping: ([1.0], [1.0, -1.2]))))
-    search = _Search(undamped, StubFit(WHOLE, ()), CAUSES, SEARCH_STEPS)
-    assert search.one_more_cause(None, StubFit(90.0, MEMBERS[:1])) == []
+    contest = Contest(undamped, StubFit(WHOLE, ()), CAUSES, SEARCH_STEPS)
+    assert one_more_cause(contest, None, StubFit(90.0, MEMBERS[:1])) == []
 
 
 def test_where_no_cause_can_act_nothing_is_fitted():

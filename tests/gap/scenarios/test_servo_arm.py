@@ -1,0 +1,58 @@
+"""A desk arm of hobby servos as its owner has it: a robot of the gallery, logs of positions."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
+
+from clie_blocks.analysis import cli  # noqa: E402
+from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
+from clie_blocks.analysis.records import read_trial  # noqa: E402
+from tests.gap.scenarios.servo_arm import STIFFNESS, ServoArm  # noqa: E402
+
+pytestmark = pytest.mark.slow
+ELBOW = 2
+FRICTION = {"coulomb", "asymmetric_coulomb", "dahl", "maxwell_slip", "presliding", "stribeck",
+            "friction_drift", "position_dependent_friction"}
+
+
+def folder_of(path, **how):
+    """Folder with the robot file of the gallery, as it is written, and logs of the arm."""
+    assert cli.main(["robot", "so101", "-o", str(path)]) == 0
+    ServoArm(path / "so101.urdf", **how).write_logs(path)
+    return path
+
+
+def answer_of(path, **how):
+    """Answer of `clie diagnose` on such a folder."""
+    folder = folder_of(path / "arm", **how)
+    assert cli.main(["diagnose", str(folder), "-o", str(path / "out")]) == 0
+    return json.loads((path / "out" / "arm.json").read_text())
+
+
+def test_the_links_show_the_gain_of_each_servo_that_carries_some(tmp_path):
+    robot, records = read_trial(folder_of(tmp_path))
+    problem = Problem.from_logs(robot, records)
+    np.testing.assert_allclose(problem.law.kp[:4], STIFFNESS[:4], rtol=0.05)
+    assert problem.links.has_gravity and problem.links.has_coupling
+
+
+@pytest.mark.parametrize("sends", [True, False], ids=["sent", "made by the servo"])
+def test_a_sound_arm_has_no_gap_however_it_gets_its_set_points(tmp_path, sends):
+    answer = answer_of(tmp_path, sends=sends)
+    assert answer["verdict"] == "none"
+    said = " ".join(answer["log_decisions"])
+    assert ("held from row to row" in said) == sends
+    assert "by the links of the robot file" in said
+
+
+def test_the_elbow_that_rubs_is_named(tmp_path):
+    answer = answer_of(tmp_path, coulomb={ELBOW: 0.15})
+    first = answer["effects"][0]
+    assert first["effect"] in FRICTION and first["joint"] == [ELBOW + 1]
+    assert answer["families"]["friction"] > 0.9
+    accused = {joint for row in answer["effects"] if row["probability"] >= 0.5
+               for joint in row["joint"] or []}
+    assert accused <= {ELBOW + 1}
