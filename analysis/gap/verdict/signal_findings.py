@@ -112,6 +112,8 @@ def signal_findings(records: Sequence[Record], residuals: ResidualModel, check: 
     if all(findings_of_position_path(record) for record in records):
         findings = (*_setpoint_delay(records, residuals, left_out),
                     *_coarse_positions(residuals, check))
+    elif all(is_driven_by_error(record) for record in records):
+        findings = _coarse_positions(residuals, check)
     elif all(findings_of_torque_path(record) for record in records):
         findings = _drive_findings(records, residuals.method, left_out)
     return tuple(finding for finding in findings if finding.effect not in left_out)
@@ -187,9 +189,19 @@ def with_signal_findings(verdict: str, findings: Sequence[SignalFinding]) -> str
 
 
 def findings_of_position_path(record: Record) -> bool:
-    """Whether the position error stands for a command that was not logged."""
-    return (_has_no_law(record) and record.u is not None and record.qd is not None
-            and np.array_equal(record.u, record.qd - record.q))
+    """Whether a position error in rad stands for a command that was not logged.
+
+    Where links show its torque, the motion tells a delay: the path of one joint knows no coupling.
+    """
+    law = record.robot and record.robot.controller
+    return bool(law and is_driven_by_error(record) and np.all(law.kp == 1.0))
+
+
+def is_driven_by_error(record: Record) -> bool:
+    """Whether the position error, or the torque it is worth, stands for the command."""
+    law = record.robot and record.robot.controller
+    return bool(law and _has_no_law(record) and record.u is not None and record.qd is not None
+                and np.array_equal(record.u, (record.qd - record.q) * law.kp))
 
 
 def findings_of_torque_path(record: Record) -> bool:
