@@ -121,7 +121,7 @@ def _of_masses(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
 def _of_torque_constants(fit: Fit, result: Result) -> Iterator[dict[str, Any]]:
     """Torque constants whose refitted value is beyond the tolerance that the file states."""
     problem, robot = result.problem, result.problem.robot
-    stated = robot and robot.motor.torque_constant
+    stated = None if robot is None else robot.motor.torque_constant
     if stated is None or not problem.nominal.torque_tolerance:
         return
     for k, error in enumerate(fit.hypothesis.values[TORQUE_SCALE]):

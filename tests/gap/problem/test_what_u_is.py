@@ -7,12 +7,17 @@ import pytest
 
 from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.causes.friction import COULOMB
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    TORQUE_SCALE,
+    build_hypothesis,
+    held_members,
+)
 from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.records import Record, Robot
 from clie_blocks.analysis.records.controller_section import Controller
 from clie_blocks.analysis.records.robot_file import read_robot
-from clie_blocks.analysis.records.robot_sections import Links, Motor
+from clie_blocks.analysis.records.robot_sections import Links, Motor, Nominal
 from clie_blocks.errors import NotIdentifiableError, RecordError
 
 TIME = 0.005 * np.arange(800)
@@ -92,3 +97,20 @@ def test_a_torque_constant_is_as_uncertain_as_every_mass_and_friction_beside_it(
                                (0.2 * tight.inertia) ** 2)
     np.testing.assert_allclose(wide.damping_tolerance**2 - tight.damping_tolerance**2,
                                (0.2 * tight.damping) ** 2)
+
+
+def test_coupling_or_weight_tell_a_torque_constant_from_masses():
+    weighing = Robot(n=1, controller=PD, nominal=Nominal(gravity=True),
+                     links=Links(mass=[1.0], length=[0.3], com=[0.2]),
+                     motor=Motor(inertia=[0.1], viscous_friction=[0.2], inertia_tolerance=0.05,
+                                 viscous_friction_tolerance=0.1, torque_constant_tolerance=0.2))
+    problem = stated(weighing, qd=QD, u=U)
+    tight = stated(dataclasses.replace(weighing, motor=dataclasses.replace(
+        weighing.motor, torque_constant_tolerance=None)), qd=QD, u=U).nominal
+    assert problem.nominal.torque_tolerance == 0.2 and problem.nominal.mass_tolerance == 0.0
+    np.testing.assert_array_equal(problem.nominal.inertia_tolerance, tight.inertia_tolerance)
+    torque, = held_members(problem)
+    assert torque.cause.name == "torque_gain_error" and torque.joints == (0,)
+    free = build_hypothesis(problem, ()).free_parameters
+    scale, = (one for one in free if one.key == TORQUE_SCALE)
+    assert (scale.centre, scale.tolerance) == (0.0, 0.2)
