@@ -20,6 +20,7 @@ from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.backlash import to_stated_loop
 from clie_blocks.analysis.gap.causes.cause import Cause
 from clie_blocks.analysis.gap.causes.description import PARAMETRIC
+from clie_blocks.analysis.gap.causes.drive import TIME_DELAY
 from clie_blocks.analysis.gap.causes.vocabulary import excluded_names, select_causes
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.explain import Explanation
@@ -253,6 +254,8 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         ranking, (second or first).evidence.nominal_excess, method)
     ranking = doubted(ranking, controller.reading * earned * searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
+    if _explains_motion_between_rows(ranking, first, method):
+        findings = tuple(one for one in findings if one.effect != TIME_DELAY.name)
     decision = with_signal_findings(verdict(ranking, established, alike), findings)
     is_nameless = decision == "unexplained" and ranking[0].names == (UNKNOWN,)
     mapped = first.nominal if is_nameless else model
@@ -377,6 +380,19 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
         return first.nominal
     nominal = stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
     return first.nominal if nominal.has_diverged else nominal
+
+
+def _explains_motion_between_rows(ranking: Sequence[RankedCause], first: Explanation,
+                                  method: Method) -> bool:
+    """Whether models that act between the rows of the logs need no delay to explain the motion.
+
+    The path from set-point to motion, which knows a lag and dry friction, takes other lags for a
+    delay.  Models that act once per row are late as it is, and cannot tell.
+    """
+    leading = ranking[0]
+    acts_between = all(log.stride > 1 for log in first.residuals.problem.logs)
+    return bool(acts_between and leading.names != (UNKNOWN,) and TIME_DELAY.name not in
+                leading.names and leading.excess < method.calibration.healthy)
 
 
 def _signal_findings(problem: Problem, first: Explanation, controller: ControllerCheck,

@@ -102,6 +102,16 @@ class Calibration:
         removed = min(max(gain, 1e-6), self.fair_share)
         return self.shortfall_cost * np.log(self.fair_share / removed)
 
+    def gained_in_health(self, excess: float, fewer: float, nominal_excess: float) -> float:
+        """Part of what a further cause gains that a healthy robot leaves, too: no gap [nats].
+
+        `fewer` is what the causes leave without it.
+        """
+        blunt = dataclasses.replace(self, floor=max(self.floor, self.healthy))
+        whole, beyond = (one.score(excess, nominal_excess) - one.score(fewer, nominal_excess)
+                         for one in (self, blunt))
+        return max(float(whole - beyond), 0.0)
+
     def cannot_pay_off(self, excess: float, nominal_excess: float) -> bool:
         """Whether no further cause could outweigh its cost, however little it would leave.
 
@@ -109,7 +119,8 @@ class Calibration:
         """
         gain = self.score(0.0, nominal_excess) - self.score(excess, nominal_excess)
         share = excess / max(nominal_excess, excess, self.floor)
-        cost = self.shortfall(share) + self.cause_cost + self.parameter_cost
+        cost = (self.shortfall(share) + self.cause_cost + self.parameter_cost
+                + self.gained_in_health(0.0, excess, nominal_excess))
         return bool(gain < cost - np.log(self.futile_odds))
 
 

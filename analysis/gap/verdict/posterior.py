@@ -168,10 +168,13 @@ def _cost(row: Row, table: Table, c: Calibration) -> float:
     cost = _parameter_cost(row, c) + c.wrong_number_cost * (PARAMETRIC in row.names)
     if len(row.names) == 1:
         return cost
-    fewer = [other.excess for other in table.rows
+    fewer = [other for other in table.rows
              if not other.confounder and set(other.names) < set(row.names)]
-    gain = (min(fewer, default=table.nominal_excess) - row.excess) / table.nominal_excess
-    return cost + c.cause_cost * (len(row.names) - 1) + c.shortfall(gain)
+    without = min((other.excess for other in fewer), default=table.nominal_excess)
+    gap = min((other.excess - other.prior_violation for other in fewer), default=without)
+    gain = (without - row.excess) / table.nominal_excess
+    return (cost + c.cause_cost * (len(row.names) - 1) + c.shortfall(gain)
+            + c.gained_in_health(row.excess, gap, table.nominal_excess))
 
 
 def _parameter_cost(row: Row, c: Calibration) -> float:

@@ -67,6 +67,13 @@ def test_what_a_free_torque_explains_beside_one_cause_counts_though_three_bent_t
     assert "unknown" not in credible_set(bent)
 
 
+@pytest.mark.parametrize("left, named", [(0.61, False), (6.1, True)])
+def test_what_a_healthy_robot_leaves_is_no_gain_of_a_further_cause(left, named):
+    whole = 90.0 * left  # the same shares, at the noise and above it
+    rows = ("backlash", left, 2), ("backlash+encoder_eccentricity", 0.37 * left, 4)
+    assert (marginals(weigh(whole, *rows))["encoder_eccentricity"] > 0.5) == named
+
+
 def test_what_unseen_data_do_not_bear_out_goes_to_the_unknown():
     ranking = weigh(100.0, ("coulomb", 0.02, 1), ("spring", 60.0, 1))
     assert doubted(ranking, 1.0) == ranking
