@@ -50,8 +50,8 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     unknown_for_none,
     verdict,
 )
+from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 from clie_blocks.analysis.gap.verdict.signal_findings import (
-    SignalFinding,
     controller_findings,
     signal_findings,
     with_signal_findings,

@@ -14,7 +14,7 @@ from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.evidence import Table
 from clie_blocks.analysis.gap.verdict.posterior import RankedCause
-from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
+from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

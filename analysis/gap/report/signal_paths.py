@@ -8,7 +8,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.report.wording import Units, effect_title, number, with_prefix
-from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
+from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 from clie_blocks.analysis.report.document import Section, Table
 
 OF_SET_POINTS = (

@@ -264,6 +264,14 @@ def marginals(ranking: Sequence[RankedCause]) -> dict[str, float]:
     return dict(sorted(probability.items(), key=lambda item: -item[1]))
 
 
+def of_known(ranking: Sequence[RankedCause]) -> list[RankedCause]:
+    """Ranking without `unknown`, whose probability goes to the others."""
+    known = [ranked for ranked in ranking if ranked.names != (UNKNOWN,)]
+    held = sum(ranked.probability for ranked in known)
+    return [dataclasses.replace(ranked, probability=ranked.probability / held)
+            for ranked in known]
+
+
 def probability_of_any(ranking: Sequence[RankedCause], names: Collection[str]) -> float:
     """Probability of the hypotheses that hold one or more of some names."""
     return float(sum(ranked.probability for ranked in ranking if {*ranked.names} & {*names}))

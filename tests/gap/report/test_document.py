@@ -27,7 +27,7 @@ from clie_blocks.analysis.gap.report.wording import (
     percent,
     with_prefix,
 )
-from clie_blocks.analysis.gap.verdict.signal_findings import SignalFinding
+from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 from clie_blocks.errors import ClieError
 from clie_blocks.output import to_json
 

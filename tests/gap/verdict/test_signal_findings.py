@@ -14,10 +14,10 @@ from clie_blocks.analysis.gap.problem.preparation import prepare
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.problem.torque_path import path_torque
 from clie_blocks.analysis.gap.report.answer import answer
+from clie_blocks.analysis.gap.verdict.set_point_findings import delay_probability
+from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 from clie_blocks.analysis.gap.verdict.signal_findings import (
-    SignalFinding,
     controller_findings,
-    delay_probability,
     signal_findings,
     with_signal_findings,
 )
