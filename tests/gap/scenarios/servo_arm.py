@@ -68,7 +68,7 @@ class ServoArm:
             mujoco.mj_step(model, data, nstep=FINE)
         return dict(zip(("time", "qd", "q"), map(np.array, zip(*rows))))
 
-    def write_logs(self, folder: Path, seconds: float = 12.0, count: int = 3) -> None:
+    def write_logs(self, folder: Path, seconds: float = 10.0, count: int = 2) -> None:
         """Logs as their owner has them."""
         for seed in range(1, count + 1):
             signals = self.run(seconds, seed)
