@@ -72,11 +72,12 @@ def _row(trial: str, label: dict[str, Any], diagnosis: dict[str, Any], class_of:
 
 
 def _share(diagnosis: dict[str, Any], name: str, class_of: ClassOf) -> float:
-    """What the gap loses without a cause, by an answer; its probability where it is alone."""
-    rows = [row for row in diagnosis["effects"]
-            if row["effect"] not in NO_EFFECTS and class_of(row["effect"]) == name]
-    return float(max((row["share"]["last"] if "share" in row else row["probability"]
-                      for row in rows), default=0.0))
+    """What the gap loses without a cause, by an answer; its probability where none has a share."""
+    effects = [row for row in diagnosis["effects"] if row["effect"] not in NO_EFFECTS]
+    has_shares = any("share" in row for row in effects)
+    rows = [row for row in effects if class_of(row["effect"]) == name]
+    return float(max((row["share"]["last"] if "share" in row else
+                      0.0 if has_shares else row["probability"] for row in rows), default=0.0))
 
 
 def _closed(label: dict[str, Any], answer: Answer) -> float | None:
