@@ -2,7 +2,8 @@
 
 The robot is simulated with each part of its causes, and what these do beyond what inertia, damping
 and load could follow is what the gap would be if it had no others.  So shares do not depend on
-which sets of causes were fitted.
+which sets of causes were fitted.  They are of the gap, in which all frequencies count alike, and
+not of the whitened errors by which causes compete.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Values
 from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
 from clie_blocks.analysis.gap.residual.noise import whiten
-from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
+from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel, unweighted
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 
+_UNWEIGHTED: FitCache[Fit, ResidualModel] = FitCache()
 _BASES: FitCache[Fit, list[np.ndarray]] = FitCache()
 
 
@@ -64,7 +66,8 @@ def shares_of(fit: Fit, nominal: Fit, residuals: ResidualModel) -> dict[str, Sha
     names = sorted({member.cause.name for member in fit.hypothesis.members})
     sets = [frozenset(some) for count in range(len(names) + 1)
             for some in itertools.combinations(names, count)]
-    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal, residuals)
+    gap = _gaps(fit, [_without(fit, set(names) - some) for some in sets], nominal,
+                _unweighted(nominal, residuals))
     together = min(max(1.0 - max(fit.excess, 0.0) / max(nominal.excess, 1e-9), 0.0), 1.0)
     share = together * gap / gap[-1] if gap[-1] > 0.0 else 0.0 * gap
     return cause_shares(names, dict(zip(sets, share)))
@@ -82,7 +85,7 @@ def _without(fit: Fit, names: Collection[str]) -> Values:
 
 
 def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualModel) -> np.ndarray:
-    """Whitened squares of what each set of values does beyond the first, shape (sets,).
+    """Squares of what each set of values does beyond the first, shape (sets,).
 
     What the parameters of the nominal model can follow, as far as the datasheet allows it, is
     left out.
@@ -91,14 +94,22 @@ def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualMod
     changes = [_changes(fit, j, sets) for j in range(len(problem.fit))]
     total = np.zeros(len(sets))
     for k, basis in enumerate(_bases(nominal, residuals)):
-        whitened = np.concatenate([
+        beyond = np.concatenate([
             residuals.without_initial_response(
                 whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
             for j, change in enumerate(changes)])
         padded = np.zeros((len(basis), len(sets)))  # with what the datasheet allows
-        padded[:len(whitened)] = whitened
+        padded[:len(beyond)] = beyond
         total += np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
     return total
+
+
+def _unweighted(nominal: Fit, residuals: ResidualModel) -> ResidualModel:
+    """Residual model of the gap, at the nominal model."""
+    known = _UNWEIGHTED.of(residuals)
+    if nominal not in known:
+        known[nominal] = unweighted(residuals, nominal.hypothesis)
+    return known[nominal]
 
 
 def _bases(nominal: Fit, residuals: ResidualModel) -> list[np.ndarray]:

@@ -159,3 +159,23 @@ def residual_model(problem: Problem, hypothesis: JointModel, method: Method,
     counted = tuple(counted_rows(log, problem.period) for log in problem.logs)
     others = {j: own for j, own in noises.items() if own is not noises[0]}
     return ResidualModel(problem, noises[0], responses, method, counted, others)
+
+
+def unweighted(residuals: ResidualModel, hypothesis: JointModel) -> ResidualModel:
+    """Residual model of the errors as the gap counts them: over the noise, all frequencies alike.
+
+    The states that are unknown are those of the joint model of a hypothesis.
+    """
+    problem, values = residuals.problem, hypothesis.values
+    plain = dataclasses.replace(
+        residuals, noises=_without_filter(residuals.noises),
+        other_noises={j: _without_filter(own) for j, own in residuals.other_noises.items()})
+    return dataclasses.replace(plain, initial_responses=[
+        [unknown_responses(problem, values["inertia"], values["damping"], k, log,
+                           plain.noise(j, k)) for k in range(problem.n)]
+        for j, log in enumerate(problem.logs)])
+
+
+def _without_filter(noises: tuple[Noise, ...]) -> tuple[Noise, ...]:
+    return tuple(dataclasses.replace(noise, whitener=np.array([1.0 / noise.floor]))
+                 for noise in noises)
