@@ -265,8 +265,8 @@ def position_error_as_command(robot: Robot, records: Sequence[Record],
                                 viscous_friction_tolerance=None)
     stated = dataclasses.replace(robot, controller=controller, motor=motor)
     note = ("The command is not logged: the position error stands for it, and the damping "
-            "includes that of the servo. Unless links show its gain, friction, weight and inertia "
-            "are known over that, in rad of error.")
+            "includes that of the servo. Unless links show it, friction, weight and inertia are "
+            "known over the gain of the servo, in rad of error.")
     note = " ".join([note, *([UNSIGNED] if records[0].tau is not None else []),
                      *_position_paths(records)])
     return stated, [record.replace(u=_reference(record) - record.q, robot=stated,
