@@ -37,11 +37,11 @@ def read_set_points(problem: Problem, method: Method, steps: ExplainSteps) -> Pr
         return problem
     late = 0.5 * problem.period * (max(log.stride for log in problem.logs) - 1)
     held = problem.with_logs(_with_held_set_points)
-    (residuals, line), (_, rest) = (
+    (residuals, line), (_, in_steps) = (
         steps.fit_nominal(with_observer(one, method), method, steps.noise_model)
         for one in (problem, held))
-    if rest.excess >= line.excess or not _is_likelier(
-            rest, line, _with_delays(line, residuals, late), method.calibration):
+    if in_steps.excess >= line.excess or not _is_likelier(
+            in_steps, line, _with_delays(line, residuals, late), method.calibration):
         return problem
     return dataclasses.replace(held, records=tuple(
         record.noted(HELD.format(late=1e3 * late)) for record in problem.records))
