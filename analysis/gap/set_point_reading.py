@@ -20,7 +20,7 @@ from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.method.calibration import Calibration
 from clie_blocks.analysis.gap.problem.log import Log
-from clie_blocks.analysis.gap.problem.problem import Problem
+from clie_blocks.analysis.gap.problem.problem import Problem, noted
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.posterior import SET_PROBABILITY
 
@@ -43,8 +43,7 @@ def read_set_points(problem: Problem, method: Method, steps: ExplainSteps) -> Pr
     if in_steps.excess >= line.excess or not _is_likelier(
             in_steps, line, _with_delays(line, residuals, late), method.calibration):
         return problem
-    return dataclasses.replace(held, records=tuple(
-        record.noted(HELD.format(late=1e3 * late)) for record in problem.records))
+    return noted(held, HELD.format(late=1e3 * late))
 
 
 def _may_be_held(problem: Problem) -> bool:

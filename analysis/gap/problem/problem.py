@@ -327,8 +327,8 @@ def state_problem(robot: Robot, records: Sequence[Record],
         period = max(period / 2, finest)
         faster = _problem_at(robot, records, held_out, period)
         if is_stable(faster):
-            return _noted(faster, f"The loop would be unstable at the rate of the log: its "
-                          f"controller is taken to run every {1e3 * period:.3g} ms.")
+            return noted(faster, f"The loop would be unstable at the rate of the log: its "
+                         f"controller is taken to run every {1e3 * period:.3g} ms.")
     return problem
 
 
@@ -346,8 +346,8 @@ def _is_too_fast(problem: Problem, robot: Robot, records: Sequence[Record]) -> b
     return not is_stable(dataclasses.replace(problem, law=law))
 
 
-def _noted(problem: Problem, sentence: str) -> Problem:
-    """Problem with a decision noted in its records."""
+def noted(problem: Problem, sentence: str) -> Problem:
+    """Return the problem with a decision noted in its records."""
     return dataclasses.replace(
         problem, records=tuple(record.noted(sentence) for record in problem.records))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,16 +15,10 @@ from clie_blocks.analysis.gap.assessment.not_shown import not_shown
 from clie_blocks.analysis.gap.assessment.result import Result
 from clie_blocks.analysis.gap.assessment.ultimate_bound import ultimate_bound
 from clie_blocks.analysis.gap.causes.cause import Number
-from clie_blocks.analysis.gap.causes.drive import TORQUE_GAIN_ERROR
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.controller.terms import UNITS
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import (
-    LINK_MASS,
-    TORQUE_SCALE,
-    Member,
-    held_members,
-)
+from clie_blocks.analysis.gap.fitting.hypothesis import LINK_MASS, TORQUE_SCALE, Member
 from clie_blocks.analysis.gap.fitting.observer import without_observer
 from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.report.correction import correction
@@ -271,9 +265,7 @@ def _contradicted(result: Result) -> tuple[str, ...]:
 def _simulator(result: Result) -> list[dict[str, Any]]:
     """Effects that the user's own simulator holds: the robot's parameters, and the simulator's."""
     rows = []
-    for member in held_members(result.residuals.problem):
-        if member.cause is TORQUE_GAIN_ERROR:  # of the joint model
-            continue
+    for member in cast(tuple[Member, ...], result.residuals.problem.inside):
         row = {"effect": member.cause.name, **_of_member(member, result.model)}
         for name, entry in row["parameters"].items():
             entry["simulated"] = member.values[name][..., list(member.joints)]

@@ -54,10 +54,10 @@ class Contest:
         either.  But one that explains a fair share of what the best leaves may be near the right
         one, which is still in a false minimum.
         """
-        likeliest, least = min(fits, key=self.odds_against), min(fits, key=_excess)
+        likeliest, closest = min(fits, key=self.odds_against), min(fits, key=_excess)
         is_fair = (likeliest.excess > self.method.calibration.healthy
-                   and least.excess < self.method.search.fair_share * likeliest.excess)
-        return least if is_fair else likeliest
+                   and closest.excess < self.method.search.fair_share * likeliest.excess)
+        return closest if is_fair else likeliest
 
     def odds_against(self, fit: Fit) -> float:
         """Odds against a fit, see `racing.odds_against`."""

@@ -149,7 +149,7 @@ def with_positions(problem: Problem, logs: Sequence[Log]) -> Problem:
 def identify_simulator(simulated: Problem, causes: Sequence[Cause], method: Method,
                        steps: ExplainSteps) -> Fit:
     """Best fit of a simulator's own log, by its probability."""
-    explanation = explain(simulated, causes, method, steps)
+    explanation = explain(simulated, causes_missing_in(causes, simulated), method, steps)
     ranking = posterior(explanation.evidence, method.calibration)
     best = next(ranked.fit for ranked in ranking if ranked.fit is not None)
     return best if best.excess < explanation.nominal.excess else explanation.nominal

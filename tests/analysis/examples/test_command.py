@@ -1,6 +1,5 @@
 """An installed package has logs to try, right ones, and never writes them over a user's files."""
 
-import importlib.util
 import json
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from clie_blocks import diagnose
 from clie_blocks.analysis import cli
 from clie_blocks.analysis.examples import EXAMPLES, FOLDER
+from tests.scripts import script
 
 RUBS = 0.4  # N m, dry friction of the thigh
 LEVEL = 0.004  # N m, dry friction of the elbow on the motor side
@@ -44,23 +44,14 @@ def test_an_unknown_example_names_the_nearest(capsys):
     assert "did you mean 'friction-arm'" in capsys.readouterr().err
 
 
-def script_of(name):
-    """Script of the documentation as a module."""
-    path = FOLDER.parents[1] / "docs" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(name, path)
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    return script
-
-
 def test_the_example_is_the_robot_of_the_script(tmp_path):
     """The shipped logs are those of the other engine, with the friction that the script states."""
     pytest.importorskip("mujoco")
-    script = script_of("examples")
-    assert {*script.EXAMPLES, *(script_of(name).NAME for name in (
+    made_by = script("examples")
+    assert {*made_by.EXAMPLES, *(script(name).NAME for name in (
         "example_leg", "example_servo_arm"))} == set(EXAMPLES)
-    assert script.EXAMPLES["friction-arm"] == {"level": [0.0, LEVEL]}
-    script.make("friction-arm", tmp_path)
+    assert made_by.EXAMPLES["friction-arm"] == {"level": [0.0, LEVEL]}
+    made_by.make("friction-arm", tmp_path)
     assert (tmp_path / "robot.toml").read_text() == (
         FOLDER / "friction-arm" / "robot.toml").read_text()
     made, shipped = (np.genfromtxt(folder / "log-3.csv.gz", delimiter=",", names=True)
@@ -71,9 +62,9 @@ def test_the_example_is_the_robot_of_the_script(tmp_path):
 
 def test_the_leg_is_that_of_its_script(tmp_path):
     pytest.importorskip("mujoco")
-    script, shipped = script_of("example_leg"), FOLDER / "leg-without-torque"
-    assert script.FRICTION.tolist() == [0.0, RUBS, 0.0]
-    script.make(tmp_path)
+    made_by, shipped = script("example_leg"), FOLDER / "leg-without-torque"
+    assert made_by.FRICTION.tolist() == [0.0, RUBS, 0.0]
+    made_by.make(tmp_path)
     for name in ("robot.toml", "go2-leg.urdf"):
         assert (tmp_path / name).read_text() == (shipped / name).read_text()
     made, logged = (np.genfromtxt(folder / "log-3.csv.gz", delimiter=",", names=True)
@@ -86,14 +77,14 @@ def test_the_leg_is_that_of_its_script(tmp_path):
 
 def test_the_servo_arm_is_that_of_its_script(tmp_path):
     pytest.importorskip("mujoco")
-    script, shipped = script_of("example_servo_arm"), FOLDER / "servo-arm"
-    script.make(tmp_path)
+    made_by, shipped = script("example_servo_arm"), FOLDER / "servo-arm"
+    made_by.make(tmp_path)
     for name in ("robot.toml", "so101.urdf"):
         assert (tmp_path / name).read_text() == (shipped / name).read_text()
     made, logged = (np.genfromtxt(folder / "log-2.csv.gz", delimiter=",", names=True)
                     for folder in (tmp_path, shipped))
     for name in logged.dtype.names:  # to a few steps of the encoder in any version of the engine
-        assert np.abs(made[name] - logged[name]).max() < 5 * script.STEP
+        assert np.abs(made[name] - logged[name]).max() < 5 * made_by.STEP
 
 
 @pytest.mark.slow

@@ -1,8 +1,6 @@
 """A desk arm of hobby servos as its owner has it: a robot of the gallery, logs of positions."""
 
-import importlib.util
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,24 +10,12 @@ pytest.importorskip("mujoco", reason="needs the extra 'mujoco'")
 from clie_blocks.analysis import cli  # noqa: E402
 from clie_blocks.analysis.gap.problem.problem import Problem  # noqa: E402
 from clie_blocks.analysis.records import read_trial  # noqa: E402
+from tests.scripts import script  # noqa: E402
 
-FILE = Path(__file__).parents[3] / "docs" / "example_servo_arm.py"
 pytestmark = pytest.mark.slow
 SECONDS = "600"  # of a budget that no machine of the tests reaches
 SUSPECTS = "coulomb,spring,backlash,payload,time_delay"
-
-
-def arm_of_the_example():
-    """Script that makes the example's logs."""
-    if not FILE.is_file():
-        pytest.skip("the arm is beside the tests only in a checkout", allow_module_level=True)
-    spec = importlib.util.spec_from_file_location("example_servo_arm", FILE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ARM = arm_of_the_example()
+ARM = script("example_servo_arm")
 
 
 def folder_of(path, **how):

@@ -1,8 +1,6 @@
 """A six-axis arm from its URDF, run in MuJoCo: sound, with faults, with masses that are off."""
 
 import dataclasses
-import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,25 +16,13 @@ from clie_blocks.analysis.records import read_trial  # noqa: E402
 from clie_blocks.analysis.records.controller_section import Controller  # noqa: E402
 from clie_blocks.analysis.records.robot import Links  # noqa: E402
 from clie_blocks.errors import ClieError  # noqa: E402
+from tests.scripts import script  # noqa: E402
 
-FILE = Path(__file__).parents[3] / "docs" / "arms" / "six_axis_robot.py"
 pytestmark = pytest.mark.slow
 SECONDS = 400.0  # of a budget that no machine of the tests reaches
 ELBOW = 2
 SUSPECTS = ("coulomb", "torque_gain_error", "payload")
-
-
-def arm_of_the_page():
-    """Module of the arm that the page on arms runs."""
-    if not FILE.is_file():
-        pytest.skip("the arm is beside the tests only in a checkout", allow_module_level=True)
-    spec = importlib.util.spec_from_file_location("six_axis_robot", FILE)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ARM = arm_of_the_page()
+ARM = script("arms/six_axis_robot")
 
 
 def read(folder, seconds=12.0, links="", **faults):
