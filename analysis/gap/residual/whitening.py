@@ -177,5 +177,6 @@ def unweighted(residuals: ResidualModel, hypothesis: JointModel) -> ResidualMode
 
 
 def _without_filter(noises: tuple[Noise, ...]) -> tuple[Noise, ...]:
-    return tuple(dataclasses.replace(noise, whitener=np.array([1.0 / noise.floor]))
-                 for noise in noises)
+    """Noises with a filter that leaves errors as they are, in the rows of the whitened ones."""
+    return tuple(dataclasses.replace(
+        noise, whitener=np.eye(1, len(noise.whitener))[0] / noise.floor) for noise in noises)
