@@ -7,13 +7,22 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 
+from clie_blocks.processors import LIMIT, processors
+
 SAFE_PATH = {"PYTHONSAFEPATH": "1"}  # no module comes from the current folder, a folder of data
 
 
 def workers(jobs: int) -> ProcessPoolExecutor:
-    """Pool of so many fresh processes, which share no state with this one."""
+    """Pool of so many fresh processes, which share no state with this one, but its processors."""
+    threads = max(processors() // jobs, 1)
     with _safe_path():  # the tracker of its locks is a process too
-        return ProcessPoolExecutor(jobs, mp_context=_SafeContext(), initializer=end_with_parent)
+        return ProcessPoolExecutor(jobs, mp_context=_SafeContext(), initializer=_begin,
+                                   initargs=(threads,))
+
+
+def _begin(threads: int) -> None:
+    os.environ[LIMIT] = str(threads)
+    end_with_parent()
 
 
 class _SafeProcess(SpawnProcess):

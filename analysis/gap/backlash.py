@@ -22,7 +22,7 @@ from clie_blocks.analysis.gap.causes.description import is_number
 from clie_blocks.analysis.gap.causes.transmission import BACKLASH
 from clie_blocks.analysis.gap.explain import EXPLAIN_STEPS, ExplainSteps, Explanation, explain
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member
+from clie_blocks.analysis.gap.fitting.hypothesis import Hypothesis, Member, residuals_of_sets
 from clie_blocks.analysis.gap.fitting.levenberg_marquardt import fit
 from clie_blocks.analysis.gap.method import Method
 from clie_blocks.analysis.gap.problem.law import StatedLaw
@@ -108,8 +108,9 @@ def multistart(backlash: Fit, residuals: ResidualModel) -> Fit:
     """
     starts = _starts_around(backlash.hypothesis, residuals)
     sets = [start.values for start in starts]
-    costs = sum((part**2).sum(axis=1) for j in range(len(backlash.hypothesis.problem.fit))
-                for part in residuals.of_runs(backlash.hypothesis.means(j, sets), j))
+    costs = sum((part**2).sum(axis=1)
+                for of_log in residuals_of_sets(backlash.hypothesis, sets, residuals)
+                for part in of_log)
     best = np.argsort(costs)[:residuals.method.backlash.restarts]
     fits = [fit(starts[i], residuals) for i in best]
     return min([backlash, *fits], key=lambda one: one.total)

@@ -15,6 +15,7 @@ from clie_blocks.analysis.gap.residual.noise import rows_of
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel
 from clie_blocks.analysis.gap.simulation.closed_loop import constants
 from clie_blocks.analysis.gap.simulation.simulators import LoopRunner, simulator_of
+from clie_blocks.processors import side_by_side
 from clie_blocks.robot_loop.links import Links
 
 Values = dict[str, np.ndarray]
@@ -346,14 +347,25 @@ def build_hypothesis(problem: Problem, members: Iterable[Member],
     return Hypothesis(problem, members, values)
 
 
+def residuals_of_sets(hypothesis: Hypothesis, sets: Sequence[Values], residuals: ResidualModel,
+                      logs: Sequence[int] | None = None) -> list[list[np.ndarray]]:
+    """Residuals of each joint, one row per set of values, log by log; by default of the fit logs.
+
+    The logs are simulated side by side.
+    """
+    logs = range(len(hypothesis.problem.fit)) if logs is None else logs
+    return side_by_side(lambda j: residuals.of_runs(hypothesis.means(j, sets), j), logs,
+                        hypothesis.simulator.threads)
+
+
 def chi2_by_joint(variants: Sequence[Hypothesis], residuals: ResidualModel, j: int,
                   ) -> list[np.ndarray]:
     """chi^2 of each joint in log j, one value per variant: they are simulated side by side.
 
     The variants are one hypothesis with several values.
     """
-    runs = variants[0].means(j, [variant.values for variant in variants])
-    return [(part**2).sum(axis=1) for part in residuals.of_runs(runs, j)]
+    (parts,) = residuals_of_sets(variants[0], [one.values for one in variants], residuals, (j,))
+    return [(part**2).sum(axis=1) for part in parts]
 
 
 def costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarray:
@@ -361,5 +373,5 @@ def costs(variants: Sequence[Hypothesis], residuals: ResidualModel) -> np.ndarra
     softness = residuals.method.fitting.prior_softness
     violations = [variant.prior_violations(softness) for variant in variants]
     of_priors = np.array([violation @ violation for violation in violations])
-    return of_priors + sum(chi2 for j in range(len(variants[0].problem.fit))
-                           for chi2 in chi2_by_joint(variants, residuals, j))
+    parts = residuals_of_sets(variants[0], [one.values for one in variants], residuals)
+    return of_priors + sum((part**2).sum(axis=1) for of_log in parts for part in of_log)

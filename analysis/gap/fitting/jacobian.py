@@ -6,13 +6,18 @@ rows, of other logs or of joints that do not push each other, are moved in one r
 
 import dataclasses
 import functools
+import itertools
 from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    FreeParameter,
+    Hypothesis,
+    residuals_of_sets,
+)
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 
 _KEPT_BYTES = 400_000_000  # of Jacobians: those of arms of six joints fill gigabytes
@@ -173,8 +178,7 @@ def forward_jacobian(hypothesis: Hypothesis, residuals: ResidualModel, side: flo
     groups = _groups_of_moves(hypothesis, side * method.difference_step, without)
     sets = [hypothesis.values, *(
         hypothesis.moved([(move.parameter, move.value) for move in group]) for group in groups)]
-    runs = [part for j in range(len(hypothesis.problem.fit))
-            for part in residuals.of_runs(hypothesis.means(j, sets), j)]
+    runs = list(itertools.chain(*residuals_of_sets(hypothesis, sets, residuals)))
     parts = [run[0] for run in runs]
     violations = hypothesis.prior_violations(method.prior_softness)
     residual = np.concatenate([*parts, violations])

@@ -16,7 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
-from clie_blocks.analysis.gap.fitting.hypothesis import FreeParameter, Hypothesis, costs
+from clie_blocks.analysis.gap.fitting.hypothesis import (
+    FreeParameter,
+    Hypothesis,
+    costs,
+    residuals_of_sets,
+)
 from clie_blocks.analysis.gap.fitting.jacobian import Tangent, central_jacobian, jacobian
 from clie_blocks.analysis.gap.method.fitting import FittingMethod
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
@@ -118,8 +123,9 @@ def _evaluated(hypothesis: Hypothesis, residuals: ResidualModel, kept: int,
                like: Hypothesis | None) -> Fit:
     """Fit of a hypothesis as it stands."""
     problem, tangent = hypothesis.problem, jacobian(hypothesis, residuals, like)
-    held_out = [part[0] for j in range(len(problem.fit), len(problem.logs))
-                for part in residuals.of_runs(hypothesis.means(j, [hypothesis.values]), j)]
+    held_out = [part[0] for of_log in residuals_of_sets(
+        hypothesis, [hypothesis.values], residuals, range(len(problem.fit), len(problem.logs)))
+        for part in of_log]
     parts, shape = [*tangent.parts, *held_out], (len(problem.logs), problem.n)
     chi2 = np.reshape([part @ part for part in parts], shape)
     samples = np.reshape([residuals.samples(part, *divmod(i, problem.n))

@@ -29,6 +29,7 @@ from clie_blocks.analysis.gap.residual.whitening import DIVERGED, JointModel, Re
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 from clie_blocks.analysis.theory.sampled_loop import decimated_filter
 from clie_blocks.linear_filters import lfilter
+from clie_blocks.processors import side_by_side
 from clie_blocks.robot_loop.dynamics import State
 
 _MANY_TICKS = 8  # of the controller in a row, of which every other one is enough
@@ -253,7 +254,8 @@ def _simulated(hypothesis: Hypothesis, motion: list[State], cause: Cause, sets: 
     for first in range(0, len(variants), WIDE):
         group = variants[first:first + WIDE]
         values = [variant.values for variant in group]
-        runs = [group[0].means(j, values) for j in range(len(motion))]
+        runs = side_by_side(functools.partial(group[0].means, sets=values), range(len(motion)),
+                            group[0].simulator.threads)
         for i in range(len(group)):
             yield [_bounded(run[i].T - q) for run, q in zip(runs, before)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from clie_blocks.analysis.gap.problem.log import Log
 from clie_blocks.labels import signals
+from clie_blocks.processors import side_by_side
 from clie_blocks.robot_loop.dynamics import Values
 
 if TYPE_CHECKING:
@@ -41,6 +43,10 @@ class LaneSimulator(Protocol):
     @property
     def program(self) -> Batches:
         """The compiled program."""
+
+    @property
+    def threads(self) -> int | None:
+        """Threads in which it may run; None for one per processor."""
 
     @property
     def delays(self) -> tuple[str, ...]:
@@ -86,11 +92,15 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
 
     """
     simulator = simulator.for_delays(_longest_delay(simulator, sets))
-    groups, first = [], 0
-    for width in _widths(len(sets), every, simulator.program.lanes):
+    widths = list(_widths(len(sets), every, simulator.program.lanes))
+    firsts = itertools.accumulate(widths[:-1], initial=0)
+
+    def run(first: int, width: int) -> np.ndarray:
         some = sets[first:first + width]
-        groups.append(_run_group(simulator, log, some, width, names, dithered, every))
-        first += width
+        return _run_group(simulator, log, some, width, names, dithered, every)
+
+    groups = side_by_side(lambda group: run(*group), zip(firsts, widths),
+                          simulator.threads)
     return np.concatenate(groups) if len(groups) > 1 else groups[0]
 
 

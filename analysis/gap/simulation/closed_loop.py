@@ -89,6 +89,11 @@ class Simulator:
         return cached_program(self._identity, lambda: self.block.system)
 
     @property
+    def threads(self) -> int | None:
+        """Threads in which it may run; one where blocks are called back."""
+        return None if self.program.lanes > 1 else 1
+
+    @property
     def _identity(self) -> str:
         """What decides the program: sources, structure, and how the pieces act."""
         acts = [(name, piece.identity) for name, piece in self.block.pieces]

@@ -18,6 +18,10 @@ from clie_blocks.robot_loop.dynamics import ActingCause, Values
 class LoopRunner(Protocol):
     """A closed loop with causes that runs in the experiment of a log."""
 
+    @property
+    def threads(self) -> int | None:
+        """Threads in which it may run; None for one per processor."""
+
     def run(self, log: Log, values: Values, dithered: bool = True,
             ) -> tuple[np.ndarray, np.ndarray]:
         """Positions and commands of the model, shape (N, n) each."""

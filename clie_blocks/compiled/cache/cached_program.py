@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
+import threading
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
     from clie_blocks.compiled.program import Program
 
+_making = threading.RLock()  # what several threads need at a time is made once
+
 
 def cached_program(identity: str,
                    make: Callable[[], ct.NonlinearIOSystem]) -> CachedProgram | Program:
@@ -49,13 +52,14 @@ def cached_program(identity: str,
 
     """
     compiled = functools.cache(lambda: _compile(make()))
-    stored = store.load(store.key(identity))
-    if stored is None or importlib.util.find_spec("llvmlite") is None:
-        program = compiled()
-        if program.lanes == 1:
-            return program
-        stored = program.description.text().encode()
-        store.save(store.key(identity), stored)
+    with _making:
+        stored = store.load(store.key(identity))
+        if stored is None or importlib.util.find_spec("llvmlite") is None:
+            program = compiled()
+            if program.lanes == 1:
+                return program
+            stored = program.description.text().encode()
+            store.save(store.key(identity), stored)
     return CachedProgram(identity, parse_description(stored), compiled)
 
 
@@ -125,11 +129,12 @@ class CachedProgram(Batches):
         from clie_blocks.compiled.codegen.native import NativeEngine
 
         key = tuple(arranged.record), memory.key
-        if key not in self._engines:
-            entries = [k for k in arranged.record if isinstance(k, int)]
-            text = self._text(entries, memory)
-            self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text)
-        return self._engines[key]
+        with _making:
+            if key not in self._engines:
+                entries = [k for k in arranged.record if isinstance(k, int)]
+                text = self._text(entries, memory)
+                self._engines[key] = NativeEngine(arranged, SAMPLED, memory, text)
+            return self._engines[key]
 
     def _text(self, record: list[int], memory: Memory) -> str:
         name = store.key(self._identity, callable_here(), repr(record), repr(memory.key))

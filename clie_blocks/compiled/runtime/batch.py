@@ -5,7 +5,6 @@ than a chunk is kept unless it is logged.
 """
 
 import contextlib
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -22,6 +21,7 @@ from clie_blocks.compiled.runtime.parameter_sets import ParameterSets
 from clie_blocks.compiled.runtime.recorder import Recorder, Schedule
 from clie_blocks.compiled.runtime.simulate import CHUNK, patient_progress
 from clie_blocks.errors import ClieError, nearest
+from clie_blocks.processors import processors
 
 BUFFER = 1 << 20  # bytes of rows in a chunk: they stay in the cache of the processor
 
@@ -152,8 +152,7 @@ def lanes_and_threads(runs: int, threads: int | None, widest: int) -> tuple[int,
 
     """
     if threads is None:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (
-            os.cpu_count() or 1)
+        threads = processors()
     if not (isinstance(threads, (int, np.integer)) and threads >= 1):
         raise ClieError(f"threads must be a whole number >= 1, got {threads!r}")
     width = min(widest, 1 << (-(-runs // threads) - 1).bit_length())

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class LoopSimulator:
 
     law: LoopLaw
     causes: tuple[ActingCause, ...]
+    threads: ClassVar[int] = 1  # the blocks of a user may not expect several
 
     @functools.cached_property
     def program(self) -> Program:
