@@ -9,6 +9,8 @@ from importlib import metadata
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers of pytest share the processors
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest  # noqa: E402 (numpy reads the variable when it is imported)
 from hypothesis import settings  # noqa: E402

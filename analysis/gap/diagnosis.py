@@ -46,6 +46,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     RankedCause,
     certainty_of_unfinished,
     doubted,
+    of_unfinished_search,
     posterior,
     unknown_for_none,
     verdict,
@@ -252,7 +253,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     is_complete = first.is_complete and (second is None or second.is_complete)
     searched = 1.0 if is_complete else certainty_of_unfinished(
         ranking, (second or first).evidence.nominal_excess, method)
-    ranking = doubted(ranking, controller.reading * earned * searched)
+    ranking = of_unfinished_search(doubted(ranking, controller.reading * earned), searched)
     findings = _signal_findings(problem, first, controller, method, excluded)
     if _explains_motion_between_rows(ranking, first, method):
         findings = tuple(one for one in findings if one.effect != TIME_DELAY.name)

@@ -216,7 +216,7 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
     first: dict[str, Fit | None] = {}
     for ranked in result.ranking:
         for name in ranked.names:
-            first.setdefault(name, ranked.fit)
+            first[name] = first.get(name) or ranked.fit
     named = {row["effect"] for row in findings}
     rows: list[Row] = []
     shares = _shares_of_leading(result)

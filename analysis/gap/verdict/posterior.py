@@ -198,11 +198,12 @@ def _unknown(table: Table, c: Calibration) -> list[_Hypothesis]:
 def _confounded(table: Table, c: Calibration) -> Iterator[_Hypothesis]:
     """Confounders: one unknown effect each, which two causes may imitate.
 
-    Beside that there are the other causes of a larger set.  They keep their names where they alone
-    leave less than an unknown effect would.
+    Beside that there are the other causes of a larger set.  They keep their names where they
+    alone, or some of them, leave less than an unknown effect would.
     """
     most = c.unexplained_share * table.nominal_excess
-    known = {row.names: row for row in table.rows if not row.confounder and row.excess < most}
+    known = sorted((row for row in table.rows if not row.confounder and row.excess < most),
+                   key=lambda row: (-len(row.names), row.excess))
     for row in table.rows:
         if row.confounder:
             least = c.pose_torque_share * table.nominal_excess * (row.confounder == POSE)
@@ -211,8 +212,10 @@ def _confounded(table: Table, c: Calibration) -> Iterator[_Hypothesis]:
             scored = _Scored(left, c.score(left, table.nominal_excess) - c.free_torque_cost
                              - _parameter_cost(row, c) - beside)
             others = tuple(name for name in row.names if name not in row.imitated)
-            if len(row.names) > _IMITATING and others in known:
-                yield tuple(sorted((*others, UNKNOWN))), known[others].fit, scored
+            part = next((one for one in known if {*one.names} <= {*others}), None)
+            if len(row.names) > _IMITATING and part is not None:
+                fit = part.fit if part.names == others else None
+                yield tuple(sorted((*others, UNKNOWN))), fit, scored
             else:
                 yield (UNKNOWN,), None, scored
 
@@ -335,6 +338,28 @@ def doubted(ranking: Sequence[RankedCause], sure: float) -> list[RankedCause]:
     changed = [dataclasses.replace(one, probability=one.probability + moved
                                    if one.names == (UNKNOWN,) else sure * one.probability)
                for one in ranking]
+    return sorted(changed, key=lambda one: -one.probability)
+
+
+def of_unfinished_search(ranking: Sequence[RankedCause], sure: float) -> list[RankedCause]:
+    """Ranking where the right causes are among what was fitted with a probability `sure` only.
+
+    Of several causes most are right all the same: a set that explains more, and was not fitted,
+    has something else in the place of one of them.  So each makes room for `unknown` in turn.
+    """
+    probability: dict[tuple[str, ...], float] = {}
+    likeliest: dict[tuple[str, ...], RankedCause] = {}
+    for one in ranking:
+        likeliest.setdefault(one.names, one)
+        missed = (1.0 - sure) * one.probability * (one.names != (UNKNOWN,))
+        probability[one.names] = probability.get(one.names, 0.0) + one.probability - missed
+        known = [name for name in one.names if name != UNKNOWN]
+        for name in known:
+            others = tuple(sorted({*one.names, UNKNOWN} - {name}))
+            probability[others] = probability.get(others, 0.0) + missed / len(known)
+    changed = [dataclasses.replace(likeliest[names], probability=share) if names in likeliest
+               else RankedCause(names, None, np.nan, share)
+               for names, share in probability.items()]
     return sorted(changed, key=lambda one: -one.probability)
 
 

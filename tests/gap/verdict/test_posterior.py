@@ -16,6 +16,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     credible_set,
     doubted,
     marginals,
+    of_unfinished_search,
     posterior,
     probability_of_any,
     verdict,
@@ -90,6 +91,31 @@ def test_a_search_that_had_to_stop_is_surer_of_causes_that_leave_less_than_a_nam
         left, sure):
     ranking = weigh(100.0, ("coulomb", left, 1), ("spring", 60.0, 1))
     assert certainty_of_unfinished(ranking, 100.0, METHOD) == pytest.approx(sure, abs=1e-3)
+
+
+def test_of_several_causes_that_an_unfinished_search_found_most_are_right():
+    alone = weigh(100.0, ("coulomb", 0.02, 1), ("spring", 60.0, 1))
+    assert marginals(of_unfinished_search(alone, 0.6)) == pytest.approx(
+        marginals(doubted(alone, 0.6)))
+    three = ("coulomb+payload+time_delay", 0.02, 3)
+    ranking = weigh(1e4, three, ("coulomb+payload", 300.0, 2), ("coulomb", 3000.0, 1))
+    unsure = of_unfinished_search(ranking, 0.6)
+    before, after = marginals(ranking), marginals(unsure)
+    assert sum(one.probability for one in unsure) == pytest.approx(1.0)
+    for name in ("coulomb", "payload", "time_delay"):
+        assert after[name] == pytest.approx(before[name] * (1.0 - 0.4 / 3), abs=0.02)
+    assert after["unknown"] == pytest.approx(0.4, abs=0.03)
+    assert unsure[0].names == ("coulomb", "payload", "time_delay")
+    assert verdict(unsure) == "effect" and "unknown" in credible_set(unsure)
+    assert marginals(of_unfinished_search(ranking, 1.0)) == pytest.approx(before)
+
+
+def test_causes_beside_a_confounder_keep_their_names_where_some_of_them_explain_most():
+    beside = ("coulomb+payload+spring+time_delay", 4.0, 4, 0, POSE, None, 0.0, ("spring",))
+    ranking = weigh(2e4, beside, ("payload+time_delay", 150.0, 2), ("payload", 9000.0, 1))
+    assert ("coulomb", "payload", "time_delay", "unknown") in [one.names for one in ranking]
+    ranking = weigh(2e4, beside, ("payload+time_delay", 9000.0, 2), ("payload", 9000.0, 1))
+    assert not any("unknown" in one.names and len(one.names) > 1 for one in ranking)
 
 
 BUMP = ("torque_ripple", 0.02, 3, 0, POSE)
