@@ -4,6 +4,9 @@ They decide from sample to sample whether a command is held, so that no fit can 
 are simulated side by side, more and more finely.
 """
 
+import operator
+from collections.abc import Sequence
+
 import numpy as np
 
 from clie_blocks.analysis.gap.fitting.fit import Fit
@@ -66,31 +69,34 @@ def _with_best_times(hypothesis: Hypothesis, member: Member, residuals: Residual
     """Holds of another interval, that begin earlier or later in each log.
 
     An interval and a phase that are both a little wrong may match a part of a log: neither alone
-    is better then, so they are tried together.
+    is better then, so they are tried together, in the fit logs, which decide on the interval.
     """
     problem, values = residuals.problem, hypothesis.values
     hold, interval, phase = (f"{member.name}.{name}" for name in ("hold", "interval", "phase"))
     middle = np.array([len(log) * problem.period / 2 for log in problem.logs])
     length = values[interval][k]
     off = reach * values[hold][k] * np.arange(-count // 2, count // 2) / (count // 2)
-    tried, costs = [], []
+
+    def with_best_phases(begun: Values, logs: Sequence[int]) -> tuple[float, Values]:
+        """What the holds leave in some logs with the phases that leave least, and these."""
+        phases, longer, cost = begun[phase].copy(), begun[interval][k], 0.0
+        of_middle = values[phase][:, k] + middle / length - middle / longer
+        for j in logs:
+            some = np.repeat(phases[None], count, axis=0)
+            some[:, j, k] = (of_middle[j] + off / longer) % 1.0
+            left = _left_in_log(hypothesis, [{**begun, phase: one} for one in some], residuals, j)
+            phases[j, k] = some[int(np.argmin(left)), j, k]
+            cost += float(left.min())
+        return cost, {**begun, phase: phases}
+
+    fit_logs, logs = len(problem.fit), len(problem.logs)
+    tried = []
     for longer in length * (1.0 + off / middle.max()):  # by so much at the ends of the longest log
         intervals = values[interval].copy()
         intervals[k] = longer
-        of_middle = values[phase][:, k] + middle / length - middle / longer
-        phases, cost = values[phase].copy(), 0.0
-        for j in range(len(problem.logs)):
-            some = []
-            for later in off / longer:
-                some.append(phases.copy())
-                some[-1][j, k] = (of_middle[j] + later) % 1.0
-            left = _left_in_log(hypothesis, [{**values, interval: intervals, phase: one}
-                                             for one in some], residuals, j)
-            phases[j, k] = some[int(np.argmin(left))][j, k]
-            cost += float(left.min()) if j < len(problem.fit) else 0.0
-        tried.append({**values, phase: phases, interval: intervals})
-        costs.append(cost)
-    return hypothesis.with_values(tried[int(np.argmin(costs))])
+        tried.append(with_best_phases({**values, interval: intervals}, range(fit_logs)))
+    _, best = min(tried, key=operator.itemgetter(0))
+    return hypothesis.with_values(with_best_phases(best, range(fit_logs, logs))[1])
 
 
 def _best(hypothesis: Hypothesis, tried: list[Values], residuals: ResidualModel) -> Hypothesis:
