@@ -272,13 +272,16 @@ def _label(kind: str, hidden: list[HiddenEffect], sizes: list[tuple[float, bool]
 def _shares(robot: DrawnRobot, truth: dict[str, np.ndarray], hidden: list[HiddenEffect],
             sizes: list[float], experiments: list[Experiment], noises: list[np.ndarray],
             ref: Reference, seed: int) -> dict[str, float]:
-    """What each effect adds to the excess of the nominal model beside all others, of the whole."""
+    """What each effect adds to the excess of the nominal model beside all others, of the whole.
+
+    In all logs, as a diagnosis counts them.
+    """
     lanes = [_with_effects(truth, hidden, sizes),
              *(_with_effects(truth, hidden[:i] + hidden[i + 1:], sizes[:i] + sizes[i + 1:])
                for i in range(len(hidden)))]
-    logs = len(FITTED)
-    all_runs = run(robot, [lane for lane in lanes for _ in FITTED],
-                   experiments[:logs] * len(lanes), noises[:logs] * len(lanes), seed=seed)
+    logs = len(experiments)
+    all_runs = run(robot, [lane for lane in lanes for _ in experiments],
+                   experiments * len(lanes), noises * len(lanes), seed=seed)
     whole, *without = (float(np.sum(relative_prediction_error(
         robot, ref, all_runs[logs * i:logs * (i + 1)])**2 - 1)) for i in range(len(lanes)))
     return {one.name: 1.0 - left / whole for one, left in zip(hidden, without)}

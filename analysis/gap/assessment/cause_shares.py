@@ -18,13 +18,13 @@ import numpy as np
 from clie_blocks.analysis.gap.fitting.cache import FitCache
 from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.hypothesis import Values
-from clie_blocks.analysis.gap.fitting.jacobian import joint_columns
+from clie_blocks.analysis.gap.fitting.jacobian import jacobian
 from clie_blocks.analysis.gap.residual.noise import whiten
 from clie_blocks.analysis.gap.residual.whitening import DIVERGED, ResidualModel, unweighted
 from clie_blocks.analysis.gap.simulation.batch_runs import WIDE
 
 _UNWEIGHTED: FitCache[Fit, ResidualModel] = FitCache()
-_BASES: FitCache[Fit, list[np.ndarray]] = FitCache()
+_BASES: FitCache[Fit, np.ndarray] = FitCache()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,18 +90,15 @@ def _gaps(fit: Fit, sets: Sequence[Values], nominal: Fit, residuals: ResidualMod
     What the parameters of the nominal model can follow, as far as the datasheet allows it, is
     left out.
     """
-    problem = residuals.problem
+    problem, basis = residuals.problem, _basis(nominal, residuals)
     changes = [_changes(fit, j, sets) for j in range(len(problem.fit))]
-    total = np.zeros(len(sets))
-    for k, basis in enumerate(_bases(nominal, residuals)):
-        beyond = np.concatenate([
-            residuals.without_initial_response(
-                whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
-            for j, change in enumerate(changes)])
-        padded = np.zeros((len(basis), len(sets)))  # with what the datasheet allows
-        padded[:len(beyond)] = beyond
-        total += np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
-    return total
+    beyond = np.concatenate([
+        residuals.without_initial_response(
+            whiten(change[:, k].T, residuals.noise(j, k).whitener), j, k)
+        for j, change in enumerate(changes) for k in range(problem.n)])
+    padded = np.zeros((len(basis), len(sets)))  # with what the datasheet allows
+    padded[:len(beyond)] = beyond
+    return np.sum((padded - basis @ (basis.T @ padded))**2, axis=0)
 
 
 def _unweighted(nominal: Fit, residuals: ResidualModel) -> ResidualModel:
@@ -112,12 +109,14 @@ def _unweighted(nominal: Fit, residuals: ResidualModel) -> ResidualModel:
     return known[nominal]
 
 
-def _bases(nominal: Fit, residuals: ResidualModel) -> list[np.ndarray]:
-    """Orthonormal columns of what the nominal model can follow, joint by joint."""
+def _basis(nominal: Fit, residuals: ResidualModel) -> np.ndarray:
+    """Orthonormal columns of what the nominal model can follow, in all joints and fit logs."""
     known = _BASES.of(residuals)
     if nominal not in known:
-        columns, _ = joint_columns(nominal, residuals)
-        known[nominal] = [np.linalg.qr(of_joint)[0] for of_joint in columns]
+        slopes = jacobian(nominal.hypothesis, residuals).slopes
+        allowed = [parameter.size / parameter.tolerance if parameter.tolerance else 0.0
+                   for parameter in nominal.hypothesis.free_parameters]
+        known[nominal] = np.linalg.qr(np.concatenate([slopes, np.diag(allowed)]))[0]
     return known[nominal]
 
 
