@@ -189,7 +189,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seconds", type=_seconds, default=120.0, metavar="S",
                         help="budget per robot: the search ends early enough to answer within it")
     parser.add_argument("--jobs", type=_count, default=1, metavar="N",
-                        help="robots diagnosed in parallel")
+                        help="robots diagnosed in parallel; they share the processors, of which "
+                             "a single robot gets all, or as many as OMP_NUM_THREADS allows")
     parser.add_argument("--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster")
     parser.add_argument("--quiet", action="store_true", help="print no verdicts")
     return parser

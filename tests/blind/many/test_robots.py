@@ -12,7 +12,9 @@ from clie_blocks.analysis.blind.many.robots import (
 )
 from clie_blocks.analysis.blind.population import arms_in_space
 from clie_blocks.analysis.blind.population.catalogue import CATALOGUE
+from clie_blocks.analysis.blind.population.files import write_trial
 from clie_blocks.analysis.blind.population.maker import make_trial
+from clie_blocks.analysis.gap import diagnose
 
 PLANS = [plan(3, index) for index in range(96)]
 
@@ -44,3 +46,17 @@ def test_shares_say_what_the_gap_loses_without_an_effect():
     shares = np.array(list(label["shares"].values()))
     assert shares.max() > 0.2 and np.all(shares < 1.0)
     assert label["kind"] == "many" and label["ratio"] > 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [index for index, (names, _, in_space) in enumerate(PLANS)
+                                   if "payload" in names and len(names) == 3 and not in_space][:1])
+def test_a_diagnosis_and_the_engine_agree_on_what_each_cause_takes_of_the_gap(index, tmp_path):
+    trial = make_trial(MANY_CAUSES, 3, index)
+    write_trial(trial, tmp_path)
+    effects = [one["effect"] for one in trial.label["effects"]]
+    answer = diagnose(tmp_path, effects=effects).to_dict()
+    shares = {row["effect"]: row["share"]["last"] for row in answer["effects"] if "share" in row}
+    assert shares == pytest.approx(
+        {name: trial.label["shares"][name] for name in shares}, abs=0.1)
+    assert len(shares) >= 2
