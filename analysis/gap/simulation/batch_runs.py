@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -92,32 +91,32 @@ def batch_signals(simulator: LaneSimulator, log: Log, sets: Sequence[Values], na
 
     """
     simulator = simulator.for_delays(_longest_delay(simulator, sets))
-    widths = list(_widths(len(sets), every, simulator.program.lanes))
-    firsts = itertools.accumulate(widths[:-1], initial=0)
 
-    def run(first: int, width: int) -> np.ndarray:
-        some = sets[first:first + width]
+    def run(group: tuple[Sequence[Values], int]) -> np.ndarray:
+        some, width = group
         return _run_group(simulator, log, some, width, names, dithered, every)
 
-    groups = side_by_side(lambda group: run(*group), zip(firsts, widths),
-                          simulator.threads)
-    return np.concatenate(groups) if len(groups) > 1 else groups[0]
+    runs = side_by_side(run, _groups(sets, every, simulator.program.lanes), simulator.threads)
+    return np.concatenate(runs) if len(runs) > 1 else runs[0]
 
 
-def _widths(count: int, every: int, lanes: int) -> Iterator[int]:
-    """Lanes of each group of so many sets: all that there are, or one register for a few.
+def _groups(sets: Sequence[Values], every: int, lanes: int,
+            ) -> Iterator[tuple[Sequence[Values], int]]:
+    """Sets that run side by side, and in how many lanes: in all, or one register for a few.
 
     Two registers take half as long again as one.  A single run of every sample takes one lane, at
     two thirds of the time.  A single run of means takes as many as a few do, for which the
     machine code already exists.
     """
-    if count == 1 and every == 1:
-        yield 1
+    if len(sets) == 1 and every == 1:
+        yield sets, 1
         return
     few = min(_register(), lanes) if lanes > 1 else 1
-    while count > 0:
-        yield few if count <= few else lanes
-        count -= few if count <= few else lanes
+    first = 0
+    while first < len(sets):
+        width = few if len(sets) - first <= few else lanes
+        yield sets[first:first + width], width
+        first += width
 
 
 def _register() -> int:
