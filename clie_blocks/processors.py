@@ -9,7 +9,8 @@ LIMIT = "OMP_NUM_THREADS"
 
 Set it where several processes share a computer; `clie_blocks.analysis.workers` does.
 """
-_Item, _Result = TypeVar("_Item"), TypeVar("_Result")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
 def processors() -> int:
