@@ -16,6 +16,7 @@ def test_logs_and_groups_of_runs_give_the_same_in_one_thread_and_in_several(
     robot = case("coulomb")
     residuals, nominal = fit_nominal(Problem.from_logs(robot.robot, robot.records), METHOD)
     hypothesis = nominal.hypothesis
+    assert hypothesis.simulator.threads is None
     damping = hypothesis.values["damping"]
     values = [{**hypothesis.values, "damping": damping * factor}
               for factor in np.linspace(0.5, 2.0, sets)]
