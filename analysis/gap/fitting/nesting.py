@@ -9,7 +9,7 @@ from clie_blocks.analysis.gap.method.method import Method
 
 def simpler_names(fit: Fit, method: Method) -> tuple[str, ...] | None:
     """Names that a fit really holds, if a cause has shrunk to a simpler one; else None."""
-    names = [_shrunk_name(fit, member, method) for member in fit.hypothesis.members]
+    names = [shrunk_name(fit, member, method) for member in fit.hypothesis.members]
     own = [member.cause.name for member in fit.hypothesis.members]
     return None if names == own else tuple(sorted(set(names)))
 
@@ -17,11 +17,11 @@ def simpler_names(fit: Fit, method: Method) -> tuple[str, ...] | None:
 def repeats_simulator(fit: Fit, method: Method) -> bool:
     """Whether a cause only changes a parameter of an effect that the simulator holds."""
     held = {member.cause.name for member in held_members(fit.hypothesis.problem)}
-    return any({_shrunk_name(fit, member, method), _even_name(fit, member, method)} & held
+    return any({shrunk_name(fit, member, method), _even_name(fit, member, method)} & held
                for member in fit.hypothesis.members)
 
 
-def _shrunk_name(fit: Fit, member: Member, method: Method) -> str:
+def shrunk_name(fit: Fit, member: Member, method: Method) -> str:
     """Name of the cause, or of the simpler one that it is there or with a parameter near zero."""
     if member.cause.at_first_joint and member.joints == (0,):
         return member.cause.at_first_joint
@@ -56,7 +56,7 @@ def _spread(fit: Fit, key: str, k: int) -> float:
 
 
 def _even_name(fit: Fit, member: Member, method: Method) -> str:
-    """As `_shrunk_name`, where two parameters are equal: an offset of the drive can hide that."""
+    """As `shrunk_name`, where two parameters are equal: an offset of the drive can hide that."""
     if not member.cause.even:
         return member.cause.name
     simpler, *pair = member.cause.even

@@ -212,7 +212,10 @@ def _families(ranking: Sequence[RankedCause], findings: Sequence[Row]) -> dict[s
 
 
 def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
-    """Rows of the names in the ranking that are no findings, with their most probable fit."""
+    """Rows of the names in the ranking that are no findings, with their most probable fit.
+
+    Of names that the logs do not tell apart the most probable one has the share.
+    """
     first: dict[str, Fit | None] = {}
     for ranked in result.ranking:
         for name in ranked.names:
@@ -232,8 +235,9 @@ def _effects(result: Result, findings: Sequence[Row]) -> list[Row]:
         fit = first[name]
         if fit is not None and name not in (NONE, UNKNOWN, PARAMETRIC):
             row.update(_parameters(name, fit), rival=confounder(fit, result.residuals))
-        if name in shares:
-            row["share"] = dataclasses.asdict(shares[name])
+        share = next((shares.pop(one) for one in (name, *row["alike"]) if one in shares), None)
+        if share is not None:
+            row["share"] = dataclasses.asdict(share)
         rows.append(row)
     return rows
 

@@ -25,6 +25,7 @@ _CHORD = 4  # samples over which the slope of a command is taken
 _BEATS = 0.2, 40.0  # Hz: slower ones do not come back in a log, faster ones the loop averages
 _LINES = 6  # of a spectrum that are looked at
 _LINES_OF_HOLD = 3  # of each length
+_REFINED_HOLDS = 6  # lengths and intervals, those that explain most as they are
 _AROUND = 101  # bins of a spectrum over which a line stands out
 _PADDED = 4  # times the length of a log, of its transform
 _HOLDS = 3, 8, 20, 45, 100  # samples
@@ -185,7 +186,8 @@ def _beat(joint: _Joint, chords: list[np.ndarray], beat: float) -> Use:
 def _best_hold(joint: _Joint) -> Use:
     """Length, interval and phases of stretches over which the command is held.
 
-    A line of the spectrum may be a harmonic, so that the holds come less often.
+    A line of the spectrum may be a harmonic, so that the holds come less often, or be made of
+    every second or third harmonic, so that they come more often.
     """
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
     found = []
@@ -194,22 +196,28 @@ def _best_hold(joint: _Joint) -> Use:
         of_lines = [(_hold(joint, gains, length, interval), interval)
                     for interval in _intervals(joint, gains, length)]
         line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
-        found += [line, *(_hold(joint, gains, length, several * interval)
-                          for several in (2, 3) if of_lines)]
-    best = max(found, key=_drop)
-    if best.drop <= joint.least:
-        return best if best.drop > 0.0 else none
-    finest = 1.0 / max(len(u) for u in joint.u)
+        found += [line, *(_hold(joint, gains, length, share * interval)
+                          for share in (1 / 3, 1 / 2, 2, 3) if share * interval > 2 * length)]
+    likely = sorted(found, key=_drop, reverse=True)[:_REFINED_HOLDS]
+    if not likely or likely[0].drop <= joint.least:
+        return likely[0] if likely and likely[0].drop > 0.0 else none
+    best = max((_refined_hold(joint, use, 1.0) for use in likely), key=_drop)
     for step in (0.5, 0.25, 0.1):
-        hold, interval = (float(best.values[name]) / joint.period for name in ("hold", "interval"))
-        tried = []
-        for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
-            length = max(1, round(hold * share))
-            gains = _gains(joint, length)
-            tried += [_hold(joint, gains, length, interval * (1 + shift))
-                      for shift in step * hold * finest * np.arange(-4, 5)]
-        best = max([best, *tried], key=_drop)
+        best = _refined_hold(joint, best, step)
     return best
+
+
+def _refined_hold(joint: _Joint, best: Use, step: float) -> Use:
+    """Holds of another length, or more or less often, that explain more; by a share of a hold."""
+    finest = 1.0 / max(len(u) for u in joint.u)
+    hold, interval = (float(best.values[name]) / joint.period for name in ("hold", "interval"))
+    tried = []
+    for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
+        length = max(1, round(hold * share))
+        gains = _gains(joint, length)
+        tried += [_hold(joint, gains, length, interval * (1 + shift))
+                  for shift in step * hold * finest * np.arange(-4, 5)]
+    return max([best, *tried], key=_drop)
 
 
 def _gains(joint: _Joint, length: int) -> list[np.ndarray]:

@@ -35,6 +35,7 @@ from clie_blocks.analysis.gap.search.racing import (
     worth_extending,
 )
 from clie_blocks.analysis.gap.search.screening import Screen
+from clie_blocks.analysis.gap.search.simpler import simpler_candidates
 from clie_blocks.analysis.gap.search.steps import SEARCH_STEPS, SearchSteps
 
 
@@ -59,7 +60,7 @@ def search_causes(residuals: ResidualModel, nominal: Fit, causes: Sequence[Cause
     improved = search.with_neighbours(screen, fits)
     if improved and search.leader(improved) not in fits:
         improved = search.with_wrong_numbers(screen, improved)
-    return SearchResult(improved, is_complete)
+    return SearchResult(search.with_simpler(improved), is_complete)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,6 +200,12 @@ class _Search(Contest):
         found = fit_joint_by_joint(base, of_each_joint(left, self.residuals, base, self.causes),
                                    self.nominal, self.residuals)
         return self.with_pruned([*fits, *found])
+
+    def with_simpler(self, fits: list[Fit]) -> list[Fit]:
+        """Fits, and those of the likely ones whose causes have shrunk to simpler ones."""
+        likely = self.likely(sorted(fits, key=self.odds_against))
+        simpler = distinct(simpler_candidates(likely, fits, self.causes, self.residuals))
+        return fits + self.steps.race(self.residuals, self.nominal, simpler, len(simpler))
 
     def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and the neighbours of the leading set: one cause more, and one exchanged.
