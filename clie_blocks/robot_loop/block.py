@@ -74,6 +74,7 @@ class LoopBlock:
     ``noise_dq`` and ``noise_tau``.  Where the structure is `beside_record`, the torque that the
     same drive gives for the commands of a record, the input ``recorded``, is taken off: with the
     recorded torque as ``noise_tau``, the law reads that one where the commands are the recorded.
+    A piece of the drive may read that input, too.
 
     Parameters
     ----------
@@ -146,8 +147,13 @@ class LoopBlock:
         """Names of the inputs."""
         reads = self.shape.law.reads if self.shape.law else ()
         return ("q_d", "pe", "noise", *(f"noise_{port}" for port in reads),
-                *(("recorded",) if self.shape.beside_record else ()),
+                *(("recorded",) if self.reads_record else ()),
                 *(("supply",) if self.shape.supplied else ()))
+
+    @property
+    def reads_record(self) -> bool:
+        """Whether the recorded command is an input."""
+        return self.shape.beside_record or any(piece.reads_record for _, piece in self.pieces)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -318,7 +324,8 @@ class LoopBlock:
         command, of_law = self._command(seen, q, given, memory, p)
         supplied = command * given["supply"] if self.shape.supplied else command
         torque, of_drive = delivered_torque(
-            dataclasses.replace(now, u=supplied), memory, self.pieces, p)
+            dataclasses.replace(now, u=supplied, recorded=given.get("recorded")), memory,
+            self.pieces, p)
         move = move_apart if self.moves_apart else move_as_one
         motion, of_load = move(dataclasses.replace(now, u=torque), memory, self.pieces, p)
         after = {**of_drive, **of_sensor, **of_load}

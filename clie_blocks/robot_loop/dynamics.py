@@ -46,6 +46,8 @@ class Piece:
         them as shares of what is stated.
     of_link : bool
         Of a sensor: it lies between motor and link, so that only an encoder of the link sees it.
+    reads_record : bool
+        Of a drive: it reads the recorded command beside that of the model.
 
     """
 
@@ -54,6 +56,7 @@ class Piece:
     states: int = 0
     split: Callable[..., Any] | None = None
     of_link: bool = False
+    reads_record: bool = False
 
     @property
     def identity(self) -> str:
@@ -98,7 +101,10 @@ class ActingCause(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class State:
-    """What a piece may read at one instant: signals, time, period, links and gear ratios."""
+    """What a piece may read at one instant: signals, time, period, links and gear ratios.
+
+    The recorded command is NaN, or not there, where there is no record.
+    """
 
     q: np.ndarray
     dq: np.ndarray
@@ -107,6 +113,7 @@ class State:
     h: float
     links: Links
     ratio: np.ndarray
+    recorded: np.ndarray | None = None
 
     @property
     def carried(self) -> np.ndarray:

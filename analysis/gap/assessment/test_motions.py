@@ -154,7 +154,7 @@ def test_motion(problem: Problem, limits: Limits, name: str, motion: np.ndarray,
     """
     q_d, zero = limits.centre + motion, np.zeros_like(motion)
     supply = problem.fit[0].supply
-    return Log(name, q_d, zero, q_d, torque, limits.centre, problem.fit[0].at_rest, zero,
+    return Log(name, q_d, zero + np.nan, q_d, torque, limits.centre, problem.fit[0].at_rest, zero,
                supply=None if supply is None else zero + supply.mean(axis=0))
 
 

@@ -1,9 +1,20 @@
 """Where to look for causes between the command and the torque that leaves the motor."""
 
+import dataclasses
+
 import numpy as np
 
-from clie_blocks.analysis.gap.causes.cause import Probe, Scene, cause_of, waves_over_travel
+from clie_blocks.analysis.gap.causes.cause import (
+    Memory,
+    Probe,
+    Scene,
+    Values,
+    cause_of,
+    waves_over_travel,
+)
 from clie_blocks.effects import LIBRARY
+from clie_blocks.measurement import quantized
+from clie_blocks.robot_loop.dynamics import Piece, State
 
 ACTUATOR_SATURATION = cause_of(
     LIBRARY["actuator_saturation"], ("limit",),
@@ -41,7 +52,21 @@ TICK_JITTER = cause_of(
 PACKET_HOLD = cause_of(
     LIBRARY["packet_hold"], ("hold", "interval", "phase"), _no_probes,
     fixed=("interval", "phase"), per_log=("phase",))
-TORQUE_QUANTIZATION = cause_of(LIBRARY["torque_quantization"], ("resolution",), _no_probes)
+
+
+def _rounded_as_recorded(s: State, z: Memory, p: Values) -> tuple[np.ndarray, Memory]:
+    """Torque with the rounding of the recorded command.
+
+    A model's own command passes a step some samples sooner or later than the robot's did, and
+    each such sample has a torque that is wrong by a whole step.
+    """
+    recorded = s.u if s.recorded is None else np.where(np.isnan(s.recorded), s.u, s.recorded)
+    return s.u + quantized(recorded, p["resolution"]) - recorded, z
+
+
+TORQUE_QUANTIZATION = dataclasses.replace(
+    cause_of(LIBRARY["torque_quantization"], ("resolution",), _no_probes),
+    pieces=(Piece("drive", _rounded_as_recorded, reads_record=True),))
 
 TORQUE_GAIN_ERROR = cause_of(
     LIBRARY["torque_gain_error"], ("error",),

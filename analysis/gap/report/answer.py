@@ -174,7 +174,9 @@ def _judged_by(result: Result) -> str:
     """What drives the models that are compared."""
     if result.controller.open_loop or not result.problem.law.holds_joints:
         return WITH_OBSERVER
-    return RECORDED_COMMAND if result.controller.recorded else CLOSED_LOOP
+    follows = any(piece.reads_record for member in result.model.hypothesis.members
+                  for piece in member.cause.pieces)
+    return RECORDED_COMMAND if result.controller.recorded or follows else CLOSED_LOOP
 
 
 def _controller(check: ControllerCheck) -> list[Row]:

@@ -232,6 +232,14 @@ def _gains_in_log(u: np.ndarray, back: np.ndarray, length: int) -> np.ndarray:
             - (weighted[length:-1] - weighted[:-length - 1]))
 
 
+def _energy_in_log(u: np.ndarray, length: int) -> np.ndarray:
+    """Energy of what holding the command for some samples adds, by first sample."""
+    before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
+    whole, squared = (np.concatenate([[0.0], np.cumsum(x)]) for x in (u, u * u))
+    return (length * before**2 - 2.0 * before * (whole[length:-1] - whole[:-length - 1])
+            + squared[length:-1] - squared[:-length - 1])
+
+
 def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[float]:
     """Intervals [samples] whose harmonics stand out together in the gains of a length."""
     length_of_log = max(len(joint.u[j]) for j in joint.fitted) * joint.period
@@ -253,9 +261,10 @@ def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float)
     torques, phases = [], []
     for j, (u, gains) in enumerate(zip(joint.u, by_log)):
         laps = np.round(np.arange(0.0, len(gains), interval)).astype(int)
-        first = np.arange(int(interval))
-        padded = np.concatenate([gains, np.zeros(len(first))])
-        start = int(np.argmax(padded[first[:, None] + laps].sum(axis=1)))
+        first = np.arange(int(interval))[:, None] + laps
+        gain, energy = (np.concatenate([x, np.zeros(len(first))])[first].sum(axis=1)
+                        for x in (gains, _energy_in_log(u, length)))
+        start = int(np.argmax(gain / np.sqrt(energy + 1e-12 * energy.max() + 1e-300)))
         phases.append(-(start - 0.5) / interval % 1.0)
         if j in joint.fitted:
             torques.append(_held(u, start + laps, length) - u)
@@ -274,14 +283,10 @@ def _held(u: np.ndarray, starts: np.ndarray, length: int) -> np.ndarray:
 
 
 def _best_step(joint: _Joint) -> Use:
-    """Resolution at which the rounding of the logged command explains most of the error.
-
-    A command that passes a step with every sample shows nothing of it but noise.
-    """
+    """Resolution at which the rounding of the logged command explains most of the error."""
     largest = max(np.abs(u).max() for u in joint.u)
-    change = float(np.median(np.abs(np.concatenate([np.diff(u) for u in joint.u]))))
     tried, step = [], 1.2 * largest
-    while step > max(_FINEST * largest, change):
+    while step > _FINEST * largest:
         tried.append(step)
         step -= _SHIFT * step * step / largest
     gains = np.array([_rounding_gain(joint, step) for step in tried]) if tried else np.zeros(0)

@@ -55,12 +55,16 @@ def _joints_that_count(hypothesis: Hypothesis, member: Member, residuals: Residu
 
 def _with_best_length(hypothesis: Hypothesis, member: Member, residuals: ResidualModel,
                       reach: float, k: int) -> Hypothesis:
-    values, hold = hypothesis.values, f"{member.name}.hold"
+    """Holds of another length, that end later or begin earlier."""
+    values = hypothesis.values
+    hold, interval, phase = (f"{member.name}.{name}" for name in ("hold", "interval", "phase"))
     tried = []
-    for share in 1.0 + reach * np.linspace(-1.0, 1.0, _SIDE_BY_SIDE):
-        holds = values[hold].copy()
-        holds[k] *= share
-        tried.append({**values, hold: holds})
+    for more in values[hold][k] * reach * np.linspace(-1.0, 1.0, _SIDE_BY_SIDE):
+        for earlier in (0.0, more):
+            holds, phases = values[hold].copy(), values[phase].copy()
+            holds[k] += more
+            phases[:, k] = (phases[:, k] + earlier / values[interval][k]) % 1.0
+            tried.append({**values, hold: holds, phase: phases})
     return _best(hypothesis, tried, residuals)
 
 

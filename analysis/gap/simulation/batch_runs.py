@@ -55,6 +55,10 @@ class LaneSimulator(Protocol):
     def drive_inputs(self) -> int:
         """Inputs of the loop for what the law reads of the drives."""
 
+    @property
+    def follows_record(self) -> bool:
+        """Whether blocks of the drives read the recorded command."""
+
     def for_delays(self, longest: float) -> LaneSimulator:
         """Return the simulator with delay lines for a longest delay [s]."""
 
@@ -136,7 +140,8 @@ def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width
                names: Sequence[str], dithered: bool, every: int) -> np.ndarray:
     """Rows for at most `width` sets; idle lanes repeat the last, so that one code does."""
     filled = [*sets, *[sets[-1]] * (width - len(sets))]
-    inputs, n = _inputs(log, dithered, simulator.drive_inputs), simulator.shape.n
+    inputs, n = (_inputs(log, dithered, simulator.drive_inputs, simulator.follows_record),
+                 simulator.shape.n)
     start = simulator.joint_start(log, sets[0])
     runs = simulator.program.batch(
         len(log) * simulator.shape.period, inputs=inputs,
@@ -148,8 +153,8 @@ def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width
 
 
 @functools.lru_cache(maxsize=KEPT_INPUTS)
-def _inputs(log: Log, dithered: bool, drive_inputs: int) -> np.ndarray:
-    """Inputs of the loop in a log: q_d, pe, noise, those of the drive, and a logged supply.
+def _inputs(log: Log, dithered: bool, drive_inputs: int, follows_record: bool) -> np.ndarray:
+    """Inputs of the loop in a log: q_d, pe, noise, those of the drive, commands, a logged supply.
 
     An experiment that was not made has no errors of the sensors of a drive.
     """
@@ -157,4 +162,5 @@ def _inputs(log: Log, dithered: bool, drive_inputs: int) -> np.ndarray:
     if drive_inputs and log.drive_rest is not None:
         of_drive = log.drive_rest + (log.drive_dither if dithered else 0.0)
     return np.hstack([log.q_d, log.pe, noise if dithered else 0.0 * noise, of_drive,
+                      *([log.supplied_u] if follows_record else []),
                       *([] if log.supply is None else [log.supply])])

@@ -83,6 +83,11 @@ class Simulator:
         reads = self.shape.law.reads if self.shape.law else ()
         return self.shape.n * (len(reads) + self.shape.beside_record)
 
+    @property
+    def follows_record(self) -> bool:
+        """Whether a block of the drives reads the recorded command beside those of the law."""
+        return self.block.reads_record and not self.shape.beside_record
+
     @functools.cached_property
     def program(self) -> CachedProgram | Program:
         """The compiled program; an earlier process may have compiled it."""
