@@ -86,7 +86,7 @@ def check_log(record: Record, robot: Robot | None = None, others: Sequence[Recor
 
     """
     robot = as_checks_see(robot or record.robot)
-    findings = check_record(record, robot)
+    findings = check_record(record, robot, others)
     errors = [finding.check for finding in findings if finding.severity == "error"]
     if any(check in FATAL for check in errors):
         return Report(record, findings, None, [], findings[0].fix, 1)

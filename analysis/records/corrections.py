@@ -138,7 +138,8 @@ def examine(records: Sequence[Record], robot: Robot) -> Examination:
     seen = correct(records, robot)
     if seen.obstacles:
         return seen
-    findings = _once([f for record in seen.records for f in check_record(record, robot)])
+    findings = _once([f for record in seen.records for f in check_record(
+        record, robot, [other for other in seen.records if other is not record])])
     return dataclasses.replace(
         seen, warnings=tuple(f for f in findings if f.severity != "repair" and not stops(f)),
         obstacles=tuple(f for f in findings if stops(f)))

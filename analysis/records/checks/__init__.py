@@ -1,5 +1,7 @@
 """Checks of a log: each a function from record and robot to the faults that it finds."""
 
+from collections.abc import Sequence
+
 from clie_blocks.analysis.records.checks.clock import check_clock, even_clock, without_copies
 from clie_blocks.analysis.records.checks.command import check_saturation, check_torque
 from clie_blocks.analysis.records.checks.completeness import check_alive, check_missing
@@ -19,12 +21,13 @@ from clie_blocks.analysis.records.table import drop_pages
 __all__ = ["CHECKS", "FATAL", "Finding", "check_record", "fix_units"]
 
 CHECKS = (check_alive, check_reference, check_velocity, check_law,
-          check_gains, check_saturation, check_torque, check_scale, check_link_model,
-          check_reach, check_excitation)
+          check_gains, check_saturation, check_torque, check_link_model, check_reach,
+          check_excitation)
 FATAL = ("clock.stopped", "clock.backward", "clock.unit", "missing.run", "signal.absurd")
 
 
-def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
+def check_record(record: Record, robot: Robot | None = None, others: Sequence[Record] = (),
+                 ) -> list[Finding]:
     """Run every check on a record.
 
     Parameters
@@ -33,6 +36,8 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
         The log.
     robot : Robot, optional
         What is known of the robot; by default the record's own.
+    others : sequence of Record
+        Further logs of the same robot.
 
     Returns
     -------
@@ -47,4 +52,5 @@ def check_record(record: Record, robot: Robot | None = None) -> list[Finding]:
         for check in CHECKS:
             drop_pages(steady.q)  # of a long log; what a check reads comes back
             findings += check(steady, robot)
+        findings += check_scale(steady, robot, others)
     return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

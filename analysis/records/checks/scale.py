@@ -1,5 +1,7 @@
 """Check of the scale of command and position together: the inertia that they show."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from clie_blocks.analysis.records.checks.excitation import shown_inertias
@@ -14,8 +16,13 @@ NEAR = 1.5  # factor within which a cause explains it
 OWN = 0.5  # share of the rotor in a joint's inertia from which coupling does not matter
 
 
-def check_scale(record: Record, robot: Robot | None) -> list[Finding]:
-    """Findings on torques and angles that contradict the stated inertia of every joint."""
+def check_scale(record: Record, robot: Robot | None, others: Sequence[Record] = (),
+                ) -> list[Finding]:
+    """Findings on torques and angles that contradict the stated inertia of every joint.
+
+    What no known unit explains is none of units where another log of the robot shows the stated
+    inertia: a slow motion shows friction that comes and goes as inertia, too.
+    """
     ratio = inertia_ratios(record, robot)
     known = ratio[np.isfinite(ratio)]
     if robot is None or known.size == 0 or not ((known > FAR).all() or (known < 1 / FAR).all()):
@@ -24,6 +31,9 @@ def check_scale(record: Record, robot: Robot | None) -> list[Finding]:
         return []  # links that the file does not have
     k = int(np.flatnonzero(np.isfinite(ratio))[0])
     hints = _hints(robot, k, float(ratio[k]))
+    if not hints and FAR**-2 < ratio[k] < FAR**2 and any(
+            _agrees(inertia_ratios(other, robot)) for other in others):
+        return []
     return [Finding(
         "error", "units.inertia", f"By its command it has {ratio[k]:.3g} times the stated "
         f"inertia{', as if ' + ' or '.join(hints) if hints else ''}.",
@@ -52,6 +62,11 @@ def inertia_ratios(record: Record, robot: Robot | None) -> np.ndarray:
         own = np.full(record.n, own.all())
     shown = shown_inertias(record, robot)
     return np.where(own | (record.n == 1), shown / stated, unknown)
+
+
+def _agrees(ratio: np.ndarray) -> bool:
+    """Whether a log shows the stated inertia at one of the joints."""
+    return bool(np.any((ratio > 1 / FAR) & (ratio < FAR)))
 
 
 def _hints(robot: Robot, k: int, ratio: float) -> list[str]:

@@ -60,3 +60,16 @@ def test_commands_in_another_unit_show_another_inertia(stated):
     assert check_scale(logged(robot, rotors, **apart), robot) == []
     (finding,) = check_scale(logged(robot, rotors, **apart, factor=1e3), robot)
     assert finding.check == "units.inertia" and "mN m" in finding.what
+
+
+def test_another_log_with_the_stated_inertia_excuses_what_is_no_unit(stated):
+    rotors = [HEAVY] * 6
+    robot = stated(rotors)
+    apart = {"amplitudes": [0.3] * 6, "rates": (0.5, 0.6, 0.7, 0.83, 0.97, 1.1)}
+    sound = logged(robot, rotors, **apart)
+    heavy, other_unit, far = (logged(robot, rotors, **apart, factor=factor)
+                              for factor in (4.0, 1e3, 30.0))
+    assert [one.check for one in check_scale(heavy, robot)] == ["units.inertia"]
+    assert check_scale(heavy, robot, [sound]) == []
+    assert check_scale(heavy, robot, [heavy])
+    assert check_scale(other_unit, robot, [sound]) and check_scale(far, robot, [sound])
