@@ -113,7 +113,7 @@ class State:
     h: float
     links: Links
     ratio: np.ndarray
-    recorded: np.ndarray | None = None
+    recorded: np.ndarray | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def carried(self) -> np.ndarray:

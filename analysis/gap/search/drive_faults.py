@@ -31,6 +31,7 @@ _PADDED = 4  # times the length of a log, of its transform
 _HOLDS = 3, 8, 20, 45, 100  # samples
 _INTERVALS = 0.05, 5.0  # s
 _HARMONICS = 8
+_FLAT = 1e-6  # of the most energy that holding a command adds: less is rounding
 _SKIPPED = 4  # of so many samples one tells which steps are worth a closer look
 _FINEST, _SHIFT = 0.005, 0.15  # of the largest command; of a step, that the next one tried shifts
 
@@ -236,8 +237,9 @@ def _energy_in_log(u: np.ndarray, length: int) -> np.ndarray:
     """Energy of what holding the command for some samples adds, by first sample."""
     before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
     whole, squared = (np.concatenate([[0.0], np.cumsum(x)]) for x in (u, u * u))
-    return (length * before**2 - 2.0 * before * (whole[length:-1] - whole[:-length - 1])
-            + squared[length:-1] - squared[:-length - 1])
+    return np.maximum(
+        length * before**2 - 2.0 * before * (whole[length:-1] - whole[:-length - 1])
+        + squared[length:-1] - squared[:-length - 1], 0.0)
 
 
 def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[float]:
@@ -264,7 +266,7 @@ def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float)
         first = np.arange(int(interval))[:, None] + laps
         gain, energy = (np.concatenate([x, np.zeros(len(first))])[first].sum(axis=1)
                         for x in (gains, _energy_in_log(u, length)))
-        start = int(np.argmax(gain / np.sqrt(energy + 1e-12 * energy.max() + 1e-300)))
+        start = int(np.argmax(gain / np.sqrt(energy + _FLAT * energy.max() + 1e-300)))
         phases.append(-(start - 0.5) / interval % 1.0)
         if j in joint.fitted:
             torques.append(_held(u, start + laps, length) - u)

@@ -203,9 +203,10 @@ class _Search(Contest):
 
     def with_simpler(self, fits: list[Fit]) -> list[Fit]:
         """Fits, and those of the likely ones whose causes have shrunk to simpler ones."""
-        likely = self.likely(sorted(fits, key=self.odds_against))
+        likely = self.likely(sorted(fits, key=self.odds_against)) if fits else []
         simpler = distinct(simpler_candidates(likely, fits, self.causes, self.residuals))
-        return fits + self.steps.race(self.residuals, self.nominal, simpler, len(simpler))
+        return fits if not simpler else fits + self.steps.race(
+            self.residuals, self.nominal, simpler, len(simpler))
 
     def with_neighbours(self, screen: Screen, fits: list[Fit]) -> list[Fit]:
         """Fits, and the neighbours of the leading set: one cause more, and one exchanged.
