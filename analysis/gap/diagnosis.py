@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any, cast
 
@@ -28,6 +28,7 @@ from clie_blocks.analysis.gap.fitting.fit import Fit
 from clie_blocks.analysis.gap.fitting.law_view import law_view
 from clie_blocks.analysis.gap.fitting.observer import with_observer
 from clie_blocks.analysis.gap.method import METHOD, Method
+from clie_blocks.analysis.gap.problem.counted_positions import with_positions_between_counts
 from clie_blocks.analysis.gap.problem.law import Law
 from clie_blocks.analysis.gap.problem.other_encoder import with_both_views
 from clie_blocks.analysis.gap.problem.problem import Problem
@@ -54,6 +55,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
 from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding
 from clie_blocks.analysis.gap.verdict.signal_findings import (
     controller_findings,
+    may_be_all,
     signal_findings,
     with_signal_findings,
 )
@@ -230,17 +232,19 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         controller = controller.with_decisions(decisions)
     causes = causes_missing_in(causes, corrected)
 
-    def explained(read: Problem) -> Explanation:
+    def explained(read: Problem, causes: Sequence[Cause] = causes) -> Explanation:
         return stages.explain(with_both_views(with_observer(read, method)), causes, method,
                               stages.steps, deadline=deadline)
 
+    corrected = _with_counts_read(corrected, controller, explained)
     controller, first = stages.time_torque_again(controller, problem, explained(corrected),
                                                  explained)
     if controller.torque_lag is not None:
         problem = dataclasses.replace(
             problem, corrections=(*problem.corrections, controller.torque_lag.correction))
     second = stages.explain_backlash(first, causes, method, stages.steps)
-    established = bool(controller_findings(controller, method.verdict, excluded))
+    of_law = controller_findings(controller, method.verdict, excluded)
+    established = may_be_all(of_law, first.residuals.problem)
     is_another_law = controller.unknown_part or bool(controller.named and not established)
     ranking, model = _ranking(second or first, is_another_law, method, stages)
     alike = names_alike(ranking, (second or first).residuals)
@@ -257,7 +261,7 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
     findings = _signal_findings(problem, first, controller, method, excluded)
     if _explains_motion_between_rows(ranking, first, method):
         findings = tuple(one for one in findings if one.effect != TIME_DELAY.name)
-    decision = with_signal_findings(verdict(ranking, established, alike), findings)
+    decision = with_signal_findings(verdict(ranking, established, alike), (*findings, *of_law))
     is_nameless = decision == "unexplained" and ranking[0].names == (UNKNOWN,)
     mapped = first.nominal if is_nameless else model
     seen = law_view(first.nominal, first.residuals)
@@ -272,6 +276,17 @@ def diagnose(problem: Problem, method: Method = METHOD, effects: Sequence[str] =
         reason=_reason(decision, first, controller, earned), is_complete=is_complete,
         excluded=excluded, formula=_formula(decision, mapped, first, start + seconds, stages),
         seconds=time.monotonic() - start)
+
+
+def _with_counts_read(problem: Problem, controller: ControllerCheck,
+                      explained: Callable[..., Explanation]) -> Problem:
+    """Problem with positions between the counts of coarse encoders, where that leaves no gap.
+
+    A joint that sticks within a count is not where a motion through its changes would be, so that
+    beside other effects the counts are noise.
+    """
+    between = with_positions_between_counts(problem, controller.coarse, controller.step)
+    return problem if between is problem or explained(between, ()).has_gap else between
 
 
 def _within_reach(law: Law, controller: ControllerCheck, causes: Sequence[Cause],
@@ -323,10 +338,11 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
             ranking: Sequence[RankedCause], model: Fit, stages: Stages) -> float:
     """Probability that unseen data bear the corrected model out, in the loop that ran.
 
-    What the law that ran explains is no merit of a cause of the robot.  Where the nominal model
-    needs only parameters beyond their datasheet, or the cause explains no more of the fitted logs
-    than these do, there is nothing to be borne out: a cause only keeps to the datasheet.  Where
-    the gap does not show it either way, the whitened errors of held-out logs decide.
+    What the law that ran, or the counts of its encoder, explain is no merit of a cause of the
+    robot.  Where the nominal model needs only parameters beyond their datasheet, or the cause
+    explains no more of the fitted logs than these do, there is nothing to be borne out: a cause
+    only keeps to the datasheet.  Where the gap does not show it either way, the whitened errors of
+    held-out logs decide.
     """
     table, method = first.evidence, first.residuals.method
     beyond_datasheet = table.nominal_excess - table.prior_violation
@@ -335,7 +351,7 @@ def _earned(reduction: GapReduction, controller: ControllerCheck, first: Explana
     left = next(ranked.excess for ranked in ranking if ranked.fit is not None)
     if 100.0 * (1.0 - left / beyond_datasheet) < method.assessment.earned_percent:
         return 1.0
-    if controller.misdescribed:
+    if controller.misdescribed or controller.coarse:
         reduction = stages.gap_reduction(first.nominal.hypothesis, model.hypothesis,
                                          first.residuals)
     shows_nothing = abs(reduction.percent or 0.0) < method.assessment.earned_percent
@@ -377,7 +393,7 @@ def _stated_nominal(first: Explanation, controller: ControllerCheck, problem: Pr
         return first.nominal
     stated = with_both_views(with_observer(problem, method))
     pooled = len(first.residuals.problem.fit) > len(stated.fit)
-    if not (controller.misdescribed or pooled):
+    if not (controller.misdescribed or controller.coarse or pooled):
         return first.nominal
     nominal = stages.steps.fit_nominal(stated, method, stages.steps.noise_model)[1]
     return first.nominal if nominal.has_diverged else nominal

@@ -45,6 +45,17 @@ class Explanation:
     evidence: Table
     is_complete: bool = True
 
+    @property
+    def has_gap(self) -> bool:
+        """Whether the refitted nominal model leaves what a healthy robot does not."""
+        return has_gap(self.nominal, self.residuals.method)
+
+
+def has_gap(nominal: Fit, method: Method) -> bool:
+    """Whether a refitted nominal model leaves what a healthy robot does not."""
+    return bool(nominal.excess > method.calibration.healthy
+                or nominal.penalty > method.verdict.prior_violation)
+
 
 def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method = METHOD,
             steps: ExplainSteps = EXPLAIN_STEPS, test_lack_of_fit: bool = True,
@@ -59,9 +70,7 @@ def explain(problem: Problem, causes: Sequence[Cause] = CAUSES, method: Method =
     if pooled is not problem:
         residuals, nominal = steps.fit_nominal(pooled, method, steps.noise_model)
     residuals = dataclasses.replace(residuals, deadline=deadline)
-    has_gap = (nominal.excess > method.calibration.healthy
-               or nominal.penalty > method.verdict.prior_violation)
-    is_searched = bool(has_gap and causes and not nominal.has_diverged)
+    is_searched = has_gap(nominal, method) and causes and not nominal.has_diverged
     fits, is_complete = (search_causes(residuals, nominal, causes, steps.search)
                          if is_searched else SearchResult([], True))
     residuals, fits = with_noise_of_leader(residuals, nominal, fits)

@@ -58,10 +58,13 @@ def gap_reduction(nominal: Hypothesis, corrected: Hypothesis, residuals: Residua
                   ) -> GapReduction:
     """Compare two models on data that they were not fitted to, if there are any.
 
-    The residual model serves the refits of the cross-validation.
+    The residual model serves the refits of the cross-validation.  Between the counts of a coarse
+    encoder less may be left than the noise of these.
     """
     floor = float(np.sqrt(sum(residuals.floors**2)))
     judged_on, before, after = _validation(nominal, corrected, residuals)
+    if any(log.rounding is not None for log in corrected.problem.logs):
+        floor = min(floor, rms(after))
     method, period = residuals.method.assessment, nominal.problem.period
     percent, drawn = _percent_and_draws(before, after, floor, period, method)
     unseen = judged_on != FITTED

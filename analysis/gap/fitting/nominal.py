@@ -73,8 +73,15 @@ def with_measured_noise(hypothesis: Hypothesis, corner: float, peak: float) -> P
 def _noise(hypothesis: Hypothesis, j: int, corner: float, peak: float) -> np.ndarray:
     """Noise of the positions in log j above a corner [Hz], at the ticks of samples, (N, n) [rad].
 
-    Of a law that runs more often than it was logged, it is the error of the model there.
+    Of a law that runs more often than it was logged, it is the error of the model there.  What
+    the counts of a coarse encoder add is known.
     """
+    noise, rounding = (_noise_of_error(hypothesis, j, corner, peak),
+                       hypothesis.problem.logs[j].rounding)
+    return noise if rounding is None else np.where(rounding.any(axis=0), rounding, noise)
+
+
+def _noise_of_error(hypothesis: Hypothesis, j: int, corner: float, peak: float) -> np.ndarray:
     log, period = hypothesis.problem.logs[j], hypothesis.problem.period
     rate = 1.0 / (period * log.stride)
     corner = min(corner, HIGHEST_CORNER_SHARE * rate)

@@ -64,6 +64,9 @@ class Log:
     drive_rest, drive_dither : ndarray, shape (N, m), or None
         What such a law reads beyond what its models form, and what of it is noise above all
         motion: inputs of their loop, see `drive_signals`.
+    rounding : ndarray, shape (N, n), or None
+        What of `dither` the counts of coarse encoders add to the position, which is read between
+        them; zero at all other joints, None where no encoder is coarse.
     supply : ndarray, shape (N, n), or None
         Voltage of the drives over its nominal value, by which their torque grows; None where it
         was not logged, or the drives control their current.
@@ -89,6 +92,7 @@ class Log:
     of_drive: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     drive_rest: np.ndarray | None = None
     drive_dither: np.ndarray | None = None
+    rounding: np.ndarray | None = None
     supply: np.ndarray | None = None
 
     def __len__(self) -> int:

@@ -45,7 +45,7 @@ from clie_blocks.analysis.gap.verdict.posterior import (
     marginals,
     probability_of_any,
 )
-from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings
+from clie_blocks.analysis.gap.verdict.signal_findings import controller_findings, may_be_all
 from clie_blocks.analysis.statistical_measures import NORMAL_95
 from clie_blocks.effects import LIBRARY
 
@@ -260,12 +260,13 @@ def _alike(name: str, result: Result) -> list[str]:
 def _contradicted(result: Result) -> tuple[str, ...]:
     """Names that an established cause speaks against.
 
-    A wrong controller may be all that is unknown; a delayed set-point or torque is not evidence
-    of that.
+    A wrong controller may be all that is unknown; a delayed set-point or torque, or a coarse
+    encoder, is not evidence of that.
     """
-    if controller_findings(result.controller, result.method.verdict, result.excluded):
+    of_law = controller_findings(result.controller, result.method.verdict, result.excluded)
+    if may_be_all(of_law, result.residuals.problem):
         return NONE, UNKNOWN
-    return (NONE,) if result.findings else ()
+    return (NONE,) if result.findings or of_law else ()
 
 
 def _simulator(result: Result) -> list[dict[str, Any]]:

@@ -156,11 +156,13 @@ def _run_group(simulator: LaneSimulator, log: Log, sets: Sequence[Values], width
 def _inputs(log: Log, dithered: bool, drive_inputs: int, follows_record: bool) -> np.ndarray:
     """Inputs of the loop in a log: q_d, pe, noise, those of the drive, commands, a logged supply.
 
-    An experiment that was not made has no errors of the sensors of a drive.
+    An experiment that was not made has no errors of the sensors of a drive.  Without its noise a
+    position has the counts of its encoder still.
     """
-    noise, of_drive = log.dither, np.zeros((len(log), drive_inputs))
+    rounding = 0.0 * log.dither if log.rounding is None else log.rounding
+    noise, of_drive = log.dither if dithered else rounding, np.zeros((len(log), drive_inputs))
     if drive_inputs and log.drive_rest is not None:
         of_drive = log.drive_rest + (log.drive_dither if dithered else 0.0)
-    return np.hstack([log.q_d, log.pe, noise if dithered else 0.0 * noise, of_drive,
+    return np.hstack([log.q_d, log.pe, noise, of_drive,
                       *([log.supplied_u] if follows_record else []),
                       *([] if log.supply is None else [log.supply])])

@@ -13,6 +13,8 @@ from clie_blocks.analysis.gap.controller.named import NamedJoint
 from clie_blocks.analysis.gap.controller.replay import ControllerCheck
 from clie_blocks.analysis.gap.controller.terms import Terms
 from clie_blocks.analysis.gap.method.verdict import VerdictMethod
+from clie_blocks.analysis.gap.problem.counted_positions import can_read_between_counts
+from clie_blocks.analysis.gap.problem.problem import Problem
 from clie_blocks.analysis.gap.residual.whitening import ResidualModel
 from clie_blocks.analysis.gap.verdict.drive_findings import drive_findings
 from clie_blocks.analysis.gap.verdict.set_point_findings import coarse_positions, set_point_delay
@@ -20,6 +22,8 @@ from clie_blocks.analysis.gap.verdict.signal_finding import SignalFinding, entry
 from clie_blocks.analysis.records import Record
 from clie_blocks.analysis.records.controller_section import MEASURED
 from clie_blocks.effects import LIBRARY
+
+_COARSE = "encoder_quantization"
 
 
 def signal_findings(records: Sequence[Record], residuals: ResidualModel, check: ControllerCheck,
@@ -64,7 +68,7 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
         SignalFinding("velocity_filter_mismatch", check.other_filter, method.certain,
                       {"highpass": entry(check.corners[0, other], "rad/s"),
                        "lowpass": entry(check.corners[1, other], "rad/s")}),
-        SignalFinding("encoder_quantization", check.coarse, method.certain,
+        SignalFinding(_COARSE, check.coarse, method.certain,
                       {"step": entry(check.step[coarse], "rad")}),
         SignalFinding("channel_skew", late, method.certain,
                       {"skew": entry(np.full(len(late), lag.age if lag else 0.0), "s")}))
@@ -72,6 +76,15 @@ def controller_findings(check: ControllerCheck, method: VerdictMethod,
                    if finding.joints and finding.effect not in left_out)
     return (*established, *_named_findings(check.named, method, left_out),
             *_findings_of_terms(check.terms, method, left_out))
+
+
+def may_be_all(findings: Sequence[SignalFinding], problem: Problem) -> bool:
+    """Whether what the check of the controller establishes may be all that is unknown.
+
+    The counts of a coarse encoder are not, where the logs tell what they leave between them.
+    """
+    is_told = can_read_between_counts(problem)
+    return any(one.effect != _COARSE or not is_told for one in findings)
 
 
 def _findings_of_terms(terms: Sequence[Terms], method: VerdictMethod,

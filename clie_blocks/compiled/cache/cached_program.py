@@ -84,8 +84,7 @@ def _compile(diagram: ct.NonlinearIOSystem) -> Program:
 
 @contextlib.contextmanager
 def _without_collection() -> Iterator[None]:
-    """Collect no cycles meanwhile: a program makes many objects and none, for a third of the time.
-    """
+    """Collect no cycles meanwhile: of the many objects of a program none is part of one."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -1,0 +1,69 @@
+"""Positions between the counts of an encoder that is coarser than stated.
+
+A count says where a joint is to half a step, but when it changes, it says so exactly.  A cubic
+spline through the changes knows the motion between them better than the counts do; what the counts
+add to it is known too, and moves the robot through its law.
+"""
+
+import dataclasses
+from collections.abc import Collection
+
+import numpy as np
+
+from clie_blocks.analysis.gap.problem.log import Log
+from clie_blocks.analysis.gap.problem.problem import Problem
+
+_CHANGES = 4  # of the count, from which a spline goes through them
+
+
+def with_positions_between_counts(problem: Problem, joints: Collection[int], step: np.ndarray,
+                                  ) -> Problem:
+    """Return the problem with positions between the counts of some joints, where that can be.
+
+    Parameters
+    ----------
+    problem : Problem
+        With the logged positions.
+    joints : collection of int
+        Those with coarse encoders.
+    step : ndarray, shape (n,)
+        Steps of the encoders [rad].
+
+    """
+    coarse = [k for k in joints if step[k] > 0.0]
+    if not coarse or not can_read_between_counts(problem):
+        return problem
+    is_coarse = np.isin(np.arange(problem.n), coarse)
+
+    def read(log: Log) -> Log:
+        rounding = np.zeros_like(log.q)
+        for k in coarse:
+            rounding[:, k] = log.q[:, k] - between_counts(log.q[:, k], step[k])
+        return dataclasses.replace(log, q=log.q - rounding, rounding=rounding,
+                                   dither=np.where(is_coarse, rounding, log.dither))
+
+    resolution = np.where(is_coarse, step, problem.resolution)
+    return dataclasses.replace(problem.with_logs(read), resolution=resolution)
+
+
+def can_read_between_counts(problem: Problem) -> bool:
+    """Whether the logs of a problem show each change of a count, of the only encoders."""
+    return not problem.two_encoders and all(
+        log.shows_every_tick and log.measured is None for log in problem.logs)
+
+
+def between_counts(q: np.ndarray, step: float) -> np.ndarray:
+    """Position (N,) between the counts of an encoder, within half a step of them [rad].
+
+    At a change it is in the middle of both counts, half a sample after the first of them.
+    """
+    changes = np.flatnonzero(np.abs(np.diff(q)) > 0.5 * step)
+    if len(changes) < _CHANGES:
+        return q
+    from scipy.interpolate import CubicSpline
+
+    at = np.concatenate([changes + 0.5, [len(q) - 1.0]])
+    middle = np.concatenate([(q[changes] + q[changes + 1]) / 2.0, q[-1:]])
+    if changes[0] > 0:
+        at, middle = np.insert(at, 0, 0.0), np.insert(middle, 0, q[0])
+    return np.clip(CubicSpline(at, middle)(np.arange(len(q))), q - step / 2.0, q + step / 2.0)
