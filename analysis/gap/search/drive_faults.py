@@ -193,11 +193,11 @@ def _best_hold(joint: _Joint) -> Use:
     none = Use(0.0, {"hold": 0.0, "interval": 1.0, "phase": np.zeros(len(joint.u))})
     found = []
     for length in _HOLDS:
-        gains = _gains(joint, length)
-        of_lines = [(_hold(joint, gains, length, interval), interval)
-                    for interval in _intervals(joint, gains, length)]
+        by_log = _stretches(joint, length)
+        of_lines = [(_hold(joint, by_log, length, interval), interval)
+                    for interval in _intervals(joint, by_log, length)]
         line, interval = max(of_lines, key=_drop_of_line, default=(none, 0.0))
-        found += [line, *(_hold(joint, gains, length, share * interval)
+        found += [line, *(_hold(joint, by_log, length, share * interval)
                           for share in (1 / 3, 1 / 2, 2, 3) if share * interval > 2 * length)]
     likely = sorted(found, key=_drop, reverse=True)[:_REFINED_HOLDS]
     if not likely or likely[0].drop <= joint.least:
@@ -215,41 +215,44 @@ def _refined_hold(joint: _Joint, best: Use, step: float) -> Use:
     tried = []
     for share in (1 - 0.5 * step, 1.0, 1 + 0.5 * step):
         length = max(1, round(hold * share))
-        gains = _gains(joint, length)
-        tried += [_hold(joint, gains, length, interval * (1 + shift))
+        by_log = _stretches(joint, length)
+        tried += [_hold(joint, by_log, length, interval * (1 + shift))
                   for shift in step * hold * finest * np.arange(-4, 5)]
     return max([best, *tried], key=_drop)
 
 
-def _gains(joint: _Joint, length: int) -> list[np.ndarray]:
-    """Product with the error of holding the command for some samples, by log and first sample."""
-    return [_gains_in_log(u, back, length) for u, back in zip(joint.u, joint.back)]
+class _Stretches(NamedTuple):
+    """What holding a command for some samples adds, by first sample, in one log.
+
+    Its product with the error, and its energy.
+    """
+
+    gain: np.ndarray
+    energy: np.ndarray
 
 
-def _gains_in_log(u: np.ndarray, back: np.ndarray, length: int) -> np.ndarray:
+def _stretches(joint: _Joint, length: int) -> list[_Stretches]:
+    """Stretches of a length [samples] in each log."""
+    return [_stretches_in_log(u, back, length) for u, back in zip(joint.u, joint.back)]
+
+
+def _stretches_in_log(u: np.ndarray, back: np.ndarray, length: int) -> _Stretches:
     before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
-    whole, weighted = (np.concatenate([[0.0], np.cumsum(x)]) for x in (back, back * u))
-    return (before * (whole[length:-1] - whole[:-length - 1])
-            - (weighted[length:-1] - weighted[:-length - 1]))
+    error, product, command, squared = (
+        sums[length:-1] - sums[:-length - 1] for sums in (
+            np.concatenate([[0.0], np.cumsum(x)]) for x in (back, back * u, u, u * u)))
+    energy = length * before**2 - 2.0 * before * command + squared
+    return _Stretches(before * error - product, np.maximum(energy, 0.0))
 
 
-def _energy_in_log(u: np.ndarray, length: int) -> np.ndarray:
-    """Energy of what holding the command for some samples adds, by first sample."""
-    before = np.concatenate([[0.0], u[:-1]])[:len(u) - length]
-    whole, squared = (np.concatenate([[0.0], np.cumsum(x)]) for x in (u, u * u))
-    return np.maximum(
-        length * before**2 - 2.0 * before * (whole[length:-1] - whole[:-length - 1])
-        + squared[length:-1] - squared[:-length - 1], 0.0)
-
-
-def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[float]:
+def _intervals(joint: _Joint, by_log: list[_Stretches], length: int) -> list[float]:
     """Intervals [samples] whose harmonics stand out together in the gains of a length."""
     length_of_log = max(len(joint.u[j]) for j in joint.fitted) * joint.period
     longest = min(_INTERVALS[1], 0.3 * length_of_log)
     shortest = max(_INTERVALS[0], 2 * length * joint.period)
     if shortest >= longest:
         return []
-    frequency, power = _power([by_log[j] for j in joint.fitted], joint.period,
+    frequency, power = _power([by_log[j].gain for j in joint.fitted], joint.period,
                               (_HARMONICS + 1) / shortest)
     bins = np.arange(1, len(power) // (_HARMONICS + 1))
     comb = np.zeros(len(power))
@@ -258,14 +261,17 @@ def _intervals(joint: _Joint, by_log: list[np.ndarray], length: int) -> list[flo
         frequency, comb, 1.0 / longest, 1.0 / shortest, _LINES_OF_HOLD)]
 
 
-def _hold(joint: _Joint, by_log: list[np.ndarray], length: int, interval: float) -> Use:
-    """Holds of a length at an interval, both in samples, with the best phase of each log."""
+def _hold(joint: _Joint, by_log: list[_Stretches], length: int, interval: float) -> Use:
+    """Holds of a length at an interval, both in samples, with the best phase of each log.
+
+    Where they begin is where the error looks most like what they add, as by a matched filter.
+    """
     torques, phases = [], []
-    for j, (u, gains) in enumerate(zip(joint.u, by_log)):
-        laps = np.round(np.arange(0.0, len(gains), interval)).astype(int)
+    for j, (u, of_log) in enumerate(zip(joint.u, by_log)):
+        laps = np.round(np.arange(0.0, len(of_log.gain), interval)).astype(int)
         first = np.arange(int(interval))[:, None] + laps
         gain, energy = (np.concatenate([x, np.zeros(len(first))])[first].sum(axis=1)
-                        for x in (gains, _energy_in_log(u, length)))
+                        for x in of_log)
         start = int(np.argmax(gain / np.sqrt(energy + _FLAT * energy.max() + 1e-300)))
         phases.append(-(start - 0.5) / interval % 1.0)
         if j in joint.fitted:
