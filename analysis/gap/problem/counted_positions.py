@@ -47,8 +47,11 @@ def with_positions_between_counts(problem: Problem, joints: Collection[int], ste
 
 
 def can_read_between_counts(problem: Problem) -> bool:
-    """Whether the logs of a problem show each change of a count, of the only encoders."""
-    return not problem.two_encoders and all(
+    """Whether logs of a robot, not of a simulator, show each change of a count of its encoders.
+
+    Which of two encoders counts is another question.
+    """
+    return not (problem.simulated or problem.two_encoders) and all(
         log.shows_every_tick and log.measured is None for log in problem.logs)
 
 
